@@ -1,0 +1,42 @@
+# Two commands do all the set-up: `make demo` runs the main job, `make test` passes the tests.
+PYTHON ?= python3.11
+BIN := .venv/bin
+UV := $(BIN)/python -m uv
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+
+.PHONY: demo test lint format bench lock clean
+
+demo: .venv/ready
+	$(BIN)/identify check configs/arm_hammer_test.yaml
+	$(BIN)/identify fit configs/arm_hammer_test.yaml
+	@echo "Open reports/arm_hammer_test.html in a browser."
+
+test: lint
+	$(BIN)/pytest
+
+lint: .venv/ready
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: .venv/ready
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: .venv/ready
+	for name in $$(ls tests/benchmarks/*.py | grep -v __init__); do $(BIN)/python -m $$(echo $${name%.py} | tr / .); done
+
+# Versions and hashes of everything, for all platforms; run after changing dependencies.
+lock: .venv/ready
+	$(UV) lock -q && $(UV) export -q --no-emit-project --all-groups --no-header --no-annotate -o requirements.lock && rm uv.lock
+
+.venv/ready: requirements.lock pyproject.toml
+	$(PYTHON) -m venv .venv || python3 -m venv .venv
+	$(BIN)/python -m pip install -q --disable-pip-version-check uv==0.13.8
+	$(UV) pip install -q --require-hashes -r requirements.lock
+	$(UV) pip install -q --no-deps -e .
+	@touch $@
+
+clean:
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis

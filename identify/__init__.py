@@ -1,0 +1,3 @@
+"""Fit elastic robot models to measured vibration; see `identify.cli` for the commands and `identify.fit` for the loop."""
+
+__version__ = "0.1.0"

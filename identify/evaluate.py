@@ -1,0 +1,239 @@
+"""A finished fit looked at from all sides: errors, modes, intervals, a verdict in three sentences; everything a result keeps."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify import __version__, results
+from identify.costs.target import FrfTarget, ModalTarget, Targets
+from identify.fit import Fit
+from identify.identifiability import Trust, gap, inseparable, trust
+from identify.measured.channel import Channel
+from identify.measured.frf_set import UNIT
+from identify.measured.modal_table import ModalTable
+from identify.modal.mac import frac
+from identify.modal.pairing import pair
+from identify.model.modes import complex_modes
+from identify.model.system import System
+from identify.optimizers.base import Scale
+from identify.problem import Measurement, Problem
+
+Array = NDArray[np.float64]
+_PACKAGES = ("numpy", "scipy", "mujoco", "h5py")
+
+
+def evaluate(problem: Problem, fit: Fit) -> results.Result:
+    """The result of a fit, ready to be written."""
+    targets, scale = problem.targets(), Scale(problem.parameters)
+    trusted = trust(targets, scale, fit.values)
+    names = [problem.parameters[number].name for number in scale.free]
+    together = tuple(", ".join(group) for group in inseparable(trusted, names))
+    gaps = gap(targets, fit.values), gap(problem.targets("validate"), fit.values)
+    study = problem.file.study
+    return results.Result(
+        layout=results.LAYOUT,
+        kind="fit",
+        name=study.name,
+        seed=study.seed,
+        verdict=_verdict(fit, trusted, gaps, together),
+        notes=(*trusted.notes, *_start_notes(fit)),
+        effects=tuple(effect.sentence() for effect in study.effects),
+        cost_kind=study.cost.kind,
+        cost=fit.cost,
+        gap=gaps[0],
+        gap_validation=gaps[1],
+        converged=fit.best.converged,
+        seconds=fit.seconds,
+        parameters=_parameters(problem, fit, trusted, scale),
+        correlation=trusted.correlation,
+        singular_values=trusted.singular_values,
+        directions=trusted.directions,
+        inseparable=together,
+        starts=_starts(fit),
+        history=fit.history,
+        measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
+        provenance=_provenance(problem),
+    )
+
+
+def _verdict(fit: Fit, trusted: Trust, gaps: tuple[float, float], together: Sequence[str]) -> tuple[str, ...]:
+    starts = f"{fit.agreeing} of {len(fit.starts)} starts" if len(fit.starts) > 1 else "one start"
+    found = f"The fit ended at a cost of {fit.cost:.4g} after {fit.seconds:.1f} s; {starts} led there."
+    if np.isnan(gaps[0]):
+        quality = "The noise of the data is not known, so how good the fit is can only be judged by its errors."
+    else:
+        on = "" if np.isnan(gaps[1]) else f" and {gaps[1]:.2f} times on data that were not fitted"
+        word = "agrees with the data to within their noise" if gaps[0] <= 1.15 else "does not yet explain the data"
+        quality = f"The model {word}: the residual is {gaps[0]:.2f} times the noise{on}."
+    status = np.array(trusted.status)
+    count = int(np.sum(status == "determined"))
+    rest = "" if not together else " Not separable by these data: " + "; ".join(together) + "."
+    return found, quality, f"{count} of {len(status)} free parameters are determined by the data.{rest}"
+
+
+def _start_notes(fit: Fit) -> list[str]:
+    notes = []
+    if len(fit.starts) > 1 and fit.agreeing == 1:
+        notes.append("only one start found the best minimum, so a better one may exist: more `starts` or a larger budget would tell")
+    if not fit.best.converged:
+        notes.append(f"the best start did not converge: {fit.best.sentence}")
+    return notes
+
+
+def _parameters(problem: Problem, fit: Fit, trusted: Trust, scale: Scale) -> results.ParameterTable:
+    p, free = problem.parameters, scale.free
+
+    def spread(values: Array) -> Array:
+        full = np.full(len(p), np.nan)
+        full[free] = values
+        return full
+
+    status = np.full(len(p), "fixed", dtype=object)
+    status[free] = trusted.status
+    return results.ParameterTable(
+        name=tuple(x.name for x in p),
+        unit=tuple(x.unit for x in p),
+        initial=np.array([x.initial for x in p]),
+        value=fit.values,
+        lower=np.array([x.lower for x in p]),
+        upper=np.array([x.upper for x in p]),
+        log=np.array([x.log for x in p]),
+        free=np.array([x.free for x in p]),
+        std=spread(trusted.std),
+        low_95=spread(trusted.low),
+        high_95=spread(trusted.high),
+        status=tuple(status),
+    )
+
+
+def _starts(fit: Fit) -> results.StartTable:
+    return results.StartTable(
+        initial=np.array([s.initial for s in fit.starts]),
+        final=np.array([s.final for s in fit.starts]),
+        cost=np.array([s.cost for s in fit.starts]),
+        evaluations=np.array([s.evaluations for s in fit.starts]),
+        seconds=np.array([s.seconds for s in fit.starts]),
+        converged=np.array([s.converged for s in fit.starts]),
+        sentence=tuple(s.sentence for s in fit.starts),
+    )
+
+
+def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, scale: Scale) -> results.MeasurementResult:
+    geometry, modes, table = _modes(problem, m.system, fit.values)
+    one = Targets(frf=(m.target,)) if isinstance(m.target, FrfTarget) else Targets(modal=(m.target,))
+    return results.MeasurementResult(
+        name=m.name,
+        use=m.settings.use,
+        file=str(m.settings.source),
+        sha256=m.target.data.sha256,
+        posture_deg=np.array(m.settings.posture_deg),
+        gap=gap(one, fit.values),
+        geometry=geometry,
+        modes=modes,
+        frf=_frf(problem, m.target, fit, trusted, scale) if isinstance(m.target, FrfTarget) else None,
+        pairs=_pairs(m.target.data, table, "modal table") if isinstance(m.target, ModalTarget) else None,
+    )
+
+
+def _modes(problem: Problem, system: System, values: Array) -> tuple[results.Geometry, results.Modes, ModalTable]:
+    """Geometry and modes with shapes in the base's axes, and the same modes as a table over the points' own channels."""
+    engine, site = system.site.engine, system.site
+    points = [point for point in problem.points.values() if point.link not in site.detached]
+    modes = complex_modes(*system.matrices(values))
+    zero = np.zeros(3)
+    bodies = engine.mechanism.bodies
+    frames = {body: next(name for name, (number, _) in engine.mechanism.frames.items() if number == body) for body in range(len(bodies))}
+    tip = [(point.link, point.position) for point in points[-1:]]
+    joints = [(frames[body], _origin(engine.mechanism.frames[frames[body]][1])) for body in range(len(bodies))] + tip
+    position = [engine.position(point.link, point.position) for point in points]
+    geometry = results.Geometry(
+        nodes=np.array([point.node for point in points], dtype=int),
+        point_names=tuple(point.name for point in points),
+        point_links=tuple(point.link for point in points),
+        points=np.array(position).reshape(-1, 3),
+        skeleton=np.array([zero, *(engine.position(frame, at) for frame, at in joints)]),
+    )
+    at_points = [system.base_jacobian(point.link, point.position) for point in points]
+    at_joints = [np.zeros((3, len(system.coordinates))), *(system.base_jacobian(frame, at) for frame, at in joints)]
+    kept = results.Modes(modes.frequency_hz, modes.damping_ratio, _shapes(modes.shapes, at_points), _shapes(modes.shapes, at_joints))
+    channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
+    local = [np.asarray(point.axes @ system.jacobian(point.link, point.position)[:3]) for point in points]
+    table = ModalTable(modes.frequency_hz, modes.damping_ratio, channels, _shapes(modes.shapes, local).reshape(len(modes.frequency_hz), -1))
+    return geometry, kept, table
+
+
+def _origin(link_in_body: Array) -> Array:
+    """The origin of a body's joint frame in the axes of a link whose pose (4, 4) in it is given."""
+    return np.asarray(-link_in_body[:3, :3].T @ link_in_body[:3, 3])
+
+
+def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[np.complex128]:
+    """(modes, places, 3) from shapes over the coordinates (modes, n) and Jacobians (3, n)."""
+    stack = np.array(jacobians).reshape(len(jacobians), 3, shapes.shape[1])
+    return np.asarray(np.einsum("pcn,mn->mpc", stack, shapes))
+
+
+def _pairs(measured: ModalTable, model: ModalTable, origin: str) -> results.ModePairs:
+    pairing = pair(measured, model)
+    return results.ModePairs(measured.frequency_hz, measured.damping_ratio, pairing.a, pairing.b, pairing.mac, pairing.mac_matrix, origin)
+
+
+def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: Scale) -> results.FrfComparison:
+    outputs, inputs = target.pairs
+    initial = np.array([parameter.initial for parameter in problem.parameters])
+    fitted, gradient = target.gradient_pairs(fit.values, scale.free)
+    measured, difference = target.measured, fitted - target.measured
+    std = trusted.std * scale.slope(scale.to_x(fit.values))
+    root = std[:, None] * np.linalg.cholesky(trusted.correlation + 1e-12 * np.eye(len(std)))
+    band = 1.96 * np.linalg.norm(gradient @ root, axis=-1)
+    known = target.noise is not None
+    return results.FrfComparison(
+        quantity=target.data.quantity,
+        unit=UNIT[target.data.quantity],
+        window_decay_per_s=target.data.window_decay_per_s,
+        frequency_hz=target.data.frequency_hz,
+        output=tuple(str(target.data.outputs[i]) for i in outputs),
+        input=tuple(str(target.data.inputs[i]) for i in inputs),
+        measured=measured,
+        initial=target.predict_pairs(initial),
+        fitted=fitted,
+        band_95=band,
+        noise=target.sigma if known else None,
+        coherence=None if target.data.coherence is None else target.data.coherence[:, outputs, inputs],
+        gap=np.sqrt(np.mean(np.abs(difference / target.sigma) ** 2, axis=0) / 2) if known else None,
+        relative_error=np.linalg.norm(difference, axis=0) / np.linalg.norm(measured, axis=0),
+        frac=np.asarray(frac(measured, fitted)),
+        area_error=np.abs(np.abs(fitted) - np.abs(measured)).sum(axis=0) / np.abs(measured).sum(axis=0),
+    )
+
+
+def _provenance(problem: Problem) -> results.Provenance:
+    file = problem.file
+    robot = file.study.robot.urdf or file.study.robot.dh or Path()
+    others = [robot] + ([file.study.points] if file.study.points else [])
+    hashes = [_sha256(file.resolve(path)) for path in others]
+    return results.Provenance(
+        identify=__version__,
+        python=sys.version.split()[0],
+        platform=f"{platform.system()} {platform.machine()}",
+        packages=tuple(f"{name} {version(name)}" for name in _PACKAGES),
+        written=datetime.now(UTC).isoformat(timespec="seconds"),
+        config_path=file.path.name,
+        config_sha256=file.sha256,
+        config=file.text,
+        input_files=(*map(str, others), *(str(m.settings.source) for m in problem.measurements)),
+        input_sha256=(*hashes, *(m.target.data.sha256 for m in problem.measurements)),
+    )
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,156 @@
+"""The fit loop, written once: several starts, each through the stages of the study; the best point is kept.
+
+What a fit says about itself afterwards (intervals, what the data do not determine) is in `identify.identifiability`;
+what is kept of it on disk in `identify.results`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from identify.costs.base import Objective
+from identify.errors import InputError
+from identify.optimizers.base import Ended, Optimizer, Outcome, Scale, Search
+from identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+_SAME = 1e-3
+"""Relative difference of cost below which two starts are said to have found the same minimum."""
+_ENOUGH = 3
+"""That many starts in the best minimum end the fit early."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """One start and where it led: values of all parameters before and after, the cost after, and how its last stage ended."""
+
+    initial: Array
+    final: Array
+    cost: float
+    evaluations: int
+    seconds: float
+    converged: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The outcome of a fit.  history rows: start, stage, evaluations in the stage, best cost in the stage, seconds since the beginning."""
+
+    values: Array
+    cost: float
+    starts: tuple[Start, ...]
+    history: Array
+    seconds: float
+
+    @property
+    def best(self) -> Start:
+        """The start that led to the best point."""
+        return min(self.starts, key=lambda start: start.cost)
+
+    @property
+    def agreeing(self) -> int:
+        """How many starts found the best minimum."""
+        return sum(_same(start.cost, self.cost) for start in self.starts)
+
+
+@dataclass
+class Progress:
+    """What the caller may want to show: told of every step as (start, starts, stage kind, evaluations, best cost of all)."""
+
+    show: Callable[[int, int, str, int, float], None] = lambda start, starts, kind, evaluations, best: None
+    began: float = field(default_factory=time.perf_counter)
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+
+
+def fit(problem: Problem, progress: Progress | None = None) -> Fit:
+    """Fit a problem as its study says; the same seed gives the same result.
+
+    Raises InputError where the data cannot move a free parameter, or the model has no solution at any start.
+    """
+    study, progress = problem.file.study, progress or Progress()
+    objective = study.cost.objective(problem.targets())
+    scale = Scale(problem.parameters)
+    stages = [(stage, stage.cost.objective(problem.targets()) if stage.cost else objective) for stage in study.stages]
+    check_moves(problem, objective)
+    starts: list[Start] = []
+    for number, x in enumerate(_starting_points(problem, scale)):
+        starts.append(_run(number, x, stages, objective, scale, problem, progress))
+        best = min(start.cost for start in starts)
+        if best <= study.target_cost or sum(_same(start.cost, best) for start in starts) >= _ENOUGH:
+            break
+    winner = min(starts, key=lambda start: start.cost)
+    if not np.isfinite(winner.cost):
+        raise InputError("effects", "the model has no solution at any start", "better start values", "set `initial`")
+    history = np.array(progress.rows).reshape(-1, 5)
+    return Fit(winner.final, winner.cost, tuple(starts), history, time.perf_counter() - progress.began)
+
+
+def _run(
+    number: int,
+    x: Array,
+    stages: Sequence[tuple[Optimizer, Objective]],
+    objective: Objective,
+    scale: Scale,
+    problem: Problem,
+    progress: Progress,
+) -> Start:
+    began, initial, evaluations = time.perf_counter(), scale.to_values(x), 0
+    outcome = Outcome(False, "no stage ran")
+    study = problem.file.study
+    for position, (stage, stage_objective) in enumerate(stages):
+
+        def watch(count: int, best: float, position: int = position, kind: str = stage.kind) -> None:
+            progress.rows.append((number, position, count, best, time.perf_counter() - progress.began))
+            progress.show(number, study.starts, kind, count, best)
+
+        target = study.target_cost if stage_objective is objective else 0.0
+        search = Search(stage_objective, scale, stage.evaluations, target, watch)
+        try:
+            outcome = stage.minimize(search, x, np.random.default_rng([study.seed, number, position]))
+        except Ended as end:
+            outcome = Outcome(end.reached, end.reason)
+        x = x if search.best_x is None else search.best_x
+        evaluations += search.evaluations
+    values = scale.to_values(x)
+    cost = float(objective.costs(values[None])[0])
+    return Start(initial, values, cost, evaluations, time.perf_counter() - began, outcome.converged, outcome.sentence)
+
+
+def _starting_points(problem: Problem, scale: Scale) -> list[Array]:
+    """The initial values, then a Latin hypercube: within the start factor on log scales, within the bounds on linear ones."""
+    study = problem.file.study
+    first = scale.to_x(np.array([parameter.initial for parameter in problem.parameters]))
+    if study.starts == 1:
+        return [first]
+    lower, upper = scale.bounds()
+    log = np.array([parameter.log for parameter in problem.parameters if parameter.free])
+    reach = np.log(study.start_factor)
+    low, high = np.where(log, np.maximum(lower, first - reach), lower), np.where(log, np.minimum(upper, first + reach), upper)
+    sampler = qmc.LatinHypercube(len(first), rng=np.random.default_rng([study.seed, 0x5747]))
+    return [first, *(low + sampler.random(study.starts - 1) * (high - low))]
+
+
+def check_moves(problem: Problem, objective: Objective) -> None:
+    """Raise an InputError that names the free parameters to which the cost is blind at the start."""
+    scale = Scale(problem.parameters)
+    initial = np.array([parameter.initial for parameter in problem.parameters])
+    residuals, slopes = objective.residuals(initial, scale.free)
+    if not np.isfinite(residuals).all():
+        return
+    moves = np.linalg.norm(slopes * scale.slope(scale.to_x(initial)), axis=0)
+    still = [problem.parameters[n].name for n, size in zip(scale.free, moves, strict=True) if size <= 1e-12 * moves.max(initial=0.0)]
+    if still:
+        fix = "set `fixed: true` for it, remove the effect, or measure where it moves"
+        raise InputError("effects", f"no measured data can move {', '.join(still)}", "free parameters that the data depend on", fix)
+
+
+def _same(cost: float, best: float) -> bool:
+    return bool(np.isfinite(cost) and cost - best <= _SAME * max(best, 1e-12))

@@ -1,0 +1,192 @@
+"""FRFs kept as named arrays, the common part of `hdf5` and `mat`.
+
+Names, which `variables` may map to others: frequency_hz (L,), frf (L, outputs, inputs) complex or frf_real and frf_imag, coherence
+(like frf), outputs and inputs (channels such as `12:+Z`), and quantity, unit, averages, window_decay_per_s.  Instead of frf,
+single pairs may be mapped, such as `{"frequency_hz": "H1_2[:,0]", "12:+Z/1:+X": "H1_2[:,1]", "12:+Z/1:+X coherence": "C1_2[:,1]"}`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.errors import InputError
+from identify.measured.channel import Channel
+from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords
+from identify.measured.frf_set import Complex, Float, Quantity
+from identify.measured.units import FrfUnit, parse_frf_unit
+
+_ARRAYS = ("frequency_hz", "frf", "frf_real", "frf_imag", "coherence", "outputs", "inputs")
+NAMES = (*_ARRAYS, "quantity", "unit", "averages", "window_decay_per_s")
+"""The names that a file may use as they are."""
+
+_PATH = re.compile(r"([^\[\]]+)(?:\[:,\s*(\d+)\])?")
+_QUANTITIES: tuple[Quantity, ...] = ("receptance", "mobility", "accelerance")
+
+
+class Arrays:
+    """Looks up names in a file: `get(path)` returns the value there, or None."""
+
+    def __init__(self, get: Callable[[str], Any], options: FrfFileOptions, where: str) -> None:
+        self.get, self.options, self.where = get, options, where
+
+    def value(self, name: str) -> Any:
+        """What the file keeps under the name, or where `variables` says; None where there is nothing and nothing was said."""
+        asked = self.options.variables.get(name)
+        match = _PATH.fullmatch(asked or name)
+        value = None if match is None else self.get(match[1].strip())
+        if asked is not None and value is None:
+            raise InputError(f"{self.where}, key variables", f"{name} should be at {asked!r}, where nothing is", "a variable of the file")
+        if match is not None and match[2] is not None:
+            array, column = np.asarray(value), int(match[2])
+            if array.ndim != 2 or column >= array.shape[1]:
+                raise InputError(f"{self.where}, {asked}", f"an array of shape {array.shape}", f"two dimensions and a column {column}")
+            return array[:, column]
+        return value
+
+    def numbers(self, name: str) -> NDArray[Any] | None:
+        """A real or complex array, or None; InputError where it is something else."""
+        value = self.value(name)
+        if value is None:
+            return None
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiuc":
+            raise InputError(f"{self.where}, {name}", f"values of type {array.dtype}", "numbers")
+        return array
+
+    def number(self, name: str) -> float | None:
+        """A single number, or None."""
+        array = self.numbers(name)
+        if array is None:
+            return None
+        if array.size != 1 or array.dtype.kind == "c":
+            raise InputError(f"{self.where}, {name}", f"an array of shape {array.shape}", "one real number")
+        return float(array.reshape(()))
+
+    def texts(self, name: str) -> list[str] | None:
+        """A list of texts, or None."""
+        value = self.value(name)
+        if value is None:
+            return None
+        return [_decoded(item) for item in np.ravel(np.asarray(value, dtype=object)).tolist()]
+
+
+def read_arrays(arrays: Arrays) -> FrfRecords:
+    """FRF records from named arrays; InputError where names, shapes or channels do not fit together."""
+    _check_names(arrays)
+    frequency = arrays.numbers("frequency_hz")
+    if frequency is None or np.any(frequency.imag):
+        fix = "say where it is with the key variables, such as {frequency_hz: f}"
+        raise InputError(arrays.where, "no real frequency_hz", "the frequencies in Hz under this name", fix)
+    frequency_hz = np.asarray(frequency.real, dtype=np.float64).ravel()
+    pairs = [name for name in arrays.options.variables if name not in NAMES and not name.endswith(" coherence")]
+    records = [_mapped(arrays, pair, len(frequency_hz)) for pair in pairs] or _cube(arrays, len(frequency_hz))
+    averages = arrays.number("averages")
+    if averages is not None and averages != int(averages):
+        raise InputError(f"{arrays.where}, averages", f"{averages:g}", "a whole number")
+    return FrfRecords(
+        frequency_hz=frequency_hz,
+        records=records,
+        unit=_unit(arrays),
+        averages=None if averages is None else int(averages),
+        window_decay_per_s=arrays.number("window_decay_per_s"),
+    )
+
+
+def _check_names(arrays: Arrays) -> None:
+    """Refuse keys of `variables` that mean nothing."""
+    for name in arrays.options.variables:
+        pair = re.fullmatch(r"(\S+)/(\S+?)(?: coherence)?", name)
+        if name not in NAMES and pair is None:
+            expected = ", ".join(NAMES) + " or a pair such as 12:+Z/1:+X"
+            raise InputError(f"{arrays.where}, key variables", f"unknown name {name!r}", expected)
+
+
+def _unit(arrays: Arrays) -> FrfUnit | None:
+    """The unit that the file states, which must agree with the quantity that it states."""
+    unit_text, quantity = (arrays.texts(name) for name in ("unit", "quantity"))
+    if quantity is not None and (len(quantity) != 1 or quantity[0] not in _QUANTITIES):
+        raise InputError(f"{arrays.where}, quantity", f"{quantity}", "one of " + ", ".join(_QUANTITIES))
+    if unit_text is None:
+        return None
+    unit = parse_frf_unit("".join(unit_text), f"{arrays.where}, unit")
+    if quantity is not None and unit.quantity != quantity[0]:
+        raise InputError(arrays.where, f"quantity {quantity[0]} with unit {unit_text[0]}", "no disagreement", "correct the file")
+    return unit
+
+
+def _mapped(arrays: Arrays, pair: str, lines: int) -> FrfRecord:
+    """One pair that `variables` names."""
+    where = f"{arrays.where}, {pair}"
+    output, input_ = (Channel.parse(text, where) for text in pair.split("/"))
+    values, coherence = arrays.numbers(pair), None
+    if f"{pair} coherence" in arrays.options.variables:
+        coherence = arrays.numbers(f"{pair} coherence")
+    for what, array in (("values", values), ("coherence", coherence)):
+        if array is not None and array.size != lines:
+            raise InputError(where, f"{what} of shape {array.shape}", f"{lines}, one for each frequency")
+    assert values is not None
+    own = None if coherence is None else _real(coherence, where)
+    return FrfRecord(output, input_, values.astype(complex).ravel(), where, coherence=own)
+
+
+def _cube(arrays: Arrays, lines: int) -> list[FrfRecord]:
+    """All pairs of the array frf; a pair that is NaN throughout was not measured."""
+    frf = arrays.numbers("frf")
+    parts = [arrays.numbers(name) for name in ("frf_real", "frf_imag")]
+    if frf is None and parts[0] is not None and parts[1] is not None and parts[0].shape == parts[1].shape:
+        frf = parts[0] + 1j * parts[1]
+    if frf is None:
+        fix = "say where it is with the key variables, such as {frf: H}"
+        raise InputError(arrays.where, "no frf, and no frf_real and frf_imag", "FRFs under these names", fix)
+    outputs, inputs = _channels(arrays, "outputs", arrays.options.outputs), _channels(arrays, "inputs", arrays.options.inputs)
+    shape = (lines, len(outputs), len(inputs))
+    cube = _shaped(frf, shape, f"{arrays.where}, frf")
+    coherence = arrays.numbers("coherence")
+    coherences = None if coherence is None else _shaped(coherence, shape, f"{arrays.where}, coherence")
+    records = []
+    for i, output in enumerate(outputs):
+        for j, input_ in enumerate(inputs):
+            where = f"{arrays.where}, {output}/{input_}"
+            if not np.isnan(cube[:, i, j]).all():
+                own = None if coherences is None or np.isnan(coherences[:, i, j]).all() else _real(coherences[:, i, j], where)
+                records.append(FrfRecord(output, input_, cube[:, i, j].astype(complex), where, coherence=own))
+    return records
+
+
+def _shaped(array: NDArray[Any], shape: tuple[int, int, int], where: str) -> NDArray[Any]:
+    """The array as (lines, outputs, inputs), where only axes of length 1 may be missing; no other order is guessed."""
+    if array.shape != shape and [n for n in array.shape if n > 1] != [n for n in shape if n > 1]:
+        raise InputError(where, f"shape {array.shape}", f"(lines, outputs, inputs) = {shape}", "bring its axes into this order")
+    return array.reshape(shape)
+
+
+def _real(coherence: NDArray[Any], where: str) -> Float:
+    """Coherence as real numbers."""
+    if np.any(coherence.imag):
+        raise InputError(where, "a coherence with imaginary part", "real numbers")
+    real: Complex | Float = coherence.real.astype(np.float64)
+    return np.asarray(real, dtype=np.float64).ravel()
+
+
+def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channel]:
+    """The channels that file or option name; InputError where neither does, where they disagree, or where one comes twice."""
+    texts = arrays.texts(name)
+    if texts is None and asked is None:
+        raise InputError(arrays.where, f"no {name}", "channels such as 12:+Z", f"name them with the key {name}, in the order of frf")
+    channels = [Channel.parse(text, f"{arrays.where}, {name}") for text in texts or asked or []]
+    if texts is not None and asked is not None and channels != [Channel.parse(text, f"key {name}") for text in asked]:
+        found = "other channels than the file names"
+        raise InputError(f"{arrays.where}, key {name}", found, "no disagreement", "use the key channels to rename")
+    if len(set(channels)) < len(channels):
+        raise InputError(f"{arrays.where}, {name}", "a channel that comes twice", "each once")
+    return channels
+
+
+def _decoded(item: Any) -> str:
+    """A text cell of HDF5 or MATLAB."""
+    return item.decode(errors="replace") if isinstance(item, bytes) else str(item).strip()

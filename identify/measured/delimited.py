@@ -1,0 +1,204 @@
+"""CSV files: FRFs in a long or a wide layout, and time histories.
+
+All are comma-separated with a point in numbers and one header line; `# unit: m/s^2/N`, `# averages: 4` and `# window_decay_per_s: 0.69`
+may stand before it, other lines that begin with # are comments.
+
+- long: `frequency_hz,output,input,real,imag[,coherence]`, one line per frequency and pair, channels written `12:+Z`;
+  coherence may be empty for a whole pair;
+- wide: `frequency_hz` and for each pair `12:+Z/1:+X real` and `12:+Z/1:+X imag`, or `... magnitude` and `... phase_deg`,
+  and optionally `... coherence`;
+- time history: `time_s` and for each signal `12:+Z [m/s^2]` or `1:+X [N]`; a first column `block` numbers the hits.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+
+from identify.errors import InputError
+from identify.measured.channel import Channel
+from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
+from identify.measured.frf_set import UNIT, Complex, Float, FrfSet
+from identify.measured.time_history import Signal, Units, sample_rate
+from identify.measured.units import parse_frf_unit, parse_signal_unit
+
+_LONG = ["frequency_hz", "output", "input", "real", "imag"]
+_NOTE = re.compile(r"#\s*(unit|averages|window_decay_per_s)\s*:\s*(.+?)[\s,]*$")
+_PAIR = re.compile(r"(\S+)\s*/\s*(\S+)\s+(real|imag|magnitude|phase_deg|coherence)")
+_SIGNAL = re.compile(r"(\S+)\s*\[(.+)\]")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Header, cells with their line numbers, and the `# key: value` notes of a CSV file."""
+
+    name: str
+    header: list[str]
+    rows: list[list[str]]
+    lines: list[int]
+    notes: dict[str, str]
+
+    def numbers(self, column: int, rows: list[int] | None = None) -> Float:
+        """One column, all of it or some rows, as finite numbers; InputError naming the line of the first cell that is none."""
+        chosen = range(len(self.rows)) if rows is None else rows
+        values = np.empty(len(chosen))
+        for i, row in enumerate(chosen):
+            cell = self.rows[row][column]
+            try:
+                values[i] = float(cell)
+            except ValueError:
+                values[i] = np.nan
+            if not isfinite(values[i]):
+                found = f"{cell!r} in column {self.header[column]!r}"
+                raise InputError(f"{self.name}, line {self.lines[row]}", found, "a finite number with a decimal point")
+        return values
+
+    def note(self, key: str, convert: Callable[[str], float]) -> float | None:
+        """The number noted under key, or None; InputError where it is none."""
+        try:
+            return convert(self.notes[key]) if key in self.notes else None
+        except ValueError as error:
+            raise InputError(self.name, f"# {key}: {self.notes[key]}", "a number") from error
+
+
+def read_table(path: Path) -> Table:
+    """A CSV file; InputError for another separator, an empty file or a row with too few or too many cells."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(str(path), f"the file cannot be read ({error})", "a CSV file in UTF-8") from error
+    notes: dict[str, str] = {}
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if note := _NOTE.match(line):
+            notes[note[1]] = note[2]
+        elif line.strip(" ,\t") and not line.startswith("#"):
+            rows.append([cell.strip() for cell in next(csv.reader([line]))])
+            lines.append(number)
+    if len(rows) < 2:
+        raise InputError(str(path), f"{len(rows)} lines", "a header line and at least one line of numbers")
+    for row, line_number in zip(rows, lines, strict=True):
+        if len(row) != len(rows[0]):
+            found = f"{len(row)} cells, {len(rows[0])} in the header"
+            raise InputError(f"{path}, line {line_number}", found, "as many cells as columns", "separate by commas, with a decimal point")
+    header = [cell if ":" in cell else cell.lower() for cell in rows[0]]
+    if len(set(header)) < len(header):
+        raise InputError(f"{path}, line {lines[0]}", "a column name that comes twice", "each column once")
+    return Table(str(path), header, rows[1:], lines[1:], notes)
+
+
+def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
+    """FRFs in the long or the wide layout, whichever the header says; InputError with the line of whatever does not fit."""
+    del options  # a CSV file names its channels itself
+    table = read_table(path)
+    if table.header[:5] == _LONG and table.header[5:] in ([], ["coherence"]):
+        frequency_hz, records = _long(table)
+    elif table.header[0] == "frequency_hz" and len(table.header) > 1:
+        frequency_hz, records = _wide(table)
+    else:
+        expected = f"{','.join(_LONG)}[,coherence], or frequency_hz and columns such as 12:+Z/1:+X real"
+        raise InputError(str(path), f"the columns {', '.join(table.header[:6])}", expected, "name the columns so")
+    averages = table.note("averages", int)
+    return FrfRecords(
+        frequency_hz=frequency_hz,
+        records=records,
+        unit=parse_frf_unit(table.notes["unit"], f"{path}, # unit") if "unit" in table.notes else None,
+        averages=None if averages is None else int(averages),
+        window_decay_per_s=table.note("window_decay_per_s", float),
+    )
+
+
+def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
+    """Sample rate (Hz) and signals of a time history; every column states its unit in brackets."""
+    del units  # a CSV file states its units itself
+    table = read_table(path)
+    first = 1 if table.header[0] == "block" else 0
+    names = table.header[first + 1 :]
+    if not names or table.header[first] != "time_s":
+        raise InputError(str(path), f"the columns {', '.join(table.header[:6])}", "time_s and signals such as 12:+Z [m/s^2]")
+    blocks: dict[str, list[int]] = {}
+    for index, row in enumerate(table.rows):
+        blocks.setdefault(row[0] if first else "", []).append(index)
+    time_s = common_axis(((f"{path}, block {name or 1}", table.numbers(first, rows)) for name, rows in blocks.items()), "time")
+    signals: list[Signal] = []
+    for column, name in enumerate(names, start=first + 1):
+        where = f"{path}, column {name!r}"
+        match = _SIGNAL.fullmatch(name)
+        if match is None:
+            raise InputError(where, "no channel with its unit", "such as 12:+Z [m/s^2]", "add the unit in brackets")
+        channel, unit = Channel.parse(match[1], where), parse_signal_unit(match[2], where)
+        signals.extend(Signal(channel, unit, table.numbers(column, rows), where) for rows in blocks.values())
+    return sample_rate(time_s, str(path)), signals
+
+
+def write_frf(path: Path, frf_set: FrfSet) -> None:
+    """Write the measured pairs of an FRF set in the long layout, in SI units, with every digit."""
+    notes = {"unit": UNIT[frf_set.quantity], "averages": frf_set.averages, "window_decay_per_s": frf_set.window_decay_per_s}
+    lines = [f"# {key}: {value}" for key, value in notes.items() if value is not None]
+    lines.append(",".join(_LONG) + (",coherence" if frf_set.coherence is not None else ""))
+    for i, j in product(range(len(frf_set.outputs)), range(len(frf_set.inputs))):
+        if frf_set.measured[i, j]:
+            for line, (frequency, value) in enumerate(zip(frf_set.frequency_hz.tolist(), frf_set.frf[:, i, j].tolist(), strict=True)):
+                coherence = "" if frf_set.coherence is None else f",{float(frf_set.coherence[line, i, j])!r}".replace("nan", "")
+                lines.append(f"{frequency!r},{frf_set.outputs[i]},{frf_set.inputs[j]},{value.real!r},{value.imag!r}{coherence}")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _long(table: Table) -> tuple[Float, list[FrfRecord]]:
+    """Frequencies and records of the long layout; the lines may stand in any order."""
+    frequency, real, imag = (table.numbers(column) for column in (0, 3, 4))
+    groups: dict[tuple[str, str], list[int]] = {}
+    for index, row in enumerate(table.rows):
+        groups.setdefault((row[1], row[2]), []).append(index)
+    axes, records = [], []
+    for (output, input_), members in groups.items():
+        where = f"{table.name}, line {table.lines[members[0]]}"
+        order = [members[i] for i in np.argsort(frequency[members], kind="stable")]
+        same = np.flatnonzero(np.diff(frequency[order]) == 0)
+        if len(same):
+            twice = table.lines[order[same[0] + 1]]
+            raise InputError(f"{table.name}, line {twice}", f"a frequency of {output}/{input_} that comes twice", "each once")
+        axes.append((where, frequency[order]))
+        channels = (Channel.parse(output, where), Channel.parse(input_, where))
+        has_coherence = len(table.header) == 6 and any(table.rows[i][5] for i in members)
+        coherence = table.numbers(5, order) if has_coherence else None
+        records.append(FrfRecord(*channels, real[order] + 1j * imag[order], where, coherence=coherence))
+    return common_axis(axes, "frequency"), records
+
+
+def _wide(table: Table) -> tuple[Float, list[FrfRecord]]:
+    """Frequencies and records of the wide layout."""
+    parts: dict[tuple[Channel, Channel], dict[str, Float]] = {}
+    for column, name in enumerate(table.header[1:], start=1):
+        match = _PAIR.fullmatch(name)
+        where = f"{table.name}, column {name!r}"
+        if match is None:
+            raise InputError(where, "no pair and part", "such as 12:+Z/1:+X real (or imag, magnitude, phase_deg, coherence)")
+        pair = (Channel.parse(match[1], where), Channel.parse(match[2], where))
+        if match[3] in parts.setdefault(pair, {}):
+            raise InputError(where, f"{match[3]} of {pair[0]}/{pair[1]} a second time", "each once")
+        parts[pair][match[3]] = table.numbers(column)
+    records = []
+    for (output, input_), columns in parts.items():
+        where = f"{table.name}, columns {output}/{input_}"
+        values = _complex(columns, where)
+        records.append(FrfRecord(output, input_, values, where, coherence=columns.get("coherence")))
+    return table.numbers(0), records
+
+
+def _complex(columns: dict[str, Float], where: str) -> Complex:
+    """Values from real and imag, or from magnitude and phase_deg."""
+    names = set(columns) - {"coherence"}
+    if names == {"real", "imag"}:
+        return columns["real"] + 1j * columns["imag"]
+    if names == {"magnitude", "phase_deg"}:
+        return np.asarray(columns["magnitude"] * np.exp(1j * np.deg2rad(columns["phase_deg"])), dtype=np.complex128)
+    raise InputError(where, "the parts " + (" and ".join(sorted(names)) or "coherence alone"), "real and imag, or magnitude and phase_deg")

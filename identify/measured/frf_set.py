@@ -1,0 +1,82 @@
+"""A set of measured frequency response functions in SI units, `[frequency, output, input]`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.measured.channel import Channel
+
+Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Quantity = Literal["receptance", "mobility", "accelerance"]
+
+POWER: dict[str, int] = {"receptance": 0, "mobility": 1, "accelerance": 2}
+"""Power of s that turns a receptance into the quantity."""
+
+UNIT: dict[str, str] = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
+"""SI unit of the quantity between a force and a translation."""
+
+
+@dataclass(frozen=True)
+class FrfSet:
+    """H_ij = X_i / F_j with time convention e^{+j omega t}.
+
+    frequency_hz (L,), rising; frf (L, outputs, inputs), complex128, SI, NaN where a pair was not measured;
+    coherence like frf or None; averages behind each FRF or None; window_decay_per_s is the decay sigma of an
+    exponential window e^{-sigma t} that was put on force and response (0: none), so that the set samples
+    H(sigma + j omega); source says which file it came from, sha256 what was in it.
+    """
+
+    frequency_hz: Float
+    frf: Complex
+    outputs: tuple[Channel, ...]
+    inputs: tuple[Channel, ...]
+    quantity: Quantity
+    coherence: Float | None = None
+    averages: int | None = None
+    window_decay_per_s: float = 0.0
+    source: str = ""
+    sha256: str = ""
+
+    def __post_init__(self) -> None:
+        shape = (len(self.frequency_hz), len(self.outputs), len(self.inputs))
+        if self.frf.shape != shape:
+            raise ValueError(f"frf has shape {self.frf.shape}, expected (lines, outputs, inputs) = {shape}")
+        if self.coherence is not None and self.coherence.shape != shape:
+            raise ValueError(f"coherence has shape {self.coherence.shape}, expected {shape}")
+        if np.any(np.diff(self.frequency_hz) <= 0):
+            raise ValueError("frequency_hz must rise")
+
+    @property
+    def s(self) -> Complex:
+        """Where in the complex plane the set samples H: sigma + j omega, (L,), rad/s."""
+        return np.asarray(self.window_decay_per_s + 2j * np.pi * self.frequency_hz, dtype=np.complex128)
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """Which (output, input) pairs were measured."""
+        return np.asarray(~np.isnan(self.frf).all(axis=0))
+
+    def lines(self, keep: NDArray[np.bool_]) -> FrfSet:
+        """The same set on some of its frequency lines."""
+        coherence = None if self.coherence is None else self.coherence[keep]
+        return replace(self, frequency_hz=self.frequency_hz[keep], frf=self.frf[keep], coherence=coherence)
+
+    def band(self, low_hz: float, high_hz: float) -> FrfSet:
+        """The lines with low <= f <= high."""
+        return self.lines((self.frequency_hz >= low_hz) & (self.frequency_hz <= high_hz))
+
+    def pairs(self, outputs: list[int], inputs: list[int]) -> FrfSet:
+        """The given output and input positions, in that order."""
+        pick = np.ix_(range(len(self.frequency_hz)), outputs, inputs)
+        return replace(
+            self,
+            frf=self.frf[pick],
+            coherence=None if self.coherence is None else self.coherence[pick],
+            outputs=tuple(self.outputs[i] for i in outputs),
+            inputs=tuple(self.inputs[i] for i in inputs),
+        )

@@ -1,0 +1,144 @@
+"""The stabilisation diagram: poles of every order, and their automatic clustering over orders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.modal import lsce, plscf
+from identify.modal.layout import Layout
+from identify.modal.mac import mpc, mpd
+from identify.modal.poles import Band, PoleSet, moments, pole_set
+from identify.modal.settings import ModalSettings
+
+Complex = NDArray[np.complex128]
+Float = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_BLOCK = 256
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """Every decaying pole in the band, of every order, flat over n poles.
+
+    order (n,); poles (n,), rad/s, exponential window corrected; participation (n, references) and shapes (n, responses) of
+    unit length; mpc (n,); mpd (n,), rad; cluster (n,): number of the cluster, most present first, -1 for none; orders: all.
+    """
+
+    order: Index
+    poles: Complex
+    participation: Complex
+    shapes: Complex
+    mpc: Float
+    mpd: Float
+    cluster: Index
+    orders: tuple[int, ...]
+
+    @property
+    def frequency_hz(self) -> Float:
+        """|lambda| / 2 pi, (n,)."""
+        return np.abs(self.poles) / (2 * np.pi)
+
+    @property
+    def damping_ratio(self) -> Float:
+        """-Re lambda / |lambda|, (n,)."""
+        return np.asarray(-self.poles.real / np.abs(self.poles))
+
+
+def orders_of(layout: Layout, settings: ModalSettings) -> range:
+    """The orders of the diagram: by default up to 60, 240 poles, or a quarter of the lines, whichever is least."""
+    refs, lines = len(layout.references), len(layout.frequency_hz)
+    top = settings.max_order or max(min(60, 240 // refs, lines // 4), settings.min_order)
+    return range(settings.min_order, min(top, (lines - 1) // 2) + 1)
+
+
+def stabilisation(layout: Layout, settings: ModalSettings) -> Diagram:
+    """Poles of every order, clustered; poles growing in time after correction, too damped or out of the band are left out."""
+    orders = orders_of(layout, settings)
+    frf = layout.frf[:, layout.complete]
+    frf = frf / np.sqrt(np.mean(np.abs(frf) ** 2))
+    estimator = lsce.denominators if settings.estimator == "lsce" else plscf.denominators
+    band, coefficients = Band.of(layout.frequency_hz), moments(frf, orders[-1])
+    # The window adds decay: what is too damped is judged after its correction.
+    allowed = settings.max_damping_ratio + layout.decay / (2 * np.pi * layout.frequency_hz[0])
+    sets = [pole_set(beta, coefficients, band, min(allowed, 0.999)) for beta in estimator(frf, orders)]
+    flat = _flatten(sets, layout, settings, tuple(orders))
+    return replace(flat, cluster=cluster(flat, settings.cluster_radius))
+
+
+def _flatten(sets: list[PoleSet], layout: Layout, settings: ModalSettings, orders: tuple[int, ...]) -> Diagram:
+    order = np.concatenate([np.full(len(found.poles), found.order) for found in sets])
+    poles = np.concatenate([found.poles for found in sets]) + layout.decay
+    shapes = np.concatenate([found.shapes for found in sets])
+    frequency, damping = np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
+    low, high = layout.frequency_hz[0], layout.frequency_hz[-1]
+    size = np.linalg.norm(shapes, axis=1)
+    kept = (frequency >= low) & (frequency <= high) & (damping > 0) & (damping <= settings.max_damping_ratio) & (size > 0)
+    shapes = shapes[kept] / size[kept, None]
+    return Diagram(
+        order=order[kept],
+        poles=poles[kept],
+        participation=np.concatenate([found.participation for found in sets])[kept],
+        shapes=shapes,
+        mpc=mpc(shapes),
+        mpd=mpd(shapes),
+        cluster=np.full(int(kept.sum()), -1),
+        orders=orders,
+    )
+
+
+def cluster(diagram: Diagram, radius: float) -> Index:
+    """Cluster number of every pole, (n,), -1 for none; a cluster has at most one pole of each order.
+
+    Two poles are |lambda_i - lambda_j| / (mean half-bandwidth) + 1 - MAC apart, so that the reach follows the damping: a
+    pole that scatters by more than its own half-bandwidth is not identified.  The pole with neighbours in
+    most orders founds a cluster with the nearest neighbour of each order; then the next, among what is left.
+    """
+    i, j, distance = _neighbours(diagram, radius)
+    start = np.searchsorted(i, np.arange(len(diagram.poles) + 1))
+    column = np.searchsorted(diagram.orders, diagram.order)
+    count = np.zeros((len(diagram.poles), len(diagram.orders)), dtype=np.int32)
+    np.add.at(count, (i, column[j]), 1)
+    closeness = np.bincount(i, weights=radius - distance, minlength=len(diagram.poles)) / (1 + radius * len(i))
+    free = np.ones(len(diagram.poles), dtype=bool)
+    labels = np.full(len(diagram.poles), -1)
+    for number in range(len(diagram.poles)):
+        score = np.where(free, np.sum(count > 0, axis=1) + closeness, -1.0)
+        seed = int(np.argmax(score)) if len(score) else -1
+        if seed < 0 or score[seed] < 2:
+            break
+        near = slice(start[seed], start[seed + 1])
+        members = _one_per_order(seed, j[near], distance[near], column, free)
+        labels[members], free[members] = number, False
+        for member in members:
+            count[j[start[member] : start[member + 1]], column[member]] -= 1
+    return labels
+
+
+def _one_per_order(seed: int, near: Index, distance: Float, column: Index, free: NDArray[np.bool_]) -> Index:
+    """The seed and the nearest free pole of every other order."""
+    near, distance = near[free[near]], distance[free[near]]
+    near = near[np.argsort(distance, kind="stable")]
+    _, first = np.unique(column[near], return_index=True)
+    return np.append(near[first], seed)
+
+
+def _neighbours(diagram: Diagram, radius: float) -> tuple[Index, Index, Float]:
+    """Pairs of poles of different orders less than the radius apart, sorted by the first."""
+    poles, shapes, order = diagram.poles, diagram.shapes, diagram.order
+    half = -poles.real
+    found = []
+    for first in range(0, len(poles), _BLOCK):
+        rows = slice(first, first + _BLOCK)
+        apart = np.abs(poles[rows, None] - poles) / ((half[rows, None] + half) / 2)
+        i, j = np.nonzero((apart < radius) & (order[rows, None] != order))
+        mac = np.abs(np.einsum("pc,pc->p", shapes[rows][i].conj(), shapes[j])) ** 2
+        distance = apart[i, j] + 1 - mac
+        near = distance < radius
+        found.append((i[near] + first, j[near], distance[near]))
+    if not found:
+        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp), np.zeros(0)
+    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found]), np.concatenate([f[2] for f in found])

@@ -1,0 +1,105 @@
+"""FRFs of a linear system and their exact sensitivities, as functions on arrays.
+
+    Z(s) = K + s C + s^2 M,   H(s) = s^p S Z(s)^-1 B,   dH/dp_j = -s^p (S Z^-1) dZ/dp_j (Z^-1 B)
+
+p = 0, 1, 2 for receptance, mobility, accelerance.  `frf` goes through the eigenvalues of the state matrix, which is
+some ten times faster than a solve per line; it measures its own error and solves line by line where the system is
+(nearly) defective.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs anyway.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.model.modes import state_eigen
+from identify.model.system import Factors
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_TOLERANCE = 1e-9
+"""Largest relative residual |Z x - B| / |B| of the modal route before every line is solved instead."""
+
+
+def frf(mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int) -> Complex:
+    """H (..., lines, outputs, inputs) at s (lines,), rad/s; mass, damping, stiffness (..., n, n); out (outputs, n); force (n, inputs)."""
+    eigenvalues, shapes = state_eigen(mass, damping, stiffness)
+    paired = bool(np.all(eigenvalues[..., ::2].imag > 0))  # LAPACK puts conjugate pairs side by side, Im > 0 first
+    if paired:
+        eigenvalues, shapes = eigenvalues[..., ::2], shapes[..., ::2]
+    participation = _participation(mass, damping, eigenvalues, shapes, force)
+    probe = s[[0, len(s) // 2, -1]]
+    x = _superpose(shapes, eigenvalues, participation, probe, paired)
+    residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
+    if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
+        return frf_by_solve(mass, damping, stiffness, s, out, force, power)
+    return (s**power)[:, None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
+
+
+def _participation(mass: Array, damping: Array, eigenvalues: Complex, shapes: Complex, force: Array) -> Complex:
+    """phi_r' B / phi_r' (2 lambda_r M + C) phi_r, (..., r, inputs): the left vectors of a symmetric system are its right ones."""
+    norm = np.sum(shapes * (2 * eigenvalues[..., None, :] * (mass @ shapes) + damping @ shapes), axis=-2)
+    return np.asarray(np.swapaxes(shapes, -1, -2) @ force / norm[..., None])
+
+
+def _superpose(shapes: Complex, eigenvalues: Complex, participation: Complex, s: Complex, paired: bool) -> Complex:
+    """sum_r shapes_r participation_r / (s - lambda_r), with the conjugate terms where paired, as products over all output-input pairs."""
+    outputs, inputs = shapes.shape[-2], participation.shape[-1]
+    residues = np.swapaxes(shapes, -1, -2)[..., :, :, None] * participation[..., :, None, :]
+    residues = residues.reshape(*residues.shape[:-2], outputs * inputs)
+    values = eigenvalues[..., None, :]
+    if paired:  # R/(s - l) + R*/(s - l*) = (2 Re(R) s - 2 Re(R l*)) / (s^2 - 2 Re(l) s + |l|^2)
+        squared = (s * s)[:, None] - 2 * values.real * s[:, None] + np.abs(values) ** 2
+        constant = -2 * (residues * np.conj(eigenvalues)[..., :, None]).real
+        inverse = 1.0 / squared
+        product = s[:, None] * _real_product(inverse, 2 * residues.real) + _real_product(inverse, constant)
+    else:
+        product = (1.0 / (s[:, None] - values)) @ residues
+    return np.asarray(product.reshape(*product.shape[:-1], outputs, inputs))
+
+
+def _real_product(a: Complex, b: Array) -> Complex:
+    """a @ b for complex a and real b without making b complex."""
+    stacked = np.concatenate([a.real, a.imag], axis=-2) @ b
+    lines = a.shape[-2]
+    return np.asarray(stacked[..., :lines, :] + 1j * stacked[..., lines:, :])
+
+
+def dynamic_stiffness(mass: Array, damping: Array, stiffness: Array, s: Complex) -> Complex:
+    """Z (..., lines, n, n) = K + s C + s^2 M."""
+    line = s[:, None, None]
+    return np.asarray(stiffness[..., None, :, :] + line * damping[..., None, :, :] + line**2 * mass[..., None, :, :])
+
+
+def frf_by_solve(mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int) -> Complex:
+    """The same as `frf` by a solve per line: the independent route, for checks and for defective systems."""
+    z = dynamic_stiffness(mass, damping, stiffness, s)
+    x = np.linalg.solve(z, np.broadcast_to(force.astype(complex), (*z.shape[:-1], force.shape[1])))
+    return np.asarray((s**power)[:, None, None] * (out @ x))
+
+
+def frf_and_gradient(
+    matrices: tuple[Array, Array, Array], factors: Factors, s: Complex, out: Array, force: Array, power: int, parameters: NDArray[np.intp]
+) -> tuple[Complex, Complex]:
+    """H (lines, outputs, inputs) and dH/dp (lines, outputs, inputs, p) for the parameters whose numbers are given, p of them.
+
+    One solve a line for [B, S'] serves all: Z is symmetric.
+    """
+    z = dynamic_stiffness(*matrices, s)
+    both = np.concatenate([force, out.T], axis=1).astype(complex)
+    solved = np.linalg.solve(z, np.broadcast_to(both, (len(s), *both.shape)))
+    from_force, to_out = solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
+    scale = (s**power)[:, None, None]
+    columns = np.flatnonzero(np.isin(factors.owner, parameters))
+    vectors = factors.vectors[:, columns]
+    left = -scale * (to_out @ vectors) * (s[:, None] ** factors.power[columns] * factors.weight[columns])[:, None, :]
+    right = vectors.T @ from_force
+    products = left[:, :, None, :] * np.swapaxes(right, 1, 2)[:, None, :, :]
+    return scale * (out @ from_force), _sum_by_owner(products, factors.owner[columns], parameters)
+
+
+def _sum_by_owner(products: Complex, owner: NDArray[np.intp], parameters: NDArray[np.intp]) -> Complex:
+    if np.array_equal(owner, parameters):
+        return products
+    return np.asarray(products @ (owner[:, None] == parameters))

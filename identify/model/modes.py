@@ -1,0 +1,80 @@
+"""Modes of a linear system: undamped and complex, with their shapes and the exact sensitivities of eigenvalues.
+
+Complex modes solve (lambda^2 M + lambda C + K) phi = 0; frequency |lambda|/2 pi, damping ratio -Re lambda/|lambda|.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from identify.model.system import Factors
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Oscillating modes in order of frequency: eigenvalues (m,), rad/s, Im > 0; shapes (m, n) over the coordinates.
+
+    Shapes are scaled to phi' (2 lambda M + C) phi = 1.
+    """
+
+    eigenvalues: Complex
+    shapes: Complex
+
+    @property
+    def frequency_hz(self) -> Array:
+        """|lambda| / 2 pi, (m,)."""
+        return np.asarray(np.abs(self.eigenvalues) / (2 * np.pi))
+
+    @property
+    def damping_ratio(self) -> Array:
+        """-Re lambda / |lambda|, (m,)."""
+        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
+
+
+def undamped_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
+    """Frequencies (n,), Hz, and mass-normalised shapes (n, n), one a row; an unstable mode has a negative frequency."""
+    squares, shapes = scipy.linalg.eigh(stiffness, mass)
+    return np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi), shapes.T
+
+
+def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex, Complex]:
+    """Eigenvalues (..., 2n) and the displacement parts (..., n, 2n) of the right eigenvectors of the state matrix for [x, x']."""
+    size = mass.shape[-1]
+    state = np.zeros((*mass.shape[:-2], 2 * size, 2 * size))
+    state[..., :size, size:] = np.eye(size)
+    state[..., size:, :] = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
+    eigenvalues, right = np.linalg.eig(state)
+    return eigenvalues.astype(complex, copy=False), right[..., :size, :].astype(complex, copy=False)
+
+
+def complex_modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
+    """The oscillating modes of one system (n, n); overdamped ones have no frequency and are left out."""
+    values, right = state_eigen(mass, damping, stiffness)
+    kept = np.flatnonzero(values.imag > 1e-9 * np.abs(values))
+    kept = kept[np.argsort(np.abs(values[kept]))]
+    values, shapes = values[kept], right[:, kept].T
+    norm = np.einsum("mi,mij,mj->m", shapes, 2 * values[:, None, None] * mass + damping, shapes)
+    return Modes(values, shapes / np.sqrt(norm)[:, None])
+
+
+def eigenvalue_gradient(modes: Modes, factors: Factors, parameters: int) -> Complex:
+    """d lambda / dp (m, parameters), exact for simple eigenvalues: -phi' (lambda^2 M_j + lambda C_j + K_j) phi."""
+    through = (modes.shapes @ factors.vectors) ** 2
+    columns = -through * factors.weight * modes.eigenvalues[:, None] ** factors.power
+    return np.asarray(columns @ (factors.owner[:, None] == np.arange(parameters)))
+
+
+def frequency_and_damping_gradient(modes: Modes, factors: Factors, parameters: int) -> tuple[Array, Array]:
+    """d frequency_hz / dp and d damping_ratio / dp, each (m, parameters)."""
+    change = eigenvalue_gradient(modes, factors, parameters)
+    values = modes.eigenvalues[:, None]
+    size = np.abs(values)
+    d_size = (np.conj(values) * change).real / size
+    return d_size / (2 * np.pi), -change.real / size + values.real * d_size / size**2

@@ -1,0 +1,245 @@
+"""The result of a run and its HDF5 layout, in one place: the classes below are the groups of the file.
+
+Arrays and texts are datasets, numbers attributes, `None` is left out, nested classes are groups.  The file is written
+aside, flushed to disk and renamed, so that it is whole at every moment.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import types
+import typing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar, Union
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.errors import InputError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Texts = tuple[str, ...]
+LAYOUT = 1
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class ParameterTable:
+    """All parameters (p of them), fixed ones too; std on the search scale (ln value where log), NaN where fixed."""
+
+    name: Texts
+    unit: Texts
+    initial: Array
+    value: Array
+    lower: Array
+    upper: Array
+    log: NDArray[np.bool_]
+    free: NDArray[np.bool_]
+    std: Array
+    low_95: Array
+    high_95: Array
+    status: Texts
+
+
+@dataclass(frozen=True)
+class StartTable:
+    """One row per start: initial and final values (starts, p), cost, evaluations, seconds, and how it ended."""
+
+    initial: Array
+    final: Array
+    cost: Array
+    evaluations: Array
+    seconds: Array
+    converged: NDArray[np.bool_]
+    sentence: Texts
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Where things are at a posture, in the base's axes, m: points (n, 3) with their nodes, and the skeleton of joint origins (k, 3)."""
+
+    nodes: NDArray[np.int_]
+    point_names: Texts
+    point_links: Texts
+    points: Array
+    skeleton: Array
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes of the model (m): frequency, damping ratio, shapes at the points (m, n, 3) and at the skeleton (m, k, 3), base axes."""
+
+    frequency_hz: Array
+    damping_ratio: Array
+    point_shapes: Complex
+    skeleton_shapes: Complex
+
+
+@dataclass(frozen=True)
+class ModePairs:
+    """Measured modes beside the model's: rows of each, MAC of the pair (NaN without shapes), and the whole MAC matrix (measured, model)."""
+
+    measured_frequency_hz: Array
+    measured_damping_ratio: Array
+    measured: NDArray[np.int_]
+    model: NDArray[np.int_]
+    mac: Array
+    mac_matrix: Array | None
+    origin: str
+
+
+@dataclass(frozen=True)
+class FrfComparison:
+    """FRFs (lines, pairs): measured, predicted at the start and as fitted, noise (std of real or imaginary part); per pair the errors.
+
+    gap: RMS residual over noise; relative: |difference| / |measured| over the band; frac: see identify.modal.mac; area as in
+    Kobe Eq. 10 over the area below the measurement.
+    """
+
+    quantity: str
+    unit: str
+    window_decay_per_s: float
+    frequency_hz: Array
+    output: Texts
+    input: Texts
+    measured: Complex
+    initial: Complex
+    fitted: Complex
+    band_95: Array | None
+    noise: Array | None
+    coherence: Array | None
+    gap: Array | None
+    relative_error: Array
+    frac: Array
+    area_error: Array
+
+
+@dataclass(frozen=True)
+class MeasurementResult:
+    """One measurement: what it was, and how the model does on it."""
+
+    name: str
+    use: str
+    file: str
+    sha256: str
+    posture_deg: Array
+    gap: float
+    geometry: Geometry
+    modes: Modes
+    frf: FrfComparison | None
+    pairs: ModePairs | None
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a result comes from."""
+
+    identify: str
+    python: str
+    platform: str
+    packages: Texts
+    written: str
+    config_path: str
+    config_sha256: str
+    config: str
+    input_files: Texts
+    input_sha256: Texts
+
+
+@dataclass(frozen=True)
+class Result:
+    """A whole run.  verdict and notes are sentences; history as in `identify.fit.Fit`; effects are the sentences of the model's effects."""
+
+    layout: int
+    kind: str
+    name: str
+    seed: int
+    verdict: Texts
+    notes: Texts
+    effects: Texts
+    cost_kind: str
+    cost: float
+    gap: float
+    gap_validation: float
+    converged: bool
+    seconds: float
+    parameters: ParameterTable
+    correlation: Array
+    singular_values: Array
+    directions: Array
+    inseparable: Texts
+    starts: StartTable
+    history: Array
+    measurements: dict[str, MeasurementResult]
+    provenance: Provenance
+
+
+def write(result: Any, path: Path) -> None:
+    """Write a result whole: aside, flushed, renamed.  Raises InputError where the folder cannot be written."""
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with h5py.File(aside, "w") as file:
+            _write_group(file, result)
+        with aside.open("rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(aside, path)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise InputError(str(path), f"cannot be written ({error})", "a folder with room", "choose another with `--out`") from error
+
+
+def read(path: Path, kind: type[T] = Result) -> T:  # type: ignore[assignment]
+    """Read a result; raises InputError for a file that is none, or one of another layout."""
+    try:
+        with h5py.File(path, "r") as file:
+            layout = file.attrs.get("layout")
+            if layout != LAYOUT:
+                found = "not a result of identify" if layout is None else f"layout {layout}"
+                raise InputError(str(path), found, f"a result file of layout {LAYOUT}", "run the fit again with this version")
+            return _read_group(file, kind)
+    except OSError as error:
+        raise InputError(str(path), f"cannot be read as HDF5 ({error})", "a result file written by `identify fit`") from error
+
+
+def _write_group(group: h5py.Group, item: Any) -> None:
+    entries = item.items() if isinstance(item, dict) else ((f.name, getattr(item, f.name)) for f in dataclasses.fields(item))
+    for name, value in entries:
+        if value is None:
+            continue
+        if dataclasses.is_dataclass(value) or isinstance(value, dict):
+            _write_group(group.create_group(name, track_order=True), value)
+        elif isinstance(value, tuple):
+            group.create_dataset(name, data=np.array(value, dtype=object), dtype=h5py.string_dtype(), shape=(len(value),))
+        elif isinstance(value, (np.ndarray, str)):
+            group.create_dataset(name, data=value)
+        else:
+            group.attrs[name] = value
+
+
+def _read_group(group: h5py.Group, kind: type[T]) -> T:
+    hints = typing.get_type_hints(kind)
+    values = {field.name: _read_value(group, field.name, hints[field.name]) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    return kind(**values)
+
+
+def _read_value(group: h5py.Group, name: str, hint: Any) -> Any:
+    if typing.get_origin(hint) in (Union, types.UnionType):
+        if name not in group and name not in group.attrs:
+            return None
+        hint = next(option for option in typing.get_args(hint) if option is not type(None))
+    if typing.get_origin(hint) is dict:
+        inner = typing.get_args(hint)[1]
+        return {key: _read_group(member, inner) for key, member in group[name].items()}
+    if typing.get_origin(hint) is tuple:
+        return tuple(text.decode() for text in group[name][()])
+    if dataclasses.is_dataclass(hint):
+        return _read_group(group[name], typing.cast(type, hint))
+    if hint in (int, float, bool):
+        return hint(group.attrs[name])
+    value = group[name][()]
+    return value.decode() if hint is str else value

@@ -1,0 +1,123 @@
+"""What a robot is made of: rigid links with inertia and revolute joints in a row, whichever format they came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid body: mass (kg), centre of mass (3,) (m) in the link's frame, inertia (3, 3) (kg m^2) about the centre in link axes."""
+
+    name: str
+    mass: float
+    centre: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A revolute joint: origin (4, 4) is the child link's frame in the parent's at zero angle; axis (3,), unit, in the child's frame.
+
+    At angle q the child's frame is origin @ rotation(axis, q) @ mount, with mount (4, 4) the identity for URDF
+    and the constant rest of the link transform for Denavit-Hartenberg tables, whose link frame sits at the far end.
+    """
+
+    name: str
+    parent: str
+    child: str
+    origin: Array
+    axis: Array
+    mount: Array = field(default_factory=lambda: np.eye(4))
+    lower: float = -np.inf
+    upper: float = np.inf
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A serial arm: links[0] is the base, joints[i] connects links[i] to links[i + 1].
+
+    frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose (4, 4) there.
+    gravity (3,) is in the base link's axes (m/s^2).
+    """
+
+    name: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    frames: dict[str, tuple[str, Array]] = field(default_factory=dict)
+    gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+
+    def link(self, name: str, where: str = "robot") -> Link:
+        """The link of that name; an unknown name is an InputError with the known ones."""
+        for link in self.links:
+            if link.name == name:
+                return link
+        raise InputError(where, f"unknown link {name!r}", "one of " + ", ".join(link.name for link in self.links))
+
+    def joint_number(self, joint: int | str, where: str = "robot") -> int:
+        """1-based number of a joint given by number or by name."""
+        names = [j.name for j in self.joints]
+        if isinstance(joint, int) and 1 <= joint <= len(names):
+            return joint
+        if joint in names:
+            return names.index(str(joint)) + 1
+        raise InputError(where, f"unknown joint {joint!r}", f"a number from 1 to {len(names)} or one of " + ", ".join(names))
+
+    def detach(self, first: str, where: str = "robot") -> Robot:
+        """The robot without link `first` and everything beyond it, as when the wrist was taken off for a test."""
+        number = self.links.index(self.link(first, where))
+        if number == 0:
+            raise InputError(where, f"cannot detach the base link {first!r}", "a moving link")
+        kept = self.links[:number]
+        names = {link.name for link in kept}
+        frames = {name: frame for name, frame in self.frames.items() if frame[0] in names}
+        return replace(self, links=kept, joints=self.joints[: number - 1], frames=frames)
+
+    def with_payload(self, link: str, mass: float, centre: Array, inertia: Array, where: str = "robot") -> Robot:
+        """The robot with a rigid body added to a link: mass (kg), centre (3,) in link axes, inertia (3, 3) about that centre."""
+        old = self.link(link, where)
+        if old.mass == 0:
+            raise InputError(where, f"a payload on link {link!r}, whose own inertia is not known", "a link with mass and inertia")
+        new = merge(old, Link("payload", mass, centre, inertia))
+        fault = f"mass {mass:g} kg is not positive" if mass <= 0 else inertia_fault(new)
+        if fault:
+            raise InputError(where, f"payload on link {link!r}: {fault}", "a mass and inertia that a rigid body can have")
+        return replace(self, links=tuple(new if other is old else other for other in self.links))
+
+
+def merge(a: Link, b: Link) -> Link:
+    """One rigid body out of two in the same frame (parallel-axis theorem), named after the first."""
+    mass = a.mass + b.mass
+    if mass == 0:
+        return replace(a, inertia=a.inertia + b.inertia)
+    centre = (a.mass * a.centre + b.mass * b.centre) / mass
+    inertia = np.zeros((3, 3))
+    for body in (a, b):
+        d = body.centre - centre
+        inertia += body.inertia + body.mass * (d @ d * np.eye(3) - np.outer(d, d))
+    return Link(a.name, mass, centre, inertia)
+
+
+def inertia_fault(link: Link) -> str | None:
+    """Why no rigid body can have this mass and inertia, or None where one can."""
+    if not (np.isfinite(link.mass) and link.mass > 0):
+        return f"mass {link.mass:g} kg is not positive"
+    if not (np.all(np.isfinite(link.centre)) and np.all(np.isfinite(link.inertia))):
+        return "centre of mass or inertia is not finite"
+    if not np.allclose(link.inertia, link.inertia.T):
+        return "inertia tensor is not symmetric"
+    principal = np.linalg.eigvalsh(link.inertia)
+    if principal[0] <= 0:
+        return f"principal moments of inertia {principal.round(9).tolist()} kg m^2 are not all positive"
+    # Rounding in published tables may break the triangle inequality in the last printed digit.
+    if principal[2] > (principal[0] + principal[1]) * (1 + 1e-3):
+        moments = principal.round(9).tolist()
+        return f"principal moments of inertia {moments} kg m^2: the largest exceeds the sum of the others"
+    return None

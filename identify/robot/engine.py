@@ -1,0 +1,118 @@
+"""The one file that knows the dynamics engine (MuJoCo): mass matrix, gravity stiffness and point Jacobians of a mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from identify.robot.posture import AXES, Mechanism
+
+Array = NDArray[np.float64]
+
+_STEP = 1e-5
+"""Displacement (m, rad) for the differences of gravity forces: truncation ~1e-10 and rounding ~1e-11 of their scale."""
+
+
+class Engine:
+    """A mechanism compiled for the dynamics engine; everything is evaluated at zero elastic displacement."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._model = _compile(mechanism)
+        self._data = mujoco.MjData(self._model)
+        mujoco.mj_fwdPosition(self._model, self._data)
+
+    def mass_matrix(self) -> Array:
+        """M (n, n), kg, kg m, kg m^2, over all 6 x bodies coordinates."""
+        mass = np.zeros((self._model.nv, self._model.nv))
+        mujoco.mj_fullM(self._model, self._data, mass)
+        return mass
+
+    def jacobian(self, frame: str, point: Array, where: str = "points") -> Array:
+        """(6, n): velocity (3) and angular velocity (3) of a point fixed to a frame, in that frame's axes, per coordinate velocity.
+
+        point (3,), m, in the frame's own axes.
+        """
+        body, pose = self.mechanism.frame(frame, where)  # body -1, the ground, is the engine's body 0
+        turn = self._data.xmat[body + 1].reshape(3, 3)
+        world = self._data.xpos[body + 1] + turn @ (pose[:3, :3] @ point + pose[:3, 3])
+        linear, angular = np.zeros((2, 3, self._model.nv))
+        mujoco.mj_jac(self._model, self._data, linear, angular, world, body + 1)
+        axes = (turn @ pose[:3, :3]).T
+        return np.vstack([axes @ linear, axes @ angular])
+
+    def axes(self, frame: str) -> Array:
+        """(3, 3): the axes of a frame, as columns in the base's axes."""
+        body, pose = self.mechanism.frame(frame, "points")
+        return np.asarray(self._data.xmat[body + 1].reshape(3, 3) @ pose[:3, :3])
+
+    def position(self, frame: str, point: Array) -> Array:
+        """Where a point (3,) fixed to a frame is, in the base's axes, m."""
+        body, pose = self.mechanism.frame(frame, "points")
+        inside = pose[:3, :3] @ point + pose[:3, 3]
+        return np.asarray(self._data.xpos[body + 1] + self._data.xmat[body + 1].reshape(3, 3) @ inside)
+
+    def gravity_stiffness(self) -> Array:
+        """K_g (n, n): derivative of the generalised gravity forces, symmetric, N/m, N, N m/rad."""
+        return self._derivative(lambda data: np.asarray(data.qfrc_bias).copy())
+
+    def weight_stiffness(self, frame: str, point: Array, where: str = "points") -> Array:
+        """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's axes."""
+        body, pose = self.mechanism.frame(frame, where)
+        inside, linear = pose[:3, :3] @ point + pose[:3, 3], np.zeros((3, self._model.nv))
+
+        def weight(data: mujoco.MjData) -> Array:
+            world = data.xpos[body + 1] + data.xmat[body + 1].reshape(3, 3) @ inside
+            mujoco.mj_jac(self._model, data, linear, None, world, body + 1)
+            return np.asarray(-linear.T @ self.mechanism.gravity)
+
+        return self._derivative(weight)
+
+    def _derivative(self, force: Callable[[mujoco.MjData], Array]) -> Array:
+        """Central differences of a generalised force over all coordinates, made symmetric."""
+        data, columns = mujoco.MjData(self._model), []
+        for coordinate in range(self._model.nv):
+            difference = np.zeros(self._model.nv)
+            for sign in (1.0, -1.0):
+                data.qpos[:] = 0.0
+                data.qpos[coordinate] = sign * _STEP
+                mujoco.mj_forward(self._model, data)
+                difference += sign * force(data)
+            columns.append(difference / (2 * _STEP))
+        stiffness = np.array(columns)
+        return np.asarray((stiffness + stiffness.T) / 2)
+
+
+def _compile(mechanism: Mechanism) -> mujoco.MjModel:
+    spec = mujoco.MjSpec()
+    spec.option.gravity = mechanism.gravity
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    added: list[mujoco.MjsBody] = []
+    principal: list[Array] = []
+    for body in mechanism.bodies:
+        parent = spec.worldbody if body.parent < 0 else added[body.parent]
+        node = parent.add_body(name=body.name, pos=body.pose[:3, 3], quat=_quaternion(body.pose[:3, :3]))
+        node.explicitinertial = True
+        node.mass, node.ipos = body.mass, body.centre
+        moments, axes = np.linalg.eigh(body.inertia)
+        axes *= np.sign(np.linalg.det(axes))
+        node.inertia, node.iquat = np.full(3, moments[2]), _quaternion(axes)
+        principal.append(moments)
+        for number, axis in enumerate(AXES):
+            kind = mujoco.mjtJoint.mjJNT_SLIDE if number < 3 else mujoco.mjtJoint.mjJNT_HINGE
+            node.add_joint(name=f"{body.name}.{axis}", type=kind, axis=np.eye(3)[number % 3])
+        added.append(node)
+    model = spec.compile()
+    # The compiler refuses, or replaces by their average, moments that rounding took past the triangle inequality (a plate), so
+    # the true ones go in afterwards; the description has checked them.
+    model.body_inertia[1:] = principal
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    return model
+
+
+def _quaternion(rotation: Array) -> Array:
+    return np.asarray(Rotation.from_matrix(rotation).as_quat(scalar_first=True))

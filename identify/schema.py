@@ -1,0 +1,19 @@
+"""The config's schema for people and editors: the JSON Schema of `Study` with the plug points' own keys filled in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from identify.costs.base import COSTS
+from identify.effects.base import EFFECTS
+from identify.optimizers.base import OPTIMIZERS
+from identify.study import Study
+
+
+def study_schema() -> dict[str, Any]:
+    """JSON Schema of a study; `effects`, `cost` and `optimizer` list the schema of every registered kind."""
+    schema = Study.model_json_schema(by_alias=True)
+    for key, registry in (("effects", EFFECTS), ("cost", COSTS), ("optimizer", OPTIMIZERS)):
+        kinds = {name: registry.get(name).model_json_schema() for name in registry.names()}
+        schema["properties"][key]["kinds"] = kinds
+    return schema

@@ -1,0 +1,84 @@
+"""What a run shows in the terminal: a progress bar with the best cost, and a summary of the result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+from rich.table import Table
+
+from identify.fit import Progress
+from identify.measured.quality import Finding
+from identify.results import MeasurementResult, Result
+
+_MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Progress]:
+    """A bar over the starts of a fit with the best cost so far and the time left; nothing where quiet."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=Console(stderr=True), disable=quiet, transient=True) as bar:
+        task = bar.add_task("reading", total=None, best="")
+        lowest = [np.inf]
+
+        def show(start: int, starts: int, kind: str, evaluations: int, best: float) -> None:
+            lowest[0] = min(lowest[0], best)
+            text = f"best cost {lowest[0]:.4g}"
+            bar.update(task, description=f"start {start + 1} of {starts}, {kind}", total=starts, completed=start, best=text)
+
+        yield Progress(show)
+
+
+def print_result(result: Result) -> None:
+    """The verdict, the parameters and the modes."""
+    console = Console()
+    console.print(*result.verdict, sep="\n", highlight=False)
+    for note in result.notes:
+        console.print(f"[yellow]note:[/] {note}", highlight=False)
+    console.print(parameter_table(result))
+    for measurement in result.measurements.values():
+        console.print(mode_table(measurement))
+
+
+def parameter_table(result: Result) -> Table:
+    """Fitted values with their intervals."""
+    table = Table("parameter", "value", "95 % interval", "unit", "from", "data say", title=f"{result.name}: parameters")
+    for column in (1, 2, 4):
+        table.columns[column].justify = "right"
+    p = result.parameters
+    for row, name in enumerate(p.name):
+        interval = f"{p.low_95[row]:.4g} to {p.high_95[row]:.4g}" if p.free[row] else ""
+        table.add_row(name, f"{p.value[row]:.4g}", interval, p.unit[row], f"{p.initial[row]:.4g}", p.status[row])
+    return table
+
+
+def mode_table(measurement: MeasurementResult) -> Table:
+    """Modes of the model at one posture, beside the measured ones where there are any."""
+    use = "" if measurement.use == "fit" else ", not fitted"
+    gap = "" if np.isnan(measurement.gap) else f", gap {measurement.gap:.2f}"
+    table = Table("mode", "Hz", "damping %", "measured Hz", "measured %", "MAC", title=f"{measurement.name}{use}{gap}")
+    pairs = measurement.pairs
+    measured = {} if pairs is None else dict(zip(pairs.model.tolist(), zip(pairs.measured.tolist(), pairs.mac, strict=True), strict=True))
+    for row, (frequency, damping) in enumerate(zip(measurement.modes.frequency_hz, measurement.modes.damping_ratio, strict=True)):
+        beside = ["", "", ""]
+        if pairs is not None and row in measured:
+            mode, mac = measured[row]
+            ratio = pairs.measured_damping_ratio[mode]
+            beside = [f"{pairs.measured_frequency_hz[mode]:.3f}", f"{100 * ratio:.2f}", "" if np.isnan(mac) else f"{mac:.3f}"]
+        table.add_row(str(row + 1), f"{frequency:.3f}", f"{100 * damping:.2f}", *beside)
+    return table
+
+
+def print_findings(findings: Mapping[str, Sequence[Finding]]) -> None:
+    """One line per finding of the checks."""
+    console = Console()
+    for name, found in findings.items():
+        for finding in found:
+            console.print(f"{name}: {_MARK[finding.level]} {finding.sentence}", highlight=False)
+        failed = sum(finding.level == "fail" for finding in found)
+        console.print(f"{name}: {'no check failed' if not failed else f'{failed} failed'}", highlight=False)
