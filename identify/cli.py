@@ -38,6 +38,9 @@ def fit(
     seed: Annotated[int | None, typer.Option(help="overrides `seed` of the study")] = None,
     starts: Annotated[int | None, typer.Option(help="overrides `starts` of the study")] = None,
     report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="go on with an interrupted run; the result is that of an undisturbed one")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit a study: data in, parameters with intervals out."""
@@ -45,7 +48,7 @@ def fit(
     from identify.terminal import print_result, progress_bar
 
     with progress_bar(quiet) as progress:
-        result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress)
+        result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress, resume=resume)
     if not quiet:
         print_result(result)
     written = [path]
@@ -106,14 +109,16 @@ def report(result: Annotated[Path, typer.Argument(help="result file of a run")])
 def main() -> None:
     """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit code 2."""
     import os
+    import signal
 
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill ends a run as Ctrl-C does: saved and resumable
     try:
         app()
     except (InputError, InputErrors) as error:
         typer.echo("\n".join(f"error: {line}" for line in str(error).splitlines()), err=True)
         sys.exit(EXIT_BAD_INPUT)
     except KeyboardInterrupt:
-        typer.echo("interrupted", err=True)
+        typer.echo("interrupted; go on with `--resume`", err=True)
         sys.exit(EXIT_INTERRUPTED)

@@ -31,8 +31,8 @@ Array = NDArray[np.float64]
 _PACKAGES = ("numpy", "scipy", "mujoco", "h5py")
 
 
-def evaluate(problem: Problem, fit: Fit) -> results.Result:
-    """The result of a fit, ready to be written."""
+def evaluate(problem: Problem, fit: Fit, key: str) -> results.Result:
+    """The result of a fit, ready to be written; key says which run it is the result of (`identify.run`)."""
     targets, scale = problem.targets(), Scale(problem.parameters)
     trusted = trust(targets, scale, fit.values)
     names = [problem.parameters[number].name for number in scale.free]
@@ -42,6 +42,7 @@ def evaluate(problem: Problem, fit: Fit) -> results.Result:
     return results.Result(
         layout=results.LAYOUT,
         kind="fit",
+        key=key,
         name=study.name,
         seed=study.seed,
         verdict=_verdict(fit, trusted, gaps, together),
@@ -61,7 +62,7 @@ def evaluate(problem: Problem, fit: Fit) -> results.Result:
         starts=_starts(fit),
         history=fit.history,
         measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
-        provenance=_provenance(problem),
+        provenance=provenance_of(problem),
     )
 
 
@@ -216,7 +217,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: S
     )
 
 
-def _provenance(problem: Problem) -> results.Provenance:
+def provenance_of(problem: Problem) -> results.Provenance:
     file = problem.file
     robot = file.study.robot.urdf or file.study.robot.dh or Path()
     others = [robot] + ([file.study.points] if file.study.points else [])

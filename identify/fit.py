@@ -16,6 +16,7 @@ from scipy.stats import qmc
 
 from identify.costs.base import Objective
 from identify.errors import InputError
+from identify.journal import Journal
 from identify.optimizers.base import Ended, Optimizer, Outcome, Scale, Search
 from identify.problem import Problem
 
@@ -63,9 +64,12 @@ class Fit:
 
 @dataclass
 class Progress:
-    """What the caller may want to show: told of every step as (start, starts, stage kind, evaluations, best cost of all)."""
+    """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations, best cost in the stage),
+    the journal remembers costs, rows are the history.
+    """
 
     show: Callable[[int, int, str, int, float], None] = lambda start, starts, kind, evaluations, best: None
+    journal: Journal = field(default_factory=Journal)
     began: float = field(default_factory=time.perf_counter)
     rows: list[tuple[float, ...]] = field(default_factory=list)
 
@@ -112,7 +116,7 @@ def _run(
             progress.show(number, study.starts, kind, count, best)
 
         target = study.target_cost if stage_objective is objective else 0.0
-        search = Search(stage_objective, scale, stage.evaluations, target, watch)
+        search = Search(stage_objective, scale, stage.evaluations, target, watch, progress.journal)
         try:
             outcome = stage.minimize(search, x, np.random.default_rng([study.seed, number, position]))
         except Ended as end:

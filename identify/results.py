@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Texts = tuple[str, ...]
 LAYOUT = 1
+UNFINISHED = "unfinished"
 T = TypeVar("T")
 
 
@@ -156,6 +157,7 @@ class Result:
 
     layout: int
     kind: str
+    key: str
     name: str
     seed: int
     verdict: Texts
@@ -176,6 +178,21 @@ class Result:
     history: Array
     measurements: dict[str, MeasurementResult]
     provenance: Provenance
+
+
+@dataclass(frozen=True)
+class Unfinished:
+    """A run that is under way or was interrupted: what it would be a run of, and all costs in order (`identify.journal`)."""
+
+    layout: int
+    kind: str
+    key: str
+    costs: Array
+
+
+def unfinished(key: str, costs: Array) -> Unfinished:
+    """What is on disk while a run goes on."""
+    return Unfinished(LAYOUT, UNFINISHED, key, costs)
 
 
 def write(result: Any, path: Path) -> None:
@@ -201,9 +218,20 @@ def read(path: Path, kind: type[T] = Result) -> T:  # type: ignore[assignment]
             if layout != LAYOUT:
                 found = "not a result of identify" if layout is None else f"layout {layout}"
                 raise InputError(str(path), found, f"a result file of layout {LAYOUT}", "run the fit again with this version")
+            stored = file["kind"][()].decode()
+            if (stored == UNFINISHED) != (kind is Unfinished):
+                found = "the run was interrupted" if stored == UNFINISHED else "the run is finished"
+                expected = "an unfinished run" if kind is Unfinished else "a finished one"
+                raise InputError(str(path), found, expected, "see `identify fit --resume`")
             return _read_group(file, kind)
     except OSError as error:
         raise InputError(str(path), f"cannot be read as HDF5 ({error})", "a result file written by `identify fit`") from error
+
+
+def is_unfinished(path: Path) -> bool:
+    """Whether a file is of a run that is under way or was interrupted."""
+    with h5py.File(path, "r") as file:
+        return "kind" in file and file["kind"][()].decode() == UNFINISHED
 
 
 def _write_group(group: h5py.Group, item: Any) -> None:

@@ -2,29 +2,78 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from identify import results
 from identify.costs.target import FrfTarget
-from identify.evaluate import evaluate
+from identify.errors import InputError
+from identify.evaluate import evaluate, provenance_of
 from identify.fit import Progress, fit
 from identify.measured.quality import Finding, check
-from identify.problem import load_problem
+from identify.problem import Problem, load_problem
 from identify.study import Study, StudyFile, read_study
 
 
-def run_fit(config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None) -> tuple[results.Result, Path]:
-    """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the study."""
-    file = _override(read_study(config), overrides)
+def run_fit(
+    config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None, *, resume: bool = False
+) -> tuple[results.Result, Path]:
+    """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the study.
+
+    While it runs, the file holds what `resume` needs; a finished run of the same study is not run again by it.
+    """
+    file, progress = _override(read_study(config), overrides), progress or Progress()
     path = out or Path("reports") / f"{file.study.name}.h5"
     with threadpool_limits(1):
         problem = load_problem(file)
-        result = evaluate(problem, fit(problem, progress))
+        key = _key(problem, overrides)
+        if resume:
+            done = _finished(path, key)
+            if done is not None:
+                return done, path
+            progress.journal.remembered = _remembered(path, key)
+        progress.journal.save = lambda costs: results.write(results.unfinished(key, costs), path)
+        progress.journal.flush()
+        try:
+            found = fit(problem, progress)
+        except KeyboardInterrupt:
+            progress.journal.flush()
+            raise
+        result = evaluate(problem, found, key)
     results.write(result, path)
     return result, path
+
+
+def _key(problem: Problem, overrides: dict[str, Any]) -> str:
+    """What makes two runs the same: settings, input files, and the versions that compute."""
+    p = provenance_of(problem)
+    settings = ",".join(f"{name}={value}" for name, value in sorted(overrides.items()) if value is not None)
+    parts = (p.config_sha256, settings, *p.input_sha256, p.identify, p.python, *p.packages)
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _remembered(path: Path, key: str) -> NDArray[np.float64]:
+    """The costs of the interrupted run at `path`; InputError where there is none, or one of something else."""
+    if not path.exists():
+        return np.zeros(0)
+    kept = results.read(path, results.Unfinished)
+    if kept.key != key:
+        found = "the interrupted run there had another config, data or version"
+        raise InputError(str(path), found, "the same study", "run without `--resume`, or choose another file with `--out`")
+    return kept.costs
+
+
+def _finished(path: Path, key: str) -> results.Result | None:
+    """The finished run of the same study at `path`, if there is one."""
+    if not path.exists() or results.is_unfinished(path):
+        return None
+    done = results.read(path)
+    return done if done.key == key else None
 
 
 def run_checks(config: Path) -> dict[str, list[Finding]]:

@@ -64,11 +64,13 @@ class FrfObjective(Objective, Generic[CostOfFrf]):
 
     def costs(self, candidates: Array) -> Array:
         """The sum over measurements, a chunk of the population at a time."""
-        total = np.zeros(len(candidates))
+        total = np.full(len(candidates), np.inf)
+        possible = np.flatnonzero(np.isfinite(candidates).all(axis=1))
+        total[possible] = 0.0
         with np.errstate(all="ignore"):  # a candidate whose model has no solution costs infinity
             for target in self.targets:
-                for part in target.chunks(len(candidates)):
-                    total[part] += self.sums(target, candidates[part])
+                for part in target.chunks(len(possible)):
+                    total[possible[part]] += self.sums(target, candidates[possible[part]])
         return self.finish(np.where(np.isnan(total), np.inf, total))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from identify.effects.base import Contribution, DampingValues, Effect, Parameter, Site, Values
 from identify.effects.springs import parameter, spread
@@ -31,6 +31,12 @@ class RotorInertia(Effect):
     inertia: Values = Field(Values(fixed=True), description="on the motor side, kg m^2; from a data sheet, so fixed by default")
     holding_stiffness: Values | None = Field(None, description="N m/rad at the gear output; makes each rotor a coordinate of its own")
     holding_damping: DampingValues = Field(DampingValues(), description="N m s/rad at the gear output")
+
+    @model_validator(mode="after")
+    def _one_ratio_per_joint(self) -> Self:
+        if len(self.gear_ratio) != len(self.joints):
+            raise ValueError(f"gear_ratio: {len(self.gear_ratio)} ratios for {len(self.joints)} joints; expected one per joint")
+        return self
 
     def sentence(self) -> str:
         """For example: rotor inertia of joints 1, 2 behind their gears."""
@@ -61,8 +67,6 @@ class RotorInertia(Effect):
         """Inertia per rotor, then holding stiffness and damping per rotor."""
         if self.inertia.initial is None:
             raise InputError(f"{where}.inertia", "no `initial`", "the rotor inertia in kg m^2 from the motor's data sheet")
-        if len(self.gear_ratio) != len(self.joints):
-            raise InputError(f"{where}.gear_ratio", f"{len(self.gear_ratio)} ratios", f"{len(self.joints)}, one per joint")
         names = self._coordinates(robot)
         inertia = spread(self.inertia, np.zeros(len(names)), f"{where}.inertia")
         stems = [name.split(".")[0] for name in names]

@@ -20,17 +20,20 @@ def denominators(frf: Complex, orders: range) -> Iterator[Complex]:
     """Denominator coefficients beta (p + 1, references, references), beta_0 = 1, of every order p, from frf (L, responses, references).
 
     The impulse response h obeys sum_b h[n - b] beta_b = 0 for n > p.  Half of the record is used: its end holds the
-    band edges' and the residuals' wrap-around; so are the first samples left out.
+    wrap-around of band edges and residuals; every order starts as early as it can, where the signal is.
     """
     lines, responses, refs = frf.shape
     top = orders[-1]
     impulse = np.fft.ifft(frf, axis=0)
-    last = max(lines // 2, 2 * top + 2)
-    rows = np.arange(top + 1, min(last, lines))
+    padded = np.concatenate([np.zeros((top, responses, refs), dtype=complex), impulse])
+    last = min(max(lines // 2, 2 * top + 2), lines)
     normal = np.zeros(((top + 1) * refs,) * 2, dtype=complex)
-    for response in range(responses):
-        block = impulse[rows[:, None] - np.arange(top + 1)[None, :], response].reshape(len(rows), -1)
-        normal += block.conj().T @ block
+    grown: dict[int, Complex] = {}
+    for n in range(last - 1, orders[0], -1):
+        row = padded[n : n + top + 1][::-1].transpose(1, 0, 2).reshape(responses, -1)
+        normal += row.conj().T @ row
+        if n - 1 in orders:
+            size = n * refs
+            grown[n - 1] = normal[:size, :size].copy()
     for order in orders:
-        size = (order + 1) * refs
-        yield solve_denominator(normal[:size, :size], refs)
+        yield solve_denominator(grown[order], refs)

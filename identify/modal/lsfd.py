@@ -60,7 +60,7 @@ def regressors(layout: Layout, poles: Complex, participation: Complex, residuals
     scale = (s**layout.power)[:, None, None]
     direct = scale * participation / (s[:, None, None] - poles[:, None])
     mirror = scale * participation.conj() / (s[:, None, None] - poles.conj()[:, None])
-    modal = np.stack([direct + mirror, 1j * (direct - mirror)], axis=2).transpose(0, 3, 1, 2).reshape(len(s) * refs, -1)
+    modal = np.stack([direct + mirror, 1j * (direct - mirror)], axis=2).transpose(0, 3, 1, 2).reshape(len(s) * refs, 2 * len(poles))
     terms = [np.kron((s ** (layout.power + _POWER[kind]))[:, None], np.eye(refs)) for kind in residuals]
     return stack(np.concatenate([modal, *terms], axis=1))
 

@@ -8,7 +8,7 @@ model misses at a large one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ Complex = NDArray[np.complex128]
 Float = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-_ROUNDS, _STEPS, _TOLERANCE = 3, 15, 1e-8
+_QUICK, _FULL = (6, 1e-4), (15, 1e-6)
+"""Largest number of steps, and the relative fall of the cost that ends them."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,22 @@ class Refined:
 
 
 @dataclass(frozen=True)
+class _Problem:
+    """What is fitted and how: y (2 L references, responses), weight (L, references), free (m,)."""
+
+    layout: Layout
+    residuals: tuple[str, ...]
+    y: Float
+    weight: Float
+    free: Flags
+
+    @property
+    def rows(self) -> Float:
+        """The weight of every equation, (2 L references, 1)."""
+        return np.tile(self.weight.ravel(), 2)[:, None]
+
+
+@dataclass(frozen=True)
 class _State:
     poles: Complex
     participation: Complex
@@ -50,24 +67,26 @@ class _State:
         return float(np.sum(self.error**2))
 
 
-def refine(layout: Layout, poles: Complex, participation: Complex, residuals: tuple[str, ...], free: Flags) -> Refined:
+def refine(
+    layout: Layout, poles: Complex, participation: Complex, residuals: tuple[str, ...], free: Flags, *, quick: bool = False
+) -> Refined:
     """Poles (m,) and participation (m, references) that minimise the weighted error on the complete responses.
 
-    Only modes with free (m,) move.  Weights are found in three rounds, each from the residual of the last.
+    Only modes with free (m,) move.  Weights are found in three rounds, each from the residual of the last; quick: one
+    short round, enough to see which modes do not stay.
     """
-    y = targets(layout.frf[:, layout.complete])
     weight = np.ones((len(layout.frequency_hz), len(layout.references)))
-    state = _eliminate(layout, poles, unit_participation(participation), residuals, y, weight)
-    for _ in range(_ROUNDS):
-        weight = _weights(state.error / np.tile(weight.ravel(), 2)[:, None], layout)
-        state = _eliminate(layout, state.poles, state.participation, residuals, y, weight)
-        state = _minimise(layout, state, residuals, y, weight, free)
-    _, normal = _gradient(layout, state, weight, free)
-    covariance = np.linalg.pinv(normal, hermitian=True) * state.cost / max(y.size - len(normal), 1)
+    problem = _Problem(layout, residuals, targets(layout.frf[:, layout.complete]), weight, free)
+    state = _eliminate(problem, poles, unit_participation(participation))
+    for effort in (_QUICK,) if quick else (_QUICK, _QUICK, _FULL):
+        problem = replace(problem, weight=_weights(state.error / problem.rows, layout))
+        state = _minimise(problem, _eliminate(problem, state.poles, state.participation), *effort)
+    _, normal = _gradient(problem, state)
+    covariance = np.linalg.pinv(normal, hermitian=True) * state.cost / max(problem.y.size - len(normal), 1)
     q = 2 * len(layout.references)
     found = np.zeros((len(poles), 2, 2))
     found[free] = [covariance[r * q : r * q + 2, r * q : r * q + 2] for r in range(int(free.sum()))]
-    return Refined(state.poles, state.participation, found, weight)
+    return Refined(state.poles, state.participation, found, problem.weight)
 
 
 def _weights(error: Float, layout: Layout) -> Float:
@@ -79,32 +98,32 @@ def _weights(error: Float, layout: Layout) -> Float:
     return np.asarray(1 / np.sqrt(np.maximum(square, 1e-6 * np.max(square)) + np.finfo(float).tiny))
 
 
-def _eliminate(layout: Layout, poles: Complex, participation: Complex, residuals: tuple[str, ...], y: Float, weight: Float) -> _State:
-    rows = np.tile(weight.ravel(), 2)[:, None]
-    matrix = regressors(layout, poles, participation, residuals) * rows
+def _eliminate(problem: _Problem, poles: Complex, participation: Complex) -> _State:
+    """The shapes and residuals that fit best, and what is left."""
+    matrix = regressors(problem.layout, poles, participation, problem.residuals) * problem.rows
     size = np.linalg.norm(matrix, axis=0)
     basis, triangle = np.linalg.qr(matrix / size)
-    projected = basis.T @ (y * rows)
+    y = problem.y * problem.rows
+    projected = basis.T @ y
     solution = np.linalg.lstsq(triangle, projected, rcond=None)[0] / size[:, None]
-    return _State(poles, participation, basis, solution, y * rows - basis @ projected)
+    return _State(poles, participation, basis, solution, y - basis @ projected)
 
 
-def _minimise(layout: Layout, state: _State, residuals: tuple[str, ...], y: Float, weight: Float, free: Flags) -> _State:
+def _minimise(problem: _Problem, state: _State, steps: int, tolerance: float) -> _State:
     """Levenberg-Marquardt steps until the cost stands still."""
     damping = 1e-3
-    for _ in range(_STEPS):
-        gradient, normal = _gradient(layout, state, weight, free)
+    for _ in range(steps):
+        gradient, normal = _gradient(problem, state)
         better = None
         while better is None and damping < 1e8:
-            step = _step(normal, gradient, damping)
-            trial = _eliminate(layout, *_moved(state, step, free), residuals, y, weight)
+            trial = _eliminate(problem, *_moved(state, _step(normal, gradient, damping), problem.free))
             if trial.cost <= state.cost:
                 better = trial
             else:
                 damping *= 10
         if better is None:
             return state
-        done = state.cost - better.cost <= _TOLERANCE * state.cost
+        done = state.cost - better.cost <= tolerance * state.cost
         state, damping = better, max(damping / 10, 1e-12)
         if done:
             break
@@ -117,10 +136,11 @@ def _step(normal: Float, gradient: Float, damping: float) -> Float:
     return np.asarray(cho_solve(factor, gradient / scale) / scale)
 
 
-def _gradient(layout: Layout, state: _State, weight: Float, free: Flags) -> tuple[Float, Float]:
+def _gradient(problem: _Problem, state: _State) -> tuple[Float, Float]:
     """Right side and Gauss-Newton matrix over the free modes, each with 2 x references real parameters."""
-    m, q = int(free.sum()), 2 * len(layout.references)
-    columns = _derivatives(layout, state.poles[free], state.participation[free]) * np.tile(weight.ravel(), 2)[:, None]
+    free = problem.free
+    m, q = int(free.sum()), 2 * len(problem.layout.references)
+    columns = _derivatives(problem.layout, state.poles[free], state.participation[free]) * problem.rows
     columns = columns - state.basis @ (state.basis.T @ columns)
     shapes = state.solution[: 2 * len(state.poles)].reshape(len(state.poles), 2, -1)[free]
     gram = (columns.T @ columns).reshape(m, q, 2, m, q, 2)

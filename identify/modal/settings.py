@@ -27,7 +27,7 @@ class ModalSettings(BaseModel):
     max_frequency_spread: float = Field(0.02, gt=0, description="largest standard deviation over orders of a frequency, relative to it")
     max_damping_spread: float = Field(0.35, gt=0, description="largest standard deviation over orders of a damping ratio, relative to it")
     min_mpc: float = Field(0.5, ge=0, le=1, description="least modal phase collinearity (median over orders)")
-    max_mpd_deg: float = Field(40.0, gt=0, le=90, description="largest mean phase deviation (median over orders)")
+    max_mpd_deg: float = Field(30.0, gt=0, le=90, description="largest mean phase deviation (median over orders)")
     duplicate_mac: float = Field(0.7, ge=0, le=1, description="MAC that makes a close cluster a duplicate of a firmer one")
     min_contribution: float = Field(0.01, ge=0, description="least part of the energy around a mode that only it explains")
     modes_hz: tuple[float, ...] | None = Field(None, description="manual choice: the clusters nearest to these frequencies")

@@ -28,9 +28,10 @@ def frf(mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, f
     paired = bool(np.all(eigenvalues[..., ::2].imag > 0))  # LAPACK puts conjugate pairs side by side, Im > 0 first
     if paired:
         eigenvalues, shapes = eigenvalues[..., ::2], shapes[..., ::2]
-    participation = _participation(mass, damping, eigenvalues, shapes, force)
     probe = s[[0, len(s) // 2, -1]]
-    x = _superpose(shapes, eigenvalues, participation, probe, paired)
+    with np.errstate(all="ignore"):  # a defective system divides by zero here, which the residual notices
+        participation = _participation(mass, damping, eigenvalues, shapes, force)
+        x = _superpose(shapes, eigenvalues, participation, probe, paired)
     residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
     if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
         return frf_by_solve(mass, damping, stiffness, s, out, force, power)

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from identify.costs.base import Cost, Objective, parse_cost
 from identify.effects.base import Parameter
+from identify.journal import Journal
 from identify.registry import Registry, parse_kind
 
 Array = NDArray[np.float64]
@@ -25,8 +26,14 @@ OPTIMIZERS = Registry(
     "optimizer",
     "identify.optimizers",
     {
+        "artificial-bee-colony": "identify.optimizers.artificial_bee_colony:ArtificialBeeColony",
+        "cma-es": "identify.optimizers.cma_es:CmaEs",
+        "differential-evolution": "identify.optimizers.differential_evolution:DifferentialEvolution",
         "gauss-newton": "identify.optimizers.gauss_newton:GaussNewton",
+        "genetic-algorithm": "identify.optimizers.genetic_algorithm:GeneticAlgorithm",
+        "hybrid": "identify.optimizers.hybrid:Hybrid",
         "nelder-mead": "identify.optimizers.nelder_mead:NelderMead",
+        "particle-swarm": "identify.optimizers.particle_swarm:ParticleSwarm",
     },
 )
 
@@ -91,7 +98,8 @@ class Scale:
 class Search:
     """One stage of one start: the objective over scaled free parameters, with its budget and the best point so far.
 
-    watch is called after every evaluation with the number of evaluations so far and the best cost.
+    watch is called after every evaluation with the number of evaluations so far and the best cost; journal remembers
+    costs, so that an interrupted run can be replayed without computing them again.
     """
 
     objective: Objective
@@ -99,6 +107,8 @@ class Search:
     budget: int
     target_cost: float = 0.0
     watch: Callable[[int, float], None] = lambda evaluations, best: None
+    journal: Journal = field(default_factory=Journal)
+    whole: Search | None = None
     evaluations: int = 0
     best_x: Array | None = None
     best_cost: float = np.inf
@@ -108,11 +118,15 @@ class Search:
     def __post_init__(self) -> None:
         self.lower, self.upper = self.scale.bounds()
 
+    def part(self, budget: int) -> Search:
+        """A search with a budget of its own within this one: what it evaluates counts here too."""
+        return Search(self.objective, self.scale, budget, self.target_cost, whole=self)
+
     def costs(self, x: Array) -> Array:
         """(m,) costs of a population x (m, free) within the bounds; raises Ended when the budget is spent or the target met."""
         if self.evaluations >= self.budget:
             raise Ended(f"the budget of {self.budget} evaluations is spent", reached=False)
-        costs = self.objective.costs(self.scale.to_values(x))
+        costs = self._evaluate(x) if self.whole is None else self.whole.costs(x)
         self.evaluations += len(x)
         best = int(np.argmin(costs))
         if self.best_x is None or costs[best] < self.best_cost:
@@ -122,8 +136,17 @@ class Search:
             raise Ended(f"the cost is at or below its target of {self.target_cost:g}", reached=True)
         return costs
 
+    def _evaluate(self, x: Array) -> Array:
+        remembered = self.journal.replay(len(x))
+        if remembered is not None:
+            return remembered
+        costs = self.objective.costs(self.scale.to_values(x))
+        self.journal.record(costs)
+        return costs
+
     def residuals(self, x: Array) -> tuple[Array, Array]:
         """Residuals (r,) and their derivatives with respect to x (r, free); counts as one evaluation."""
+        self.evaluations += 1
         residuals, slopes = self.objective.residuals(self.scale.to_values(x), self.scale.free)
         return residuals, slopes * self.scale.slope(x)
 

@@ -1,0 +1,92 @@
+"""Checks of the bookkeeping: points, pairs, doubled, dead and copied channels, frequency axis."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+
+import numpy as np
+
+from identify.measured.channel import Channel
+from identify.measured.finding import Finding, listing
+from identify.measured.frf_set import FrfSet
+
+
+def points_explain(frf_set: FrfSet, points: Mapping[int, str]) -> Iterator[Finding]:
+    """Channels at nodes that are no points, and points without channel."""
+    channels = [*dict.fromkeys((*frf_set.outputs, *frf_set.inputs))]
+    strange = [channel for channel in channels if channel.node not in points]
+    if strange:
+        known = f"points {min(points)} to {max(points)}" if points else "no points"
+        sentence = f"No point explains {listing(strange)}: the list of points has {known}; add the points or rename the channels."
+        yield Finding("fail", "unknown-point", tuple(strange), sentence, len(strange))
+    silent = [node for node in points if node not in {channel.node for channel in channels}]
+    if silent:
+        yield Finding("info", "unused-point", (), f"Nothing was measured at point {listing(silent)}.", len(silent))
+
+
+def pairs_complete(frf_set: FrfSet) -> Iterator[Finding]:
+    """Pairs that lack, are NaN in part, and points measured in fewer directions than most."""
+    for (i, j), measured in np.ndenumerate(frf_set.measured):
+        if not measured:
+            pair = (frf_set.outputs[i], frf_set.inputs[j])
+            some = not np.isnan(frf_set.frf[:, i, j]).all()
+            if some:
+                sentence = f"FRF {pair[0]}/{pair[1]} has values that are not numbers; export it again."
+            else:
+                sentence = f"FRF {pair[0]}/{pair[1]} was not measured, though both channels were."
+            yield Finding("fail" if some else "warn", "not-a-number" if some else "missing-pair", pair, sentence)
+    axes = defaultdict(set)
+    for output in frf_set.outputs:
+        axes[output.node].add(abs(output.direction))
+    usual = int(np.median([len(directions) for directions in axes.values()]))
+    poor = [node for node, directions in axes.items() if len(directions) < usual]
+    if poor:
+        channels = tuple(output for output in frf_set.outputs if output.node in poor)
+        sentence = f"Most points were measured in {usual} directions, point {listing(poor)} in fewer: is a channel missing?"
+        yield Finding("warn", "missing-direction", channels, sentence, len(poor))
+
+
+def doubled(frf_set: FrfSet) -> Iterator[Finding]:
+    """One place and axis under two signs, and channels that are copies of each other."""
+    for kind, channels in (("output", frf_set.outputs), ("input", frf_set.inputs)):
+        for a, b in combinations(channels, 2):
+            if (a.node, abs(a.direction)) == (b.node, abs(b.direction)):
+                yield Finding("warn", "doubled-channel", (a, b), f"{a} and {b} are the same {kind} with opposite signs: keep one of them.")
+    for (i, a), (k, b) in combinations(enumerate(frf_set.outputs), 2):
+        both = frf_set.measured[i] & frf_set.measured[k]
+        if both.any() and _same(frf_set, i, k, both):
+            sentence = f"{a} and {b} have the same values at every line: one of the two channels is a copy of the other."
+            yield Finding("fail", "identical-channels", (a, b), sentence)
+
+
+def _same(frf_set: FrfSet, i: int, k: int, inputs: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> bool:
+    """Whether outputs i and k agree but for their sign; two dead channels do not count."""
+    first, second = frf_set.frf[:, i, inputs], frf_set.frf[:, k, inputs]
+    size = np.abs(first).max()
+    return bool(size > 0 and min(np.abs(first - second).max(), np.abs(first + second).max()) <= 1e-9 * size)
+
+
+def dead(frf_set: FrfSet) -> Iterator[Finding]:
+    """Channels that are zero or constant."""
+    for kind, channels, axis in (("Output", frf_set.outputs, 2), ("Input", frf_set.inputs, 1)):
+        spread = np.nanmax(np.abs(np.diff(frf_set.frf, axis=0)), axis=0, initial=0.0)
+        still = np.nanmax(spread, axis=axis - 1, initial=0.0) == 0
+        found: list[Channel] = [channel for channel, flat in zip(channels, still.tolist(), strict=True) if flat]
+        if found and len(frf_set.frequency_hz) > 1:
+            sentence = f"{kind} {listing(found)} is zero or constant at every line: a dead channel or an open cable."
+            yield Finding("fail", "dead-channel", tuple(found), sentence, len(found))
+
+
+def frequency_axis(frf_set: FrfSet) -> Iterator[Finding]:
+    """Uneven steps and few lines."""
+    steps = np.diff(frf_set.frequency_hz)
+    if len(steps) and np.ptp(steps) > 1e-3 * np.median(steps):
+        gap = float(frf_set.frequency_hz[int(np.argmax(steps))])
+        span = f"{steps.min():.4g} to {steps.max():.4g} Hz"
+        sentence = f"The frequency steps vary from {span}, the widest above {gap:.4g} Hz: are lines missing?"
+        yield Finding("warn", "uneven-frequency", (), sentence, float(steps.max() / steps.min()))
+    if len(frf_set.frequency_hz) < 20:
+        sentence = f"Only {len(frf_set.frequency_hz)} frequency lines lie in the band."
+        yield Finding("warn", "few-lines", (), sentence, len(frf_set.frequency_hz))

@@ -1,0 +1,151 @@
+"""Checks by physics: coherence, drive points, reciprocity, size."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.measured.channel import Channel
+from identify.measured.finding import Finding, Level, listing
+from identify.measured.frf_set import POWER, Complex, FrfSet
+
+LOW_COHERENCE = 0.8
+"""Below it half of an FRF's lines count as badly measured (a common rule in modal testing)."""
+
+QUIET = 0.02
+"""A channel with less than this share of the usual level hardly moves; low coherence is then no fault."""
+
+APPARENT_MASS_KG = (0.05, 1e5)
+STATIC_STIFFNESS_N_PER_M = (1e3, 1e10)
+"""What a robot's drive point may look like; outside, the unit is likely to be wrong."""
+
+
+def coherence(frf_set: FrfSet) -> Iterator[Finding]:
+    """Low coherence, told apart from channels that hardly move, and what is missing to know the noise."""
+    if frf_set.coherence is None:
+        yield Finding("warn", "no-coherence", (), "There is no coherence: the noise can only come from repeated measurements.")
+        return
+    if frf_set.averages is None:
+        sentence = "The number of averages is not known, so the coherence does not give the noise: say averages."
+        yield Finding("warn", "no-averages", (), sentence)
+    median = np.nanmedian(np.where(frf_set.measured, frf_set.coherence, np.nan), axis=(0, 2))
+    level = np.sqrt(np.nanmean(np.abs(frf_set.frf) ** 2, axis=(0, 2)))
+    low, quiet = median < LOW_COHERENCE, level < QUIET * np.nanmax(level)
+    grades: list[tuple[NDArray[np.bool_], Level, str]] = [
+        (low & ~quiet, "warn", "though it moves: look for loose sensors, double hits, overload or nonlinearity"),
+        (low & quiet, "info", "where hardly anything moves: it tells only that the point stands still"),
+    ]
+    for chosen, grade, words in grades:
+        channels = [channel for channel, is_low in zip(frf_set.outputs, chosen.tolist(), strict=True) if is_low]
+        if channels:
+            worst = float(np.nanmin(median[chosen]))
+            where = f"{listing(channels)} (lowest median {worst:.2f})"
+            sentence = f"Half of the lines have a coherence below {LOW_COHERENCE} at {where}, {words}."
+            yield Finding(grade, "coherence", tuple(channels), sentence, worst)
+    overall = float(np.nanmedian(frf_set.coherence))
+    if overall < 0.5:
+        sentence = f"The median coherence of all FRFs is {overall:.2f}: the measurement is mostly noise."
+        yield Finding("fail", "coherence", (), sentence, overall)
+
+
+def drive_points(frf_set: FrfSet) -> Iterator[Finding]:
+    """A passive structure takes power in at its drive points: the real part of each drive-point mobility is not negative.
+
+    That holds at any s with Re s >= 0, so with exponential windows too.  Measured by the share of negative real parts in sum |Re Y|^2,
+    lines of larger response counting more.  The imaginary part of a drive-point receptance is then negative, of an accelerance positive.
+    """
+    found = False
+    mobility = _mobility(frf_set)
+    for i, j, sign in _same_place(frf_set):
+        found = True
+        real = sign * mobility[:, i, j].real
+        negative = float(np.sum(np.minimum(real, 0) ** 2) / np.sum(real**2)) if np.any(real) else 0.0
+        pair = (frf_set.outputs[i], frf_set.inputs[j])
+        name = f"Drive point {pair[0]}/{pair[1]}"
+        share = f"({100 * negative:.0f} % of its real part squared)"
+        if negative > 0.9:
+            sentence = f"{name} gives power back at nearly all lines: sensor or hammer has the wrong sign there."
+            yield Finding("fail", "drive-point", pair, sentence, negative)
+        elif negative > 0.2:
+            sentence = f"{name} gives power back {share}: wrong channel, direction, quantity or time delay."
+            yield Finding("fail", "drive-point", pair, sentence, negative)
+        elif negative > 0.05:
+            sentence = f"{name} has a phase that a passive structure cannot have at some lines {share}."
+            yield Finding("warn", "drive-point", pair, sentence, negative)
+    if not found:
+        sentence = "There is no drive point (response and force at one place and axis): signs and sizes cannot be checked."
+        yield Finding("info", "no-drive-point", (), sentence)
+
+
+def reciprocity(frf_set: FrfSet) -> Iterator[Finding]:
+    """H_ij against H_ji (Maxwell, Betti) wherever both were measured, as the norm of the difference over the mean norm."""
+    place = {_place(channel): i for i, channel in enumerate(frf_set.outputs)}
+    at_inputs = [(j, place[_place(channel)]) for j, channel in enumerate(frf_set.inputs) if _place(channel) in place]
+    for (a, at_a), (b, at_b) in combinations(at_inputs, 2):
+        pairs = (frf_set.outputs[at_a], frf_set.inputs[b]), (frf_set.outputs[at_b], frf_set.inputs[a])
+        good = _good(frf_set, at_a, b) & _good(frf_set, at_b, a)
+        if good.sum() < 5:
+            continue
+        first = frf_set.frf[good, at_a, b] * pairs[0][0].sign * pairs[0][1].sign
+        second = frf_set.frf[good, at_b, a] * pairs[1][0].sign * pairs[1][1].sign
+        mean = (np.linalg.norm(first) + np.linalg.norm(second)) / 2
+        same, opposite = (float(np.linalg.norm(first - sign * second) / mean) for sign in (1, -1))
+        names = f"{pairs[0][0]}/{pairs[0][1]} and {pairs[1][0]}/{pairs[1][1]}"
+        channels = (*pairs[0], *pairs[1])
+        if opposite < 0.5 < same:
+            sentence = f"{names} are equal with opposite signs: one channel has the wrong polarity."
+            yield Finding("fail", "reciprocity", channels, sentence, same)
+        elif same > 0.7:
+            sentence = f"{names} differ by {100 * same:.0f} % and should be equal: wrong channel, direction or gain, or nonlinear."
+            yield Finding("fail", "reciprocity", channels, sentence, same)
+        elif same > 0.2:
+            yield Finding("warn", "reciprocity", channels, f"{names} differ by {100 * same:.0f} %, though they should be equal.", same)
+
+
+def size(frf_set: FrfSet) -> Iterator[Finding]:
+    """Apparent mass at the top of the band and stiffness at its bottom, at the drive points: units off by a thousand show here."""
+    s = frf_set.s[:, None, None]
+    receptance = frf_set.frf / s ** POWER[frf_set.quantity]
+    quarter = max(1, len(frf_set.frequency_hz) // 4)
+    for i, j, _ in _same_place(frf_set):
+        pair = (frf_set.outputs[i], frf_set.inputs[j])
+        if max(abs(channel.direction) for channel in pair) > 3:
+            continue
+        mass = 1 / float(np.median(np.abs(receptance[-quarter:, i, j] * s[-quarter:, 0, 0] ** 2)))
+        stiffness = 1 / float(np.median(np.abs(receptance[:quarter, i, j])))
+        for what, value, unit, limits in (
+            ("an apparent mass", mass, "kg", APPARENT_MASS_KG),
+            ("a dynamic stiffness", stiffness, "N/m", STATIC_STIFFNESS_N_PER_M),
+        ):
+            if not limits[0] <= value <= limits[1]:
+                sentence = f"Drive point {pair[0]}/{pair[1]} has {what} of {value:.2g} {unit}: is the unit of the FRFs right?"
+                yield Finding("warn", "size", pair, sentence, value)
+
+
+def _mobility(frf_set: FrfSet) -> Complex:
+    """The set as velocity over force."""
+    return np.asarray(frf_set.frf * frf_set.s[:, None, None] ** (1 - POWER[frf_set.quantity]))
+
+
+def _place(channel: Channel) -> tuple[int, int]:
+    """Node and axis, whatever the sign."""
+    return channel.node, abs(channel.direction)
+
+
+def _same_place(frf_set: FrfSet) -> Iterator[tuple[int, int, int]]:
+    """Output, input and sign of every measured drive point."""
+    for i, output in enumerate(frf_set.outputs):
+        for j, input_ in enumerate(frf_set.inputs):
+            if _place(output) == _place(input_) and output.direction != 0 and frf_set.measured[i, j]:
+                yield i, j, output.sign * input_.sign
+
+
+def _good(frf_set: FrfSet, i: int, j: int) -> NDArray[np.bool_]:
+    """The lines where a pair was measured with a coherence that is not low."""
+    good = ~np.isnan(frf_set.frf[:, i, j])
+    if frf_set.coherence is not None:
+        good &= ~(frf_set.coherence[:, i, j] < LOW_COHERENCE)
+    return good

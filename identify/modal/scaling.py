@@ -1,0 +1,75 @@
+"""Scaling of shapes: to unit modal mass where a drive point was measured, to unit largest component where none was.
+
+With reciprocity the residue of a mode is psi psi^T / a, so at channels that are both response and reference the
+participation is proportional to the shape; with unit modal mass a = 2j omega_d.
+Source: Ewins, Modal Testing (2000), 5.2; Heylen, Lammens and Sas, Modal Analysis Theory and Testing (1997), A.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.modal.layout import Layout
+from identify.modal.lsfd import ModalModel
+from identify.modal.mac import mac
+
+Complex = NDArray[np.complex128]
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """shapes (m, responses): of unit modal mass (kg^-1/2) if mass_normalised, else of unit largest component.
+
+    modal_mass_kg (m,) belongs to shapes of unit largest component, NaN without a drive point; modal_a (m,) = 2j omega_d modal_mass
+    (N s/m).  drive_point_phase (m,), rad: 0 where force and response have consistent signs, +-pi where one is turned;
+    drive_point_mac (m,): agreement of participation and shape at the drive points, 1 if there is only one.
+    """
+
+    shapes: Complex
+    mass_normalised: bool
+    modal_mass_kg: Float
+    modal_a: Complex
+    drive_point_phase: Float
+    drive_point_mac: Float
+
+
+def scale(model: ModalModel, layout: Layout) -> Scaling:
+    """Scaled shapes of every mode."""
+    response, reference, sign = _drive_points(layout)
+    unknown = np.full(len(model), np.nan)
+    if len(response) == 0:
+        return Scaling(_unit(model.shapes), False, unknown, unknown.astype(complex), unknown, unknown)
+    shape, participation = model.shapes[:, response], model.participation[:, reference] * sign
+    factor = np.sum(shape.conj() * participation, axis=1) / np.sum(np.abs(shape) ** 2, axis=1)
+    damped = 2j * model.poles.imag
+    # The residue must be a negative imaginary number at a drive point; half its phase error turns the shape.
+    square = factor * damped * np.sum(shape**2, axis=1)
+    shapes = _upright(np.sqrt(factor * damped)[:, None] * model.shapes)
+    mass = 1 / np.max(np.abs(shapes), axis=1) ** 2
+    agreement = np.array([mac(a, b)[0, 0] for a, b in zip(shape, participation, strict=True)])
+    return Scaling(shapes, True, mass, damped * mass, np.angle(square), agreement)
+
+
+def _drive_points(layout: Layout) -> tuple[list[int], list[int], Float]:
+    """Positions among responses and references of channels that are both, and the product of their signs."""
+    where = {(c.node, abs(c.direction)): i for i, c in enumerate(layout.responses)}
+    pairs = [(where[key], j) for j, c in enumerate(layout.references) if (key := (c.node, abs(c.direction))) in where]
+    sign = [layout.responses[i].sign * layout.references[j].sign for i, j in pairs]
+    return [i for i, _ in pairs], [j for _, j in pairs], np.array(sign, dtype=np.float64)
+
+
+def _unit(shapes: Complex) -> Complex:
+    """Largest component 1 and, as far as the shape allows, all real."""
+    turned = shapes * np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None]
+    return _upright(turned / np.max(np.abs(turned), axis=1, initial=0.0)[:, None])
+
+
+def _upright(shapes: Complex) -> Complex:
+    """Sign such that the largest component has a positive real part."""
+    largest = np.argmax(np.abs(shapes), axis=1) if len(shapes) else np.zeros(0, dtype=int)
+    real = shapes[np.arange(len(shapes)), largest].real
+    return np.asarray(shapes * np.where(real < 0, -1, 1)[:, None])

@@ -1,0 +1,159 @@
+"""From clusters of poles to modes: criteria on presence, spread, damping, shape and contribution, or a manual choice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.errors import InputError
+from identify.modal.layout import Layout
+from identify.modal.lsfd import contributions
+from identify.modal.settings import ModalSettings
+from identify.modal.stabilisation import Diagram
+
+Complex = NDArray[np.complex128]
+
+_MANUAL_REACH = 0.02
+"""How far (relative) a cluster may be from a frequency that was asked for."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A cluster of poles.  pole: median over orders (rad/s); participation (references,) and shape (responses,): its dominant
+    direction, unit length; frequency_std_hz, damping_std: spread over orders; presence: part of the orders it appears
+    in; mpc, mpd (rad): medians; contribution: see `lsfd.contributions`, NaN where not computed; reason: why it is not a mode.
+    """
+
+    pole: complex
+    participation: Complex
+    shape: Complex
+    frequency_std_hz: float
+    damping_std: float
+    presence: float
+    mpc: float
+    mpd: float
+    contribution: float = np.nan
+    reason: str = ""
+
+    @property
+    def frequency_hz(self) -> float:
+        """|lambda| / 2 pi."""
+        return abs(self.pole) / (2 * np.pi)
+
+    @property
+    def damping_ratio(self) -> float:
+        """-Re lambda / |lambda|."""
+        return -self.pole.real / abs(self.pole)
+
+    @property
+    def half_bandwidth(self) -> float:
+        """zeta omega, rad/s."""
+        return -self.pole.real
+
+
+def candidates(diagram: Diagram, least_presence: float) -> list[Candidate]:
+    """One candidate for every cluster of at least that presence, most present first."""
+    found = []
+    counts = np.bincount(diagram.cluster[diagram.cluster >= 0])
+    for number in np.argsort(-counts, kind="stable"):
+        if counts[number] < max(2, least_presence * len(diagram.orders)):
+            break
+        found.append(_candidate(diagram, np.flatnonzero(diagram.cluster == number)))
+    return found
+
+
+def _candidate(diagram: Diagram, members: NDArray[np.intp]) -> Candidate:
+    poles = diagram.poles[members]
+    return Candidate(
+        pole=complex(np.median(poles.real), np.median(poles.imag)),
+        participation=_dominant(diagram.participation[members]),
+        shape=_dominant(diagram.shapes[members]),
+        frequency_std_hz=float(np.std(diagram.frequency_hz[members])),
+        damping_std=float(np.std(diagram.damping_ratio[members])),
+        presence=len(members) / len(diagram.orders),
+        mpc=float(np.median(diagram.mpc[members])),
+        mpd=float(np.median(diagram.mpd[members])),
+    )
+
+
+def _dominant(rows: Complex) -> Complex:
+    """The unit vector most like all rows, whatever their phases."""
+    return np.asarray(np.linalg.svd(rows, full_matrices=False)[2][0])
+
+
+def select(found: list[Candidate], layout: Layout, settings: ModalSettings) -> tuple[list[Candidate], list[Candidate]]:
+    """Accepted modes by frequency, and rejected candidates with the reason."""
+    if settings.modes_hz is not None:
+        return _chosen(found, settings.modes_hz)
+    accepted: list[Candidate] = []
+    rejected: list[Candidate] = []
+    for candidate in found:
+        reason = _fault(candidate, settings) or _duplicate(candidate, accepted, settings)
+        (rejected if reason else accepted).append(replace(candidate, reason=reason))
+    accepted, idle = _without_idle(accepted, layout, settings)
+    return sorted(accepted, key=lambda c: c.frequency_hz), rejected + idle
+
+
+def _fault(candidate: Candidate, settings: ModalSettings) -> str:
+    """The first criterion that a candidate fails, as a sentence, or nothing."""
+    spread = candidate.frequency_std_hz / candidate.frequency_hz
+    damping_spread = candidate.damping_std / candidate.damping_ratio
+    checks = (
+        (candidate.presence < settings.min_presence, f"appears in {candidate.presence:.0%} of the orders"),
+        (spread > settings.max_frequency_spread, f"frequency scatters by {spread:.2%} over orders"),
+        (damping_spread > settings.max_damping_spread, f"damping scatters by {damping_spread:.0%} over orders"),
+        (candidate.damping_ratio > settings.max_damping_ratio, f"damping ratio {candidate.damping_ratio:.1%} is not structural"),
+        (candidate.mpc < settings.min_mpc, f"shape is complex: MPC {candidate.mpc:.2f}"),
+        (np.degrees(candidate.mpd) > settings.max_mpd_deg, f"shape is complex: MPD {np.degrees(candidate.mpd):.0f} deg"),
+    )
+    return next((sentence for failed, sentence in checks if failed), "")
+
+
+def _duplicate(candidate: Candidate, accepted: list[Candidate], settings: ModalSettings) -> str:
+    for other in accepted:
+        near = abs(candidate.pole - other.pole) < 1.5 * max(candidate.half_bandwidth, other.half_bandwidth)
+        mac = abs(np.vdot(candidate.shape, other.shape)) ** 2
+        if near and mac > settings.duplicate_mac:
+            return f"duplicate of {other.frequency_hz:.4g} Hz (MAC {mac:.2f})"
+    return ""
+
+
+def _without_idle(accepted: list[Candidate], layout: Layout, settings: ModalSettings) -> tuple[list[Candidate], list[Candidate]]:
+    """Backward elimination: the mode that explains least goes, until all explain enough."""
+    kept, gone = list(accepted), []
+    while kept:
+        poles, participation = arrays(kept)
+        share = contributions(layout, poles, participation, settings.residuals)
+        kept = [replace(candidate, contribution=float(part)) for candidate, part in zip(kept, share, strict=True)]
+        least = min(kept, key=lambda candidate: candidate.contribution)
+        if least.contribution >= settings.min_contribution:
+            break
+        kept.remove(least)
+        gone.append(replace(least, reason=idle_reason(least.contribution)))
+    return kept, gone
+
+
+def idle_reason(contribution: float) -> str:
+    """The sentence for a mode that the data do not need."""
+    return f"explains only {contribution:.1%} of the response around it"
+
+
+def _chosen(found: list[Candidate], modes_hz: tuple[float, ...]) -> tuple[list[Candidate], list[Candidate]]:
+    """The most present cluster near each frequency asked for."""
+    chosen: list[Candidate] = []
+    for frequency in sorted(modes_hz):
+        near = [c for c in found if abs(c.frequency_hz / frequency - 1) <= _MANUAL_REACH and all(c is not other for other in chosen)]
+        if not near:
+            known = ", ".join(f"{c.frequency_hz:.4g}" for c in sorted(found, key=lambda c: c.frequency_hz))
+            raise InputError("modes_hz", f"no cluster of poles within {_MANUAL_REACH:.0%} of {frequency:g} Hz", f"one of {known} Hz")
+        # Of equally near clusters the firmer one; a bin is a twentieth of the reach wide.
+        chosen.append(min(near, key=lambda c: (round(abs(c.frequency_hz / frequency - 1) / _MANUAL_REACH * 20), -c.presence)))
+    rest = [replace(c, reason="not chosen in modes_hz") for c in found if all(c is not other for other in chosen)]
+    return sorted(chosen, key=lambda c: c.frequency_hz), rest
+
+
+def arrays(modes: list[Candidate]) -> tuple[Complex, Complex]:
+    """Poles (m,) and participation (m, references) of the candidates."""
+    return np.array([mode.pole for mode in modes]), np.stack([mode.participation for mode in modes])

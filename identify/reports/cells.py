@@ -1,0 +1,83 @@
+"""How numbers, units and tables are written in every report, so that two reports of one result cannot differ.
+
+Numbers have four significant digits and a decimal point, so that they can be pasted into a study.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+NONE = "\N{EN DASH}"
+"""What stands where there is no number."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: heading, unit (empty: none) and whether it holds numbers, which are set to the right."""
+
+    heading: str
+    unit: str = ""
+    numeric: bool = True
+
+
+def words(heading: str, unit: str = "") -> Column:
+    """A column of text, which is set to the left."""
+    return Column(heading, unit, numeric=False)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of finished text under their columns; note: a sentence below; every row is as long as columns."""
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+    def head(self, rows: int) -> Table:
+        """The same table with at most that many rows."""
+        return Table(self.title, self.columns, self.rows[:rows], self.note)
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number with that many significant digits: `12.05`, `2.214e6`; NONE for NaN."""
+    value = float(value)
+    if math.isnan(value):
+        return NONE
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = int(exponent)
+    if value == 0:
+        return "0"
+    if -3 <= power < digits:
+        return f"{value:.{max(digits - 1 - power, 0)}f}"
+    return f"{mantissa}e{power}"
+
+
+def percent(ratio: float) -> str:
+    """A ratio in per cent, without the sign: the column says it."""
+    return number(100 * ratio)
+
+
+def signed(value: float, digits: int = 4) -> str:
+    """A difference, with its sign."""
+    text = number(value, digits)
+    return text if text[0] in "-0" or text == NONE else f"+{text}"
+
+
+def unit(text: str) -> str:
+    """A unit as it is printed: `m/s^2/N` becomes `m/s²/N`, `N m/rad` becomes `N·m/rad`."""
+    return text.replace("^2", "²").replace("^3", "³").replace(" ", "·")
+
+
+def listed(items: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join(filter(None, [", ".join(items[:-1]), *items[-1:]]))
+
+
+def count(items: int, word: str) -> str:
+    """`1 line`, `124 lines`."""
+    return f"{items} {word}" if items == 1 else f"{items} {word}s"

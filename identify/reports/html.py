@@ -1,0 +1,152 @@
+"""The HTML report: one file that opens from disk without network; the data are embedded once, `page.js` draws them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from identify.reports import measurement_tables, pick, tables
+from identify.reports.cells import number, percent, unit
+from identify.reports.packing import pack, pack_frfs
+from identify.results import FrfComparison, MeasurementResult, Result
+
+_HERE = Path(__file__).parent
+_SCRIPTS = ("page.js", "robot.js", "frf.js", "charts.js")
+_MAP_STEP = 1e-3
+"""Decades to which the gap map is rounded."""
+
+
+def page(result: Result) -> str:
+    """The whole page of a fit."""
+    from plotly.offline import get_plotlyjs
+
+    loader = jinja2.FileSystemLoader(_HERE)
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    measurements = list(result.measurements.values())
+    return environment.get_template("report.html.j2").render(
+        result=result,
+        measurements=measurements,
+        tables=tables,
+        measurement_tables=measurement_tables,
+        frf_tables=[table for table in map(measurement_tables.frf_table, measurements) if table],
+        style=Markup((_HERE / "report.css").read_text("utf-8")),
+        plotly=Markup(get_plotlyjs()),
+        scripts=[Markup((_HERE / name).read_text("utf-8")) for name in _SCRIPTS],
+        data=Markup(_json(payload(result))),
+    )
+
+
+def payload(result: Result) -> dict[str, Any]:
+    """What the scripts of the page draw from."""
+    p = result.parameters
+    free = p.free
+    names = [name for name, is_free in zip(p.name, free, strict=True) if is_free]
+    return {
+        "measurements": [_measurement(m) for m in result.measurements.values()],
+        "parameters": {
+            "name": list(p.name),
+            "status": list(p.status),
+            "half": 100 * pick.half_interval(p),
+            **{key: pick.between_bounds(p, getattr(p, key)) for key in ("initial", "value", "low_95", "high_95")},
+        },
+        "free": names,
+        "correlation": result.correlation,
+        "singular": result.singular_values,
+        "starts": {
+            "cost": result.starts.cost,
+            "initial": pick.between_bounds(p, result.starts.initial)[:, free],
+            "final": pick.between_bounds(p, result.starts.final)[:, free],
+        },
+        "history": pick.cost_lines(result.history),
+        "cost": result.cost_kind,
+    }
+
+
+def _measurement(m: MeasurementResult) -> dict[str, Any]:
+    return {
+        "name": m.name,
+        "use": measurement_tables.use(m),
+        "robot": _robot(m),
+        "frf": None if m.frf is None else _frf(m.frf),
+        "mac": _mac(m),
+    }
+
+
+def _robot(m: MeasurementResult) -> dict[str, Any]:
+    """Geometry and shown modes; shapes as real and imaginary part in thousandths of the largest displacement."""
+    g, frf = m.geometry, m.frf
+    points, skeleton = pick.turned_shapes(m)
+    modes = [
+        {
+            "label": f"{i + 1}: {number(m.modes.frequency_hz[i])} Hz, damping {percent(m.modes.damping_ratio[i])} %",
+            "points": _thousandths(points[i]),
+            "skeleton": _thousandths(skeleton[i]),
+        }
+        for i in range(pick.shown_modes(m))
+    ]
+    return {
+        "node": g.nodes,
+        "name": list(g.point_names),
+        "link": list(g.point_links),
+        "points": g.points,
+        "skeleton": g.skeleton,
+        "measured": [] if frf is None else pick.nodes(frf.output),
+        "excited": [] if frf is None else pick.nodes(frf.input),
+        "modes": modes,
+    }
+
+
+def _thousandths(shape: NDArray[np.complex128]) -> dict[str, Any]:
+    return {part: np.round(1000 * getattr(shape, part)).astype(int) for part in ("real", "imag")}
+
+
+def _frf(frf: FrfComparison) -> dict[str, Any]:
+    gap_map, order = pick.gap_map(frf), pick.map_order(frf)
+    with np.errstate(divide="ignore"):
+        values = pack(np.log10(gap_map.values.T[order]), _MAP_STEP)
+    return {
+        "quantity": frf.quantity,
+        "unit": unit(frf.unit),
+        "frequency": frf.frequency_hz,
+        "output": list(frf.output),
+        "input": list(frf.input),
+        "title": [measurement_tables.pair_errors(frf, pair) for pair in range(len(frf.output))],
+        "first": pick.shown_frfs(frf)[0],
+        "curves": pack_frfs(frf),
+        "map": {"edges": gap_map.edges_hz, "order": order, "values": values, "in_noise": gap_map.in_noise},
+    }
+
+
+def _mac(m: MeasurementResult) -> dict[str, Any] | None:
+    if m.pairs is None or m.pairs.mac_matrix is None:
+        return None
+    shown = pick.shown_modes(m)
+    return {
+        "measured": [number(hz) for hz in m.pairs.measured_frequency_hz],
+        "model": [number(hz) for hz in m.modes.frequency_hz[:shown]],
+        "values": m.pairs.mac_matrix[:, :shown],
+    }
+
+
+def _json(value: dict[str, Any]) -> str:
+    """JSON that may stand inside a script element."""
+    return json.dumps(_plain(value), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def _plain(value: Any) -> Any:
+    """Arrays as lists with six significant digits, NaN as null."""
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float):
+        return float(f"{value:.6g}") if np.isfinite(value) else None
+    return value

@@ -1,0 +1,107 @@
+"""The tables of a run, as finished text: parameters, starts, identifiability, provenance; HTML and PDF print the same ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.reports.cells import NONE, Column, Table, number, unit, words
+from identify.reports.pick import half_interval
+from identify.results import Result
+
+_AT_BOUND = 1e-6
+
+
+def tiles(result: Result) -> tuple[tuple[str, str, str], ...]:
+    """The few numbers that are read first: (what, value, what it means)."""
+    status = [s for s, free in zip(result.parameters.status, result.parameters.free, strict=True) if free]
+    determined = sum(s == "determined" for s in status)
+    ended = "the best start converged" if result.converged else "the best start did not converge"
+    return (
+        ("Gap, fitted data", number(result.gap, 3), "residual over noise; 1 is perfect"),
+        ("Gap, validation", number(result.gap_validation, 3), "the same on data that were not fitted"),
+        ("Parameters", f"{determined} of {len(status)}", "determined by the data"),
+        (f"Cost, {result.cost_kind}", number(result.cost), ended),
+    )
+
+
+def parameter_table(result: Result) -> Table:
+    """Fitted values with intervals, start values and bounds."""
+    p, rows = result.parameters, []
+    half = 100 * half_interval(p)
+    for i, name in enumerate(p.name):
+        free = bool(p.free[i])
+        interval = (number(p.low_95[i]), number(p.high_95[i]), number(half[i], 2)) if free else (NONE,) * 3
+        limits = (number(p.lower[i]), number(p.upper[i]))
+        rows.append((name, number(p.value[i]), unit(p.unit[i]), *interval, number(p.initial[i]), *limits, _status(result, i)))
+    columns = (
+        words("Parameter"),
+        Column("Fitted"),
+        words("Unit"),
+        Column("95 % from"),
+        Column("to"),
+        Column("±", "%"),
+        Column("Start"),
+        Column("Lower bound"),
+        Column("Upper bound"),
+        words("Status"),
+    )
+    note = (
+        "± is half the 95 % interval over the value. Determined: the interval stays within a factor of two; not determined: "
+        "it reaches beyond a factor of seven."
+    )
+    return Table("Parameters", columns, tuple(rows), note)
+
+
+def _status(result: Result, row: int) -> str:
+    p = result.parameters
+    if not p.free[row]:
+        return p.status[row]
+    for bound, word in ((p.lower[row], "lower"), (p.upper[row], "upper")):
+        if abs(p.value[row] - bound) <= _AT_BOUND * max(abs(bound), abs(p.value[row])):
+            return f"{p.status[row]}, at its {word} bound"
+    return p.status[row]
+
+
+def start_table(result: Result) -> Table:
+    """One row per start: cost, effort, how it ended."""
+    columns = (Column("Start"), Column("Cost"), Column("Evaluations"), Column("Time", "s"), words("Converged"), words("Why it ended"))
+    s = result.starts
+    ended = ["yes" if converged else "no" for converged in s.converged]
+    rows = [
+        (str(i + 1), number(s.cost[i]), str(int(s.evaluations[i])), number(s.seconds[i], 3), ended[i], s.sentence[i])
+        for i in range(len(s.cost))
+    ]
+    return Table("Starts", columns, tuple(rows))
+
+
+def direction_table(result: Result) -> Table:
+    """Directions in parameter space, best determined first, with the parameters that make them."""
+    names = [name for name, free in zip(result.parameters.name, result.parameters.free, strict=True) if free]
+    rows = []
+    for i, (singular, direction) in enumerate(zip(result.singular_values, result.directions, strict=True)):
+        size = np.abs(direction)
+        members = [int(j) for j in np.argsort(-size) if size[j] > 0.3 * size.max()]
+        text = ", ".join(f"{names[j]} ({direction[j]:+.2f})" for j in members)
+        rows.append((str(i + 1), number(singular), number(1 / singular if singular > 0 else np.inf, 3), text))
+    columns = (Column("Direction"), Column("Singular value"), Column("Std of ln value"), words("Mostly"))
+    note = (
+        "Singular values of the residuals' derivatives, in units of noise per unit of ln value (of the value itself where the "
+        "scale is linear): above 1 the data determine the direction, below they do not."
+    )
+    return Table("Directions", columns, tuple(rows), note)
+
+
+def provenance_table(result: Result) -> Table:
+    """Versions, times, seed and hashes."""
+    p = result.provenance
+    rows = [
+        ("Written", p.written),
+        ("Run time", f"{number(result.seconds, 3)} s"),
+        ("Seed", str(result.seed)),
+        ("identify", p.identify),
+        ("Python", f"{p.python}, {p.platform}"),
+        ("Packages", ", ".join(p.packages)),
+        (f"Study {p.config_path}", f"sha256 {p.config_sha256}"),
+        *((name, f"sha256 {digest}") for name, digest in zip(p.input_files, p.input_sha256, strict=True)),
+    ]
+    return Table("Provenance", (words("What"), words("Value")), tuple(rows))

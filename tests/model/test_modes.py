@@ -1,0 +1,68 @@
+"""Modes: poles against peaks and closed forms, undamped against lightly damped, sensitivities against differences."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.model.frf import frf_by_solve
+from identify.model.modes import complex_modes, eigenvalue_gradient, frequency_and_damping_gradient, undamped_modes
+from tests.arms import ALL_EFFECTS, arm, initial, system
+
+
+def test_one_degree_of_freedom_in_closed_form() -> None:
+    m, c, k = 2.0, 3.0, 4e4
+    modes = complex_modes(np.array([[m]]), np.array([[c]]), np.array([[k]]))
+    assert modes.frequency_hz == pytest.approx([np.sqrt(k / m) / (2 * np.pi)])
+    assert modes.damping_ratio == pytest.approx([c / (2 * np.sqrt(k * m))])
+
+
+def test_overdamped_modes_have_no_frequency_and_are_left_out() -> None:
+    modes = complex_modes(np.eye(2), np.diag([1.0, 1e4]), np.diag([100.0, 100.0]))
+    assert modes.frequency_hz == pytest.approx([10 / (2 * np.pi)])
+
+
+def test_eigenvectors_solve_the_quadratic_problem_and_are_scaled(tmp_path: Path) -> None:
+    model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    mass, damping, stiffness = model.matrices(initial(parameters))
+    modes = complex_modes(mass, damping, stiffness)
+    for value, shape in zip(modes.eigenvalues, modes.shapes, strict=True):
+        residual = (value**2 * mass + value * damping + stiffness) @ shape
+        assert np.abs(residual).max() < 1e-7 * np.abs(stiffness @ shape).max()
+        assert shape @ (2 * value * mass + damping) @ shape == pytest.approx(1.0)
+
+
+def test_without_damping_complex_and_undamped_modes_agree(tmp_path: Path) -> None:
+    model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    mass, _, stiffness = model.matrices(initial(parameters))
+    frequencies, shapes = undamped_modes(mass, stiffness)
+    assert complex_modes(mass, 0 * mass, stiffness).frequency_hz == pytest.approx(frequencies, rel=1e-7)
+    assert shapes @ mass @ shapes.T == pytest.approx(np.eye(len(frequencies)), abs=1e-8)
+
+
+def test_poles_are_where_the_frf_peaks(tmp_path: Path) -> None:
+    model, parameters, _ = system(arm(tmp_path), [{"kind": "joint-compliance", "damping": {"damping_ratio": 0.003}}])
+    matrices = model.matrices(initial(parameters))
+    first = complex_modes(*matrices).frequency_hz[0]
+    f = np.linspace(0.9 * first, 1.1 * first, 2001)
+    out = model.jacobian("link6", np.zeros(3))
+    h = frf_by_solve(*matrices, 2j * np.pi * f, out, out.T, 0)
+    assert f[np.argmax(np.linalg.norm(h, axis=(1, 2)))] == pytest.approx(first, rel=2e-3)
+
+
+def test_sensitivities_against_central_differences(tmp_path: Path) -> None:
+    model, parameters, _ = system(arm(tmp_path, seed=2), ALL_EFFECTS, seed=2)
+    values = initial(parameters)
+    modes = complex_modes(*model.matrices(values))
+    slopes = eigenvalue_gradient(modes, model.factors, len(values))
+    frequency, damping = frequency_and_damping_gradient(modes, model.factors, len(values))
+    kept = np.arange(8)  # far beyond the band modes cluster, and differences lose digits
+    for number, value in enumerate(values):
+        step = 1e-4 * value * (np.arange(len(values)) == number)
+        plus, minus = complex_modes(*model.matrices(values + step)), complex_modes(*model.matrices(values - step))
+        for name, exact in (("eigenvalues", slopes), ("frequency_hz", frequency), ("damping_ratio", damping)):
+            expected = (getattr(plus, name) - getattr(minus, name))[kept] / (2 * step[number])
+            scale = np.abs(getattr(modes, name)[kept]).max() / value
+            assert exact[kept, number] == pytest.approx(expected, rel=1e-5, abs=1e-7 * scale), (parameters[number].name, name)

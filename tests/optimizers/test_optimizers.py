@@ -1,0 +1,156 @@
+"""A contract battery: every registered optimizer by problems with known answers; and what is special of each."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from identify.costs.base import Objective
+from identify.effects.base import Parameter
+from identify.journal import Journal
+from identify.optimizers.base import OPTIMIZERS, Ended, Scale, Search, parse_optimizer
+
+KINDS = OPTIMIZERS.names()
+
+
+class Known(Objective):
+    """A sum of squares with its minimum at `truth`, on log scales, for each of n parameters: a bowl, a curved valley, or many minima."""
+
+    def __init__(self, shape: str, size: int) -> None:
+        self.shape, self.truth = shape, np.exp(np.linspace(-0.6, 0.6, size))
+
+    def costs(self, candidates: np.ndarray) -> np.ndarray:
+        return np.array([self._rows(np.log(values / self.truth)) for values in candidates]) ** 0.5
+
+    def _rows(self, z: np.ndarray) -> float:
+        return float(np.sum(self._residual(z) ** 2))
+
+    def _residual(self, z: np.ndarray) -> np.ndarray:
+        if self.shape == "valley":
+            return np.concatenate([3 * (z[1:] - z[:-1] ** 2), z])
+        if self.shape == "many":
+            return np.concatenate([z, 1.2 * np.sin(3 * z)])
+        return z
+
+    def residuals(self, values: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z, step = np.log(values / self.truth), 1e-6
+        columns = [(self._residual(z + step * unit) - self._residual(z - step * unit)) / (2 * step) for unit in np.eye(len(z))]
+        return self._residual(z), (np.array(columns).T / values)[:, free]
+
+
+def search(shape: str = "bowl", size: int = 3, budget: int = 6000, **settings: Any) -> Search:
+    parameters = tuple(Parameter(f"p{n}", "1", 1.0, 1e-2, 1e2) for n in range(size))
+    return Search(Known(shape, size), Scale(parameters), budget, **settings)
+
+
+def run(kind: str, problem: Search, seed: int = 1, **settings: Any) -> Search:
+    optimizer = parse_optimizer({"kind": kind, **settings})
+    try:
+        optimizer.minimize(problem, np.full(len(problem.lower), 0.1), np.random.default_rng(seed))
+    except Ended:
+        pass
+    return problem
+
+
+@pytest.mark.parametrize("kind", KINDS)
+class TestContract:
+    @pytest.mark.parametrize(("shape", "within"), [("bowl", 2e-2), ("valley", 5e-2)])
+    def test_finds_the_known_answer(self, kind: str, shape: str, within: float) -> None:
+        found = run(kind, search(shape))
+        assert found.best_cost < within
+        assert found.scale.to_values(found.best_x) == pytest.approx(found.objective.truth, rel=within)
+
+    def test_cost_at_the_best_point_is_the_best_cost(self, kind: str) -> None:
+        found = run(kind, search("many", 4, 1000))
+        assert found.objective.costs(found.scale.to_values(found.best_x)[None])[0] == found.best_cost
+
+    def test_same_seed_same_result_and_no_global_state(self, kind: str) -> None:
+        state, handlers = np.random.get_state()[1].copy(), list(logging.root.handlers)
+        first, second = (run(kind, search("many", 4, 1500), seed=3) for _ in range(2))
+        assert np.array_equal(first.best_x, second.best_x)
+        assert first.evaluations == second.evaluations
+        assert np.array_equal(np.random.get_state()[1], state)
+        assert logging.root.handlers == handlers
+
+    def test_stays_within_bounds(self, kind: str) -> None:
+        problem = search()
+        problem.objective.truth = np.array([1e-4, 1.0, 1e4])  # two minima are beyond the bounds
+        seen: list[np.ndarray] = []
+        inner = problem.objective.costs
+        problem.objective.costs = lambda values: (seen.append(values.copy()), inner(values))[1]  # type: ignore[method-assign]
+        found = run(kind, problem)
+        every = np.concatenate(seen)
+        assert every.min() >= 1e-2 * (1 - 1e-6)
+        assert every.max() <= 1e2 * (1 + 1e-6)
+        assert found.scale.to_values(found.best_x) == pytest.approx([1e-2, 1.0, 1e2], rel=0.05)
+
+    def test_budget_is_respected_to_a_generation(self, kind: str) -> None:
+        assert run(kind, search("many", 4, 200)).evaluations < 200 + 100
+
+    def test_target_cost_ends_the_search(self, kind: str) -> None:
+        found = run(kind, search(target_cost=0.3))
+        assert found.best_cost <= 0.3
+        assert found.evaluations < 3000
+
+    def test_journal_replays_to_the_same_end(self, kind: str) -> None:
+        journal = Journal()
+        whole = run(kind, search("many", 4, 900, journal=journal))
+        costs = journal.costs()
+        resumed = run(kind, search("many", 4, 900, journal=Journal(remembered=costs[: len(costs) // 3])))
+        assert np.array_equal(whole.best_x, resumed.best_x)
+        assert whole.evaluations == resumed.evaluations
+
+    def test_candidates_without_a_solution_do_no_harm(self, kind: str) -> None:
+        problem = search("bowl")
+        inner = problem.objective.costs
+        problem.objective.costs = lambda values: np.where(values[:, 0] > 3.0, np.inf, inner(values))  # type: ignore[method-assign]
+        assert run(kind, problem).best_cost < 0.1
+
+    def test_unknown_option_is_refused(self, kind: str) -> None:
+        with pytest.raises(ValidationError, match="typo"):
+            parse_optimizer({"kind": kind, "typo": 1})
+
+
+@pytest.mark.parametrize("kind", ["differential-evolution", "hybrid", "cma-es", "particle-swarm"])
+def test_global_methods_find_the_best_of_many_minima_where_a_local_one_does_not(kind: str) -> None:
+    def from_afar(kind: str) -> float:
+        problem = search("many", 4, 8000)
+        start: Callable[[], np.ndarray] = lambda: np.array([2.2, -2.0, 1.9, 2.3])
+        try:
+            parse_optimizer({"kind": kind}).minimize(problem, start(), np.random.default_rng(0))
+        except Ended:
+            pass
+        return problem.best_cost
+
+    assert from_afar(kind) < 1e-3
+    assert from_afar("gauss-newton") > 0.5
+
+
+def test_scale_is_its_own_inverse_with_fixed_and_linear_parameters() -> None:
+    scale = Scale((
+        Parameter("k", "N/m", 1e6, 1e4, 1e8),
+        Parameter("m", "kg", 2.0, -5.0, 5.0, log=False),
+        Parameter("fixed", "kg", 7.0, 0.0, 9.0, free=False),
+    ))
+    values = np.array([[2e6, -1.5, 7.0], [3e5, 4.0, 7.0]])
+    assert scale.to_values(scale.to_x(values)) == pytest.approx(values)
+    x = scale.to_x(values[0])
+    step = 1e-6
+    for number in range(2):
+        moved = scale.to_values(x + step * np.eye(2)[number]) - scale.to_values(x)
+        assert moved[number] / step == pytest.approx(scale.slope(x)[number], rel=1e-4)
+
+
+def test_hybrid_needs_a_population_method() -> None:
+    with pytest.raises(ValidationError, match="not a population method"):
+        parse_optimizer({"kind": "hybrid", "method": "nelder-mead"})
+
+
+def test_unknown_kind_lists_the_known_ones() -> None:
+    with pytest.raises(ValueError, match="one of artificial-bee-colony, cma-es"):
+        parse_optimizer("simulated-annealing")
