@@ -45,7 +45,7 @@ def evaluate(problem: Problem, fit: Fit, key: str) -> results.Result:
         key=key,
         name=study.name,
         seed=study.seed,
-        verdict=_verdict(fit, trusted, gaps, together),
+        verdict=_verdict(fit, trusted, gaps, together, trusted.count),
         notes=(*trusted.notes, *_start_notes(fit)),
         effects=tuple(effect.sentence() for effect in study.effects),
         cost_kind=study.cost.kind,
@@ -62,23 +62,27 @@ def evaluate(problem: Problem, fit: Fit, key: str) -> results.Result:
         starts=_starts(fit),
         history=fit.history,
         measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
+        published=_published(problem),
         provenance=provenance_of(problem),
     )
 
 
-def _verdict(fit: Fit, trusted: Trust, gaps: tuple[float, float], together: Sequence[str]) -> tuple[str, ...]:
+def _verdict(fit: Fit, trusted: Trust, gaps: tuple[float, float], together: Sequence[str], count: int) -> tuple[str, ...]:
     starts = f"{fit.agreeing} of {len(fit.starts)} starts" if len(fit.starts) > 1 else "one start"
     found = f"The fit ended at a cost of {fit.cost:.4g} after {fit.seconds:.1f} s; {starts} led there."
-    if np.isnan(gaps[0]):
+    parameters = len(trusted.status)
+    if count <= parameters:
+        quality = f"There are {count} measured numbers for {parameters} free parameters, so agreement alone proves nothing."
+    elif np.isnan(gaps[0]):
         quality = "The noise of the data is not known, so how good the fit is can only be judged by its errors."
     else:
         on = "" if np.isnan(gaps[1]) else f" and {gaps[1]:.2f} times on data that were not fitted"
         word = "agrees with the data to within their noise" if gaps[0] <= 1.15 else "does not yet explain the data"
         quality = f"The model {word}: the residual is {gaps[0]:.2f} times the noise{on}."
     status = np.array(trusted.status)
-    count = int(np.sum(status == "determined"))
-    rest = "" if not together else " Not separable by these data: " + "; ".join(together) + "."
-    return found, quality, f"{count} of {len(status)} free parameters are determined by the data.{rest}"
+    determined = int(np.sum(status == "determined"))
+    rest = "" if not together else " Not determined, alone or in combination: " + "; ".join(together) + "."
+    return found, quality, f"{determined} of {parameters} free parameters are determined by the data.{rest}"
 
 
 def _start_notes(fit: Fit) -> list[str]:
@@ -215,6 +219,15 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: S
         frac=np.asarray(frac(measured, fitted)),
         area_error=np.abs(np.abs(fitted) - np.abs(measured)).sum(axis=0) / np.abs(measured).sum(axis=0),
     )
+
+
+def _published(problem: Problem) -> results.PublishedValues | None:
+    reference = problem.reference
+    if reference is None:
+        return None
+    value = np.array([reference.parameters.get(parameter.name, np.nan) for parameter in problem.parameters])
+    modes = reference.modes or ModalTable(np.zeros(0), np.zeros(0))
+    return results.PublishedValues(reference.source, value, modes.frequency_hz, modes.damping_ratio)
 
 
 def provenance_of(problem: Problem) -> results.Provenance:

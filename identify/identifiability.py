@@ -35,7 +35,7 @@ class Trust:
 
     std (f,): standard deviation on the search scale, widened where the residual is structured; low, high (f,): 95 %
     limits of the values, clipped to the bounds; status (f,): determined, weak or not determined; singular_values (f,)
-    of J and directions (f, f), a row each; inflation: what the standard deviations were multiplied by; notes: sentences.
+    of J and directions (f, f), a row each; inflation: what the standard deviations were multiplied by; count: real numbers measured; notes: sentences.
     """
 
     std: Array
@@ -46,6 +46,7 @@ class Trust:
     singular_values: Array
     directions: Array
     inflation: float
+    count: int
     notes: tuple[str, ...]
 
 
@@ -75,7 +76,7 @@ def gap(targets: Targets, values: Array) -> float:
 def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
     """The intervals and their limits at parameter values (parameters,)."""
     x, free = scale.to_x(values), scale.free
-    _, slopes = noise_residuals(targets, values, free)
+    residuals, slopes = noise_residuals(targets, values, free)
     jacobian = np.nan_to_num(slopes * scale.slope(x))
     lower, upper = scale.bounds()
     information = jacobian.T @ jacobian
@@ -92,7 +93,7 @@ def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
     relative = wide / np.maximum(unit, 1e-12)
     status = tuple("determined" if r <= _DETERMINED else "weak" if r <= _UNDETERMINED else "not determined" for r in relative)
     singular = np.sqrt(np.maximum(squares[order], 0.0))
-    return Trust(wide, bound[0], bound[1], status, correlation, singular, directions[:, order].T, inflation, tuple(notes))
+    return Trust(wide, bound[0], bound[1], status, correlation, singular, directions[:, order].T, inflation, len(residuals), tuple(notes))
 
 
 def inseparable(trust_: Trust, names: list[str]) -> list[tuple[str, ...]]:

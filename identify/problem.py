@@ -20,6 +20,7 @@ from identify.measured.loaders import load_frf_set
 from identify.measured.modal_tables import read_modal_table
 from identify.measured.noise import noise_std
 from identify.model.system import System, assemble, build_site, list_parameters
+from identify.reference import Reference, read_reference
 from identify.robot.description import Robot
 from identify.robot.dh import read_dh
 from identify.robot.points import Point, check_links, read_points
@@ -50,6 +51,7 @@ class Problem:
     points: dict[int, Point]
     parameters: tuple[Parameter, ...]
     measurements: tuple[Measurement, ...]
+    reference: Reference | None = None
 
     def targets(self, use: str = "fit") -> Targets:
         """What is to be fitted, or only predicted (`validate`)."""
@@ -74,10 +76,13 @@ def load_problem(file: StudyFile) -> Problem:
     parameters = tuple(list_parameters(robot, site, study.effects))
     if not any(parameter.free for parameter in parameters):
         raise InputError("effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one")
-    names = _names(study.measurements)
+    names = measurement_names(study.measurements)
     tasks = zip(study.measurements, names, postures, strict=True)
     measurements = _collect([partial(_measurement, file, robot, points, m, name, posture) for m, name, posture in tasks])
-    return Problem(file, robot, points, parameters, tuple(measurements))
+    reference = None
+    if study.reference is not None:
+        reference = read_reference(file.resolve(study.reference), [parameter.name for parameter in parameters])
+    return Problem(file, robot, points, parameters, tuple(measurements), reference)
 
 
 def read_robot(settings: RobotSettings, folder: Path) -> Robot:
@@ -116,7 +121,7 @@ def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:
     return np.deg2rad(settings.posture_deg)
 
 
-def _names(measurements: list[MeasurementSettings]) -> list[str]:
+def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
     """The given names, or file stems; a number is added where two are the same."""
     names: list[str] = []
     for settings in measurements:
@@ -131,7 +136,7 @@ def _measurement(
     system = assemble(robot, build_site(robot, posture, file.study.effects, settings.detached), file.study.effects)
     path = file.resolve(settings.source)
     if settings.modes is not None:
-        table = read_modal_table(path)
+        table = read_modal_table(path, file.resolve(settings.shapes) if settings.shapes else None)
         out = channel_rows(system, points, table.channels, name) if table.shapes is not None else None
         return Measurement(name, settings, posture, system, ModalTarget(name, table, system, out))
     data = _select(load_frf_set(path, settings), settings, name)

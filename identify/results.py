@@ -136,6 +136,16 @@ class MeasurementResult:
 
 
 @dataclass(frozen=True)
+class PublishedValues:
+    """What a publication found: values in the order of the parameters (p), NaN where it says nothing, and its modes."""
+
+    source: str
+    value: Array
+    frequency_hz: Array
+    damping_ratio: Array
+
+
+@dataclass(frozen=True)
 class Provenance:
     """Where a result comes from."""
 
@@ -177,6 +187,7 @@ class Result:
     starts: StartTable
     history: Array
     measurements: dict[str, MeasurementResult]
+    published: PublishedValues | None
     provenance: Provenance
 
 

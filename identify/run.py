@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from identify import results
-from identify.costs.target import FrfTarget
 from identify.errors import InputError
 from identify.evaluate import evaluate, provenance_of
 from identify.fit import Progress, fit
-from identify.measured.quality import Finding, check
-from identify.problem import Problem, load_problem
+from identify.measured.finding import Finding
+from identify.measured.loaders import load_frf_set
+from identify.measured.quality import check
+from identify.problem import Problem, load_problem, measurement_names
+from identify.robot.points import read_points
 from identify.study import Study, StudyFile, read_study
 
 
@@ -78,9 +80,14 @@ def _finished(path: Path, key: str) -> results.Result | None:
 
 def run_checks(config: Path) -> dict[str, list[Finding]]:
     """The findings on every FRF measurement of a study, by its name."""
-    problem = load_problem(read_study(config))
-    names = {node: point.name for node, point in problem.points.items()}
-    return {m.name: check(m.target.data, names) for m in problem.measurements if isinstance(m.target, FrfTarget)}
+    file = read_study(config)
+    names = {node: point.name for node, point in (read_points(file.resolve(file.study.points)) if file.study.points else {}).items()}
+    measurements = zip(measurement_names(file.study.measurements), file.study.measurements, strict=True)
+    return {
+        name: check(load_frf_set(file.resolve(settings.file), settings), names, file.study.band_hz)
+        for name, settings in measurements
+        if settings.file is not None
+    }
 
 
 def _override(file: StudyFile, overrides: dict[str, Any]) -> StudyFile:

@@ -73,6 +73,7 @@ class MeasurementSettings(FrfFileOptions):
     name: str | None = Field(None, description="default: the file's name")
     file: Path | None = Field(None, description="FRFs: .uff, .unv, .csv, .h5, .mat")
     modes: Path | None = Field(None, description="modal table: .yaml or .csv")
+    shapes: Path | None = Field(None, description="mode shapes of a modal table in .csv")
     posture_deg: list[float] = Field(description="joint angles, one per joint")
     detached: str | None = Field(None, description="this link and all beyond it were taken off")
     outputs: list[str] | None = Field(None, description="response channels to use, such as 12:+Z; default: all")
@@ -120,6 +121,7 @@ class Study(Settings):
     start_factor: float = Field(3.0, gt=1, description="further starts are drawn within this factor of the initial values")
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
     seed: int = Field(1, ge=0, description="all chance comes from this number")
+    reference: Path | None = Field(None, description="published values (.yaml) that reports set beside the fitted ones")
 
     @model_validator(mode="after")
     def _consistent(self) -> Study:

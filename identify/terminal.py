@@ -12,7 +12,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from identify.fit import Progress
-from identify.measured.quality import Finding
+from identify.measured.finding import Finding
 from identify.results import MeasurementResult, Result
 
 _MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}

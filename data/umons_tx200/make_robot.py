@@ -95,7 +95,7 @@ BODIES: dict[str, list[Solid]] = {
     ],
     "flange": [cylinder(Z, 0.03, 0.14, 7800.0, (0, 0, -0.015))],  # origin in the flange face, z outwards
 }
-GRIPPER = [cylinder(Z, 0.12, 0.15, 5.0 / (np.pi * 0.075**2 * 0.12), (0, 0, 0.06))]  # 5 kg
+GRIPPER = [cylinder(Z, 0.12, 0.15, 5.0 / (np.pi * 0.075**2 * 0.12), (0.01, 0, 0.06))]  # 5 kg, off axis 6 as valves and hoses put it
 
 
 def inertial(solids: list[Solid]) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identify.measured.channel import Channel
 from identify.measured.finding import Finding, Level, listing
-from identify.measured.frf_set import POWER, Complex, FrfSet
+from identify.measured.frf_set import POWER, Complex, Float, FrfSet
 
 LOW_COHERENCE = 0.8
 """Below it half of an FRF's lines count as badly measured (a common rule in modal testing)."""
@@ -31,7 +31,7 @@ def coherence(frf_set: FrfSet) -> Iterator[Finding]:
     if frf_set.averages is None:
         sentence = "The number of averages is not known, so the coherence does not give the noise: say averages."
         yield Finding("warn", "no-averages", (), sentence)
-    median = np.nanmedian(np.where(frf_set.measured, frf_set.coherence, np.nan), axis=(0, 2))
+    median = np.array([_median(frf_set.coherence[:, i]) for i in range(len(frf_set.outputs))])
     level = np.sqrt(np.nanmean(np.abs(frf_set.frf) ** 2, axis=(0, 2)))
     low, quiet = median < LOW_COHERENCE, level < QUIET * np.nanmax(level)
     grades: list[tuple[NDArray[np.bool_], Level, str]] = [
@@ -41,14 +41,20 @@ def coherence(frf_set: FrfSet) -> Iterator[Finding]:
     for chosen, grade, words in grades:
         channels = [channel for channel, is_low in zip(frf_set.outputs, chosen.tolist(), strict=True) if is_low]
         if channels:
-            worst = float(np.nanmin(median[chosen]))
+            worst = float(np.min(median[chosen]))
             where = f"{listing(channels)} (lowest median {worst:.2f})"
             sentence = f"Half of the lines have a coherence below {LOW_COHERENCE} at {where}, {words}."
             yield Finding(grade, "coherence", tuple(channels), sentence, worst)
-    overall = float(np.nanmedian(frf_set.coherence))
+    overall = _median(frf_set.coherence)
     if overall < 0.5:
         sentence = f"The median coherence of all FRFs is {overall:.2f}: the measurement is mostly noise."
         yield Finding("fail", "coherence", (), sentence, overall)
+
+
+def _median(values: Float) -> float:
+    """Median of what is known, 1 where nothing is."""
+    known = values[~np.isnan(values)]
+    return float(np.median(known)) if len(known) else 1.0
 
 
 def drive_points(frf_set: FrfSet) -> Iterator[Finding]:

@@ -16,7 +16,7 @@ from identify.errors import InputError
 from identify.measured.frf_set import Float
 from identify.measured.uff_cursor import EXPORT, Cursor
 
-_BINARY_END = re.compile(rb"(?:\r\n|\r|\n)? {0,5}-1 *(?:\r\n|\r|\n|\Z)")
+_BINARY_END = re.compile(rb"(?:\r\n|\r|\n)?    -1 *(?:\r\n|\r|\n|\Z)")
 _ALLOWED = np.isin(np.arange(256), np.frombuffer(b" 0123456789+-.eEdD", np.uint8))
 _EXPONENT = bytes.maketrans(b"Dd", b"Ee")
 

@@ -10,6 +10,7 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
+from plotly.offline import get_plotlyjs
 
 from identify.reports import measurement_tables, pick, tables
 from identify.reports.cells import number, percent, unit
@@ -24,14 +25,13 @@ _MAP_STEP = 1e-3
 
 def page(result: Result) -> str:
     """The whole page of a fit."""
-    from plotly.offline import get_plotlyjs
-
     loader = jinja2.FileSystemLoader(_HERE)
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     measurements = list(result.measurements.values())
     return environment.get_template("report.html.j2").render(
         result=result,
         measurements=measurements,
+        sections=_sections(result),
         tables=tables,
         measurement_tables=measurement_tables,
         frf_tables=[table for table in map(measurement_tables.frf_table, measurements) if table],
@@ -40,6 +40,15 @@ def page(result: Result) -> str:
         scripts=[Markup((_HERE / name).read_text("utf-8")) for name in _SCRIPTS],
         data=Markup(_json(payload(result))),
     )
+
+
+def _sections(result: Result) -> list[tuple[str, str]]:
+    """Anchors and labels of the sections this result has."""
+    with_frf = any(m.frf for m in result.measurements.values())
+    frfs = [("frf", "FRFs"), ("gap", "Gap map")] if with_frf else []
+    ends = [("convergence", "Convergence"), ("identifiability", "Identifiability"), ("asked", "Study"), ("provenance", "Provenance")]
+    errors = [("errors", "Errors")] if with_frf else []
+    return [("verdict", "Verdict"), ("robot", "Robot"), *frfs, ("parameters", "Parameters"), ("modes", "Modes"), *errors, *ends]
 
 
 def payload(result: Result) -> dict[str, Any]:

@@ -49,7 +49,7 @@ def _pair_row(measurement: MeasurementResult, pairs: ModePairs, row: int) -> tup
     hz, ratio = pairs.measured_frequency_hz[mode], pairs.measured_damping_ratio[mode]
     error = signed(100 * (measurement.modes.frequency_hz[row] / hz - 1), 3)
     points = signed(100 * (measurement.modes.damping_ratio[row] - ratio), 3)
-    return str(row + 1), frequency, number(hz), error, damping, percent(ratio), points, number(pairs.mac[found[0]], 3)
+    return str(row + 1), frequency, number(hz), error, damping, percent(ratio), points, number(pairs.mac[found[0]])
 
 
 def _unpaired_row(pairs: ModePairs, mode: int) -> tuple[str, ...]:
@@ -61,7 +61,7 @@ def measurement_table(result: Result) -> Table:
     """What was measured: file, use, posture."""
     columns = (words("Measurement"), words("Use"), words("Joint angles", "°"), words("Data"), Column("Gap"))
     rows = [
-        (m.name, use(m), ", ".join(f"{angle:.1f}" for angle in m.posture_deg), _data(m), number(m.gap, 3))
+        (m.name, use(m), ", ".join(f"{angle:.1f}" for angle in m.posture_deg), _data(m), number(m.gap))
         for m in result.measurements.values()
     ]
     return Table("Postures and measurements", columns, tuple(rows))
@@ -145,8 +145,8 @@ def frf_table(measurement: MeasurementResult) -> Table | None:
 
 def pair_errors(frf: FrfComparison, pair: int) -> str:
     """The errors of one FRF in a line."""
-    parts = [] if frf.gap is None else [f"gap {number(frf.gap[pair], 3)}"]
-    parts += [f"relative error {number(100 * frf.relative_error[pair], 3)} %", _remark(frf, pair)]
+    parts = [] if frf.gap is None else [f"gap {number(frf.gap[pair])}"]
+    parts += [f"relative error {percent(frf.relative_error[pair])} %", _remark(frf, pair)]
     return ", ".join(filter(None, parts))
 
 

@@ -17,8 +17,8 @@ def tiles(result: Result) -> tuple[tuple[str, str, str], ...]:
     determined = sum(s == "determined" for s in status)
     ended = "the best start converged" if result.converged else "the best start did not converge"
     return (
-        ("Gap, fitted data", number(result.gap, 3), "residual over noise; 1 is perfect"),
-        ("Gap, validation", number(result.gap_validation, 3), "the same on data that were not fitted"),
+        ("Gap, fitted data", number(result.gap), "residual over noise; 1 is perfect"),
+        ("Gap, validation", number(result.gap_validation), "the same on data that were not fitted"),
         ("Parameters", f"{determined} of {len(status)}", "determined by the data"),
         (f"Cost, {result.cost_kind}", number(result.cost), ended),
     )
@@ -82,7 +82,7 @@ def direction_table(result: Result) -> Table:
         size = np.abs(direction)
         members = [int(j) for j in np.argsort(-size) if size[j] > 0.3 * size.max()]
         text = ", ".join(f"{names[j]} ({direction[j]:+.2f})" for j in members)
-        rows.append((str(i + 1), number(singular), number(1 / singular if singular > 0 else np.inf, 3), text))
+        rows.append((str(i + 1), number(singular), number(1 / singular if singular > 0 else np.inf), text))
     columns = (Column("Direction"), Column("Singular value"), Column("Std of ln value"), words("Mostly"))
     note = (
         "Singular values of the residuals' derivatives, in units of noise per unit of ln value (of the value itself where the "

@@ -1,0 +1,78 @@
+// The remaining plots: parameters, MAC, convergence, identifiability.
+"use strict";
+
+(() => {
+  const {parameters, starts, history, free, correlation, singular} = DATA;
+  const statusColor = {"determined": PALETTE[0], "weak": PALETTE[4], "not determined": PALETTE[1], "fixed": PALETTE[7]};
+  const statusMark = {"determined": "circle", "weak": "diamond", "not determined": "x", "fixed": "square"};
+
+  draw("parameter-plot", () => {
+    const y = parameters.name, common = {y, mode: "markers", type: "scatter"};
+    const marks = {size: 9, color: parameters.status.map(s => statusColor[s]), symbol: parameters.status.map(s => statusMark[s])};
+    const below = parameters.value.map((v, i) => v - parameters.low_95[i]), above = parameters.value.map((v, i) => parameters.high_95[i] - v);
+    const kinds = Object.keys(statusColor).filter(s => parameters.status.includes(s));
+    return [[
+      {...common, x: parameters.initial, name: "start", marker: {size: 8, symbol: "circle-open", color: color("muted"), line: {width: 1.5}}, hovertemplate: "start<extra>%{y}</extra>"},
+      {...common, x: parameters.value, name: "fitted", marker: marks, showlegend: false, error_x: {type: "data", symmetric: false, array: above, arrayminus: below, color: color("ink"), thickness: 1.5, width: 3}, hovertemplate: "fitted<extra>%{y}</extra>"},
+      {...common, x: parameters.half, xaxis: "x2", marker: marks, showlegend: false, hovertemplate: "± %{x:.2g} %<extra>%{y}</extra>"},
+      ...kinds.map(s => ({...common, x: [null], y: [y[0]], name: s, marker: {size: 9, color: statusColor[s], symbol: statusMark[s]}})),
+    ], {
+      height: 110 + 22 * y.length, margin: {l: 150, r: 16, t: 40, b: 56}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
+      xaxis: {title: {text: "Place between the bounds (–)"}, range: [-0.02, 1.02], domain: [0, 0.56], tickvals: [0, 0.25, 0.5, 0.75, 1], ticktext: ["lower", "¼", "½", "¾", "upper"], zeroline: false},
+      xaxis2: {title: {text: "Half the 95 % interval (% of the value)"}, type: "log", domain: [0.62, 1], exponentformat: "power", dtick: 1},
+      yaxis: {autorange: "reversed", anchor: "x"},
+    }];
+  });
+
+  DATA.measurements.forEach((m, i) => m.mac && draw(`mac-${i}`, () => [[{
+    type: "heatmap", z: m.mac.values, zmin: 0, zmax: 1, colorscale: [[0, color("neutral")], [1, PALETTE[0]]], xgap: 1, ygap: 1,
+    texttemplate: m.mac.values.length <= 16 ? "%{z:.2f}" : "", hovertemplate: "MAC %{z:.3f}<extra></extra>",
+    colorbar: {title: {text: "MAC (–)", side: "right"}, thickness: 12, outlinewidth: 0},
+  }], {
+    height: 120 + 36 * m.mac.values.length, margin: {l: 70, r: 10, t: 10, b: 60},
+    xaxis: {title: {text: "Model (Hz)"}, tickvals: m.mac.model.map((_, k) => k), ticktext: m.mac.model, showgrid: false, zeroline: false},
+    yaxis: {title: {text: "Measured (Hz)"}, tickvals: m.mac.measured.map((_, k) => k), ticktext: m.mac.measured, autorange: "reversed", showgrid: false, zeroline: false},
+  }]));
+
+  const best = Math.min(...starts.cost.filter(c => c !== null));
+  const agrees = c => c !== null && c - best <= 1e-3 * Math.max(best, 1e-12);
+
+  draw("history-plot", () => [history.map(([start, stage, evaluations, cost]) => ({
+    x: evaluations, y: cost, name: `start ${start + 1}`, legendgroup: `${start}`, showlegend: stage === 0, mode: "lines",
+    line: {shape: "hv", width: agrees(starts.cost[start]) ? 2 : 1.2, color: PALETTE[start % PALETTE.length], dash: ["solid", "dash", "dot"][stage % 3], simplify: false},
+    hovertemplate: `stage ${stage + 1}, %{x} evaluations: %{y:.4g}`,
+  })), {
+    height: 340, title: {text: "Best cost", x: 0, xref: "paper", font: {size: 14}},
+    xaxis: {title: {text: "Evaluations of the start (–)"}}, yaxis: {title: {text: `Cost, ${DATA.cost} (–)`}, type: "log", exponentformat: "power"},
+  }]);
+
+  draw("starts-plot", () => [[
+    {x: starts.initial.flatMap(() => free), y: starts.initial.flat(), name: "before", mode: "markers", marker: {symbol: "circle-open", size: 7, color: color("muted")}},
+    ...[true, false].map(same => {
+      const rows = starts.final.filter((_, i) => agrees(starts.cost[i]) === same);
+      return {x: rows.flatMap(() => free), y: rows.flat(), name: same ? "after, best cost" : "after, worse", mode: "markers", marker: {size: 8, symbol: same ? "circle" : "x", color: PALETTE[same ? 0 : 1]}};
+    }),
+  ], {
+    height: 340, margin: {l: 64, r: 16, t: 34, b: 90}, title: {text: "Parameters of every start", x: 0, xref: "paper", font: {size: 14}}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
+    xaxis: {tickangle: -50}, yaxis: {title: {text: "Place between the bounds (–)"}, range: [-0.03, 1.03]},
+  }]);
+
+  draw("singular-plot", () => [[{
+    x: singular.map((_, i) => i + 1), y: singular, mode: "markers", marker: {size: 9, color: singular.map(s => PALETTE[s >= 1 ? 0 : 1]), symbol: singular.map(s => s >= 1 ? "circle" : "x")},
+    hovertemplate: "direction %{x}: %{y:.4g}<extra></extra>",
+  }], {
+    height: 340, title: {text: "Singular values", x: 0, xref: "paper", font: {size: 14}}, showlegend: false,
+    xaxis: {title: {text: "Direction (–)"}, dtick: Math.ceil(singular.length / 20)}, yaxis: {title: {text: "Noise units per ln value (–)"}, type: "log", exponentformat: "power"},
+    shapes: [{type: "line", xref: "paper", x0: 0, x1: 1, y0: 1, y1: 1, line: {color: color("warn"), dash: "dot", width: 1.5}}],
+  }]);
+
+  draw("correlation-plot", () => [[{
+    type: "heatmap", z: correlation, x: free, y: free, zmin: -1, zmax: 1, xgap: 1, ygap: 1, colorscale: [[0, "#0b5394"], [0.5, color("neutral")], [1, "#b34700"]],
+    hovertemplate: "%{x}<br>%{y}<br>%{z:.3f}<extra></extra>", colorbar: {title: {text: "Correlation (–)", side: "right"}, thickness: 12, outlinewidth: 0},
+  }], {
+    height: 420, title: {text: "Correlation of the estimates", x: 0, xref: "paper", font: {size: 14}},
+    xaxis: {tickangle: -50, showgrid: false}, yaxis: {autorange: "reversed", showgrid: false},
+  }]);
+
+  Promise.resolve(FRF && FRF.ready).then(() => { document.documentElement.dataset.ready = Math.round(performance.now()); });
+})();

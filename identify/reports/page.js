@@ -1,0 +1,89 @@
+// What all parts of the page share: data, colours, plots that follow the theme, tables that sort.
+"use strict";
+
+const DATA = JSON.parse(document.getElementById("data").textContent);
+const $ = id => document.getElementById(id);
+const color = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+// Okabe and Ito's colours: told apart by colour-blind readers, on paper and on a dark screen.
+const PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7f7f7f"];
+
+// The way back from packing.py: inflate, join the byte planes, undo zigzag and differences; rows of NaN-able numbers.
+async function unpack(packed) {
+  const deflated = Uint8Array.from(atob(packed.data), c => c.charCodeAt(0));
+  const stream = new Blob([deflated]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const size = bytes.length / 4, rows = [];
+  const steps = new Int32Array(packed.n);
+  for (let first = 0; first < size; first += packed.n) {
+    for (let i = 0, k = first; i < packed.n; i++, k++) {
+      const u = bytes[k] | bytes[k + size] << 8 | bytes[k + 2 * size] << 16 | bytes[k + 3 * size] << 24;
+      steps[i] = u >>> 1 ^ -(u & 1);
+    }
+    for (let order = 0; order < packed.order; order++) for (let i = 1; i < packed.n; i++) steps[i] += steps[i - 1];
+    rows.push(Float64Array.from(steps, s => s === -2147483648 ? NaN : s * packed.step));
+  }
+  return rows;
+}
+
+const plots = new Map();
+
+// Draws a plot and keeps how it was made, so that a change of theme can draw it again; make returns [traces, layout].
+function draw(id, make) {
+  plots.set(id, make);
+  const [traces, layout] = make();
+  const axes = Object.keys(layout).filter(key => /^[xy]axis/.test(key));
+  const styled = Object.fromEntries(axes.map(key => [key, {
+    gridcolor: color("grid"), zerolinecolor: color("line"), linecolor: color("line"), tickcolor: color("line"), ticks: "outside", automargin: true, ...layout[key],
+  }]));
+  const common = {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", colorway: PALETTE,
+    font: {family: getComputedStyle(document.body).fontFamily, size: 12.5, color: color("ink")},
+    hoverlabel: {bgcolor: color("sheet"), bordercolor: color("line"), font: {color: color("ink")}},
+    margin: {l: 64, r: 16, t: 34, b: 48}, modebar: {bgcolor: "rgba(0,0,0,0)", color: color("muted"), activecolor: color("accent")},
+  };
+  const config = {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
+  return Plotly.react(id, traces, {...common, ...layout, ...styled}, config);
+}
+
+function setTheme(name) {
+  document.documentElement.dataset.theme = name;
+  for (const [id, make] of plots) draw(id, make);
+  window.dispatchEvent(new Event("themed"));
+}
+
+const prefersDark = window.matchMedia("(prefers-color-scheme: dark)");
+document.documentElement.dataset.theme = prefersDark.matches ? "dark" : "light";
+prefersDark.addEventListener("change", event => setTheme(event.matches ? "dark" : "light"));
+$("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+
+// Paper is white and 182 mm wide.
+let themeOnScreen = "light";
+window.addEventListener("beforeprint", () => {
+  themeOnScreen = document.documentElement.dataset.theme;
+  document.body.style.width = "688px";
+  setTheme("light");
+  for (const id of plots.keys()) Plotly.Plots.resize(id);
+});
+window.addEventListener("afterprint", () => {
+  document.body.style.width = "";
+  setTheme(themeOnScreen);
+  for (const id of plots.keys()) Plotly.Plots.resize(id);
+});
+
+const known = text => text === "–" ? NaN : parseFloat(text);
+
+function sortTable(table, column, numeric) {
+  const body = table.tBodies[0], heading = table.tHead.rows[0].cells[column];
+  const down = heading.getAttribute("aria-sort") === "ascending" || numeric && heading.getAttribute("aria-sort") === null;
+  const text = row => row.cells[column].textContent;
+  const compare = numeric
+    ? (a, b) => { const x = known(text(a)), y = known(text(b)); return isNaN(x) - isNaN(y) || (down ? y - x : x - y) || 0; }
+    : (a, b) => (down ? -1 : 1) * text(a).localeCompare(text(b), "en", {numeric: true});
+  body.append(...[...body.rows].sort(compare));
+  for (const cell of table.tHead.rows[0].cells) cell.removeAttribute("aria-sort");
+  heading.setAttribute("aria-sort", down ? "descending" : "ascending");
+}
+
+for (const table of document.querySelectorAll("table[data-sort]"))
+  [...table.tHead.rows[0].cells].forEach((cell, column) =>
+    cell.addEventListener("click", () => sortTable(table, column, cell.classList.contains("n"))));

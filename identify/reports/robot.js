@@ -1,0 +1,175 @@
+// The robot at its posture in 3D on a plain canvas: skeleton and points, moving in a mode; turned by dragging, zoomed by the wheel.
+"use strict";
+
+(() => {
+  const canvas = $("robot-canvas"), context = canvas.getContext("2d"), tip = $("robot-tip");
+  const home = {azimuth: -0.9, elevation: 0.35, zoom: 1};
+  const view = {...home};
+  let robot, mode, center, radius, feet, spots = [], playing = true, phase = 0, last = 0;
+
+  const links = [...new Set(DATA.measurements.flatMap(m => m.robot.link))];
+  const linkColor = name => PALETTE[links.indexOf(name) % PALETTE.length];
+  const add = (a, b, f = 1) => a.map((x, i) => x + f * b[i]);
+  const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
+
+  // The place on the skeleton nearest to a point, so that a thin rib can join them: segment and part of it.
+  function foot(point, skeleton) {
+    let best = {distance: Infinity, segment: 0, part: 0};
+    for (let i = 0; i + 1 < skeleton.length; i++) {
+      const along = add(skeleton[i + 1], skeleton[i], -1), away = add(point, skeleton[i], -1), length = dot(along, along);
+      const part = length ? Math.min(1, Math.max(0, dot(away, along) / length)) : 0;
+      const gap = add(away, along, -part), distance = dot(gap, gap);
+      if (distance < best.distance) best = {distance, segment: i, part};
+    }
+    return best;
+  }
+
+  function choose() {
+    const number = +$("robot-measurement").value, at = $("robot-mode").selectedIndex;
+    robot = DATA.measurements[number].robot;
+    const all = [...robot.points, ...robot.skeleton];
+    center = [0, 1, 2].map(i => (Math.min(...all.map(p => p[i])) + Math.max(...all.map(p => p[i]))) / 2);
+    radius = Math.max(...all.map(p => Math.hypot(...add(p, center, -1)))) || 1;
+    feet = robot.points.map(point => foot(point, robot.skeleton));
+    $("robot-mode").replaceChildren(...robot.modes.map((m, i) => new Option(m.label, i)));
+    $("robot-mode").selectedIndex = Math.min(Math.max(at, 0), robot.modes.length - 1);
+    mode = robot.modes[$("robot-mode").selectedIndex];
+    $("robot-about").textContent = `${DATA.measurements[number].use}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
+      + `dashed: at rest. Ringed: where it was excited (${robot.excited.length ? robot.excited.join(", ") : "not told"}).`;
+    paint();
+  }
+
+  function project(p) {
+    const [x, y, z] = add(p, center, -1), c = Math.cos(view.azimuth), s = Math.sin(view.azimuth);
+    const across = -s * x + c * y, depth = c * x + s * y;
+    const scale = 0.44 * Math.min(canvas.clientWidth, canvas.clientHeight) / radius * view.zoom;
+    const up = Math.cos(view.elevation) * z - Math.sin(view.elevation) * depth;
+    return [canvas.clientWidth / 2 + scale * across, canvas.clientHeight / 2 - scale * up];
+  }
+
+  function line(points, stroke, width, dash = []) {
+    context.beginPath();
+    points.map(project).forEach(([x, y], i) => i ? context.lineTo(x, y) : context.moveTo(x, y));
+    Object.assign(context, {strokeStyle: stroke, lineWidth: width, lineJoin: "round", lineCap: "round"});
+    context.setLineDash(dash);
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  function disc([x, y], size, fill, stroke) {
+    context.beginPath();
+    context.arc(x, y, size, 0, 2 * Math.PI);
+    context.fillStyle = fill;
+    context.fill();
+    if (stroke) { context.strokeStyle = stroke; context.lineWidth = 2; context.stroke(); }
+  }
+
+  function label(text, [x, y], fill) {
+    context.fillStyle = fill;
+    context.font = "12px system-ui, sans-serif";
+    context.fillText(text, x, y);
+  }
+
+  function floor() {
+    const step = [0.05, 0.1, 0.25, 0.5, 1, 2.5, 5].find(s => s > radius / 4) || 10, n = 4;
+    for (let i = -n; i <= n; i++) {
+      line([[i * step, -n * step, 0], [i * step, n * step, 0]], color("grid"), 1);
+      line([[-n * step, i * step, 0], [n * step, i * step, 0]], color("grid"), 1);
+    }
+    ["X", "Y", "Z"].forEach((name, i) => {
+      const end = [0, 0, 0];
+      end[i] = 0.8 * step;
+      line([[0, 0, 0], end], color("muted"), 1.5);
+      label(name, project(end.map(v => 1.2 * v)), color("muted"));
+    });
+    label(`floor grid ${step} m`, [14, canvas.clientHeight - 14], color("muted"));
+  }
+
+  function moved(rest, shape) {
+    const size = 0.5 * radius * $("robot-amplitude").value / 1000, c = size * Math.cos(phase), s = size * Math.sin(phase);
+    return rest.map((p, i) => p.map((x, k) => x + c * shape.real[i][k] - s * shape.imag[i][k]));
+  }
+
+  function paint() {
+    const ratio = window.devicePixelRatio || 1;
+    if (canvas.width !== Math.round(canvas.clientWidth * ratio) || canvas.height !== Math.round(canvas.clientHeight * ratio)) {
+      canvas.width = Math.round(canvas.clientWidth * ratio);
+      canvas.height = Math.round(canvas.clientHeight * ratio);
+    }
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+    floor();
+    const skeleton = mode ? moved(robot.skeleton, mode.skeleton) : robot.skeleton;
+    const points = mode ? moved(robot.points, mode.points) : robot.points;
+    line(robot.skeleton, color("muted"), 1.5, [5, 6]);
+    points.forEach((point, i) => {
+      const {segment, part} = feet[i];
+      const from = skeleton.length > 1 ? add(skeleton[segment], add(skeleton[segment + 1], skeleton[segment], -1), part) : point;
+      line([from, point], linkColor(robot.link[i]), 1.5);
+    });
+    line(skeleton, color("ink"), 5);
+    skeleton.forEach(p => disc(project(p), 4.5, color("paper"), color("ink")));
+    spots = points.map(project);
+    spots.forEach((spot, i) => {
+      if (robot.excited.includes(robot.node[i])) disc(spot, 9, "transparent", color("ink"));
+      disc(spot, 5, linkColor(robot.link[i]), color("sheet"));
+    });
+  }
+
+  function tick(time) {
+    if (playing) {
+      phase += Math.min(time - last, 100) / 1000 * 2 * Math.PI * 0.7;
+      paint();
+    }
+    last = time;
+    requestAnimationFrame(tick);
+  }
+
+  function play(on) {
+    playing = on;
+    $("robot-play").textContent = on ? "Pause" : "Play";
+  }
+
+  function hover(event) {
+    const box = canvas.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
+    const distances = spots.map(([a, b]) => Math.hypot(a - x, b - y)), i = distances.indexOf(Math.min(...distances));
+    tip.hidden = !(distances[i] < 14);
+    if (tip.hidden) return;
+    const measured = robot.measured.includes(robot.node[i]) ? "" : "\nnot measured";
+    const excited = robot.excited.includes(robot.node[i]) ? "\nexcited here" : "";
+    tip.textContent = `${robot.node[i]} ${robot.name[i]}\non ${robot.link[i]}${measured}${excited}`;
+    tip.style.left = `${Math.min(x + 14, box.width - 130)}px`;
+    tip.style.top = `${y + 14}px`;
+  }
+
+  canvas.addEventListener("pointerdown", event => canvas.setPointerCapture(event.pointerId));
+  canvas.addEventListener("pointermove", event => {
+    if (!event.buttons) return hover(event);
+    view.azimuth -= event.movementX * 0.008;
+    view.elevation = Math.min(1.57, Math.max(-0.3, view.elevation + event.movementY * 0.008));
+    paint();
+  });
+  canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+  canvas.addEventListener("wheel", event => {
+    event.preventDefault();
+    view.zoom = Math.min(8, Math.max(0.3, view.zoom * Math.exp(-event.deltaY * 0.001)));
+    paint();
+  }, {passive: false});
+  $("robot-reset").addEventListener("click", () => { Object.assign(view, home); paint(); });
+  $("robot-play").addEventListener("click", () => play(!playing));
+  $("robot-measurement").addEventListener("change", choose);
+  $("robot-mode").addEventListener("change", () => { mode = robot.modes[$("robot-mode").selectedIndex]; phase = 0; paint(); });
+  $("robot-amplitude").addEventListener("input", paint);
+  window.addEventListener("themed", paint);
+  window.addEventListener("resize", paint);
+
+  $("robot-links").replaceChildren(...links.map(name => {
+    const item = document.createElement("li"), mark = document.createElement("i");
+    mark.style.background = linkColor(name);
+    item.append(mark, name);
+    return item;
+  }));
+  if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) play(false);
+  choose();
+  requestAnimationFrame(tick);
+})();
