@@ -1,8 +1,11 @@
 """How far a fit can be trusted: covariance and 95 % intervals, parameters that the data do not determine, structured residuals.
 
-All of it rests on residuals in units of their noise at the optimum, whichever cost and optimizer found it.  With J their
-derivatives on the search scale (ln value for stiffness and damping), the covariance is (J'J + P)^-1, where P is what the
-bounds alone say: weak enough not to matter for a parameter that the data determine, enough to keep the others finite.
+All of it rests on residuals e in units of their noise at the optimum, whichever cost and optimizer found it, and on their
+derivatives J on the search scale (ln value for stiffness and damping).  Were the residuals independent, the covariance
+would be (J'J)^-1.  They are not: an exponential window smears noise over neighbouring lines, and noise on the force is
+common to all responses of a blow.  So the covariance is the sandwich A^-1 B A^-1 with A = J'J + P and B the long-run
+variance of the scores J'e line by line (Newey and West, Econometrica 55, 1987), never less than independence says.
+P is what the bounds alone say: too weak to matter for a parameter that the data determine, enough to keep others finite.
 """
 
 from __future__ import annotations
@@ -12,17 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.base import real_rows
 from identify.costs.eigenfrequency import pair_all
 from identify.costs.target import FrfTarget, ModalTarget, Targets
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.optimizers.base import Scale
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Index = NDArray[np.intp]
 
 FREQUENCY_STD, DAMPING_STD = 0.005, 0.10
 """Relative standard deviations assumed of measured modes that come without: 0.5 % of frequency, 10 % of damping ratio."""
+QUIET, ALIKE = 1.15, 0.45
+"""Gap up to which a residual passes as noise; correlation of neighbouring lines up to which it passes as unstructured (a window that
+decays to a third correlates them by 0.33)."""
+_LAGS = 4
+"""Neighbouring lines whose correlation is counted."""
 _DETERMINED = np.log(2) / 2
 """Standard deviation of ln value up to which the 95 % interval stays within a factor of two: the parameter is determined."""
 _UNDETERMINED = 1.0
@@ -33,9 +41,9 @@ _UNDETERMINED = 1.0
 class Trust:
     """What the data say about the free parameters (f of them).
 
-    std (f,): standard deviation on the search scale, widened where the residual is structured; low, high (f,): 95 %
-    limits of the values, clipped to the bounds; status (f,): determined, weak or not determined; singular_values (f,)
-    of J and directions (f, f), a row each; inflation: what the standard deviations were multiplied by; count: real numbers measured; notes: sentences.
+    std (f,): standard deviation on the search scale; low, high (f,): 95 % limits of the values, clipped to the bounds;
+    status (f,): determined, weak or not determined; correlation (f, f); singular_values (f,) of J and directions (f, f),
+    a row each; count: real numbers measured; notes: sentences of warning.
     """
 
     std: Array
@@ -45,126 +53,136 @@ class Trust:
     correlation: Array
     singular_values: Array
     directions: Array
-    inflation: float
     count: int
     notes: tuple[str, ...]
-
-
-def noise_residuals(targets: Targets, values: Array, free: Index) -> tuple[Array, Array]:
-    """Residuals in units of noise (r,) and their derivatives with respect to the free values (r, free).
-
-    FRFs without known noise are taken to have that of their own residual; modes without, FREQUENCY_STD and DAMPING_STD.
-    """
-    parts = [_frf_residuals(target, values, free) for target in targets.frf] + [_modal_residuals(t, values, free) for t in targets.modal]
-    return np.concatenate([r for r, _ in parts]), np.concatenate([j for _, j in parts])
-
-
-def gap(targets: Targets, values: Array) -> float:
-    """RMS of the residuals in units of noise over everything: 1 is perfect; NaN where no FRF noise is known."""
-    squares = count = 0.0
-    for target in targets.frf:
-        if target.noise is None:
-            return float("nan")
-        e = (target.predict_pairs(values) - target.measured) / target.sigma
-        squares, count = squares + float(np.sum(np.abs(e) ** 2)), count + 2 * e.size
-    for modal in targets.modal:
-        r, _ = _modal_residuals(modal, values, np.zeros(0, dtype=int))
-        squares, count = squares + float(r @ r), count + r.size
-    return float(np.sqrt(squares / count)) if count else float("nan")
 
 
 def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
     """The intervals and their limits at parameter values (parameters,)."""
     x, free = scale.to_x(values), scale.free
-    residuals, slopes = noise_residuals(targets, values, free)
-    jacobian = np.nan_to_num(slopes * scale.slope(x))
+    information, variance, count = _information(targets, values, free, scale.slope(x))
     lower, upper = scale.bounds()
-    information = jacobian.T @ jacobian
-    covariance = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
-    inflation, notes = _inflation(targets, values)
+    bread = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
+    covariance = bread @ variance @ bread
+    widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
+    covariance *= np.outer(widening, widening)
     std = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(std, std)
-    wide = std * inflation
+    limits = [scale.to_values(np.clip(x + sign * 1.96 * std, lower, upper))[free] for sign in (-1, 1)]
     squares, directions = np.linalg.eigh(information)
-    order = np.argsort(squares)[::-1]
-    bound = [scale.to_values(np.clip(x + sign * 1.96 * wide, lower, upper))[free] for sign in (-1, 1)]
-    parameters = [scale.parameters[n] for n in free]
-    unit = np.array([1.0 if p.log else abs(value) / (p.upper - p.lower) * 10 for p, value in zip(parameters, values[free], strict=True)])
-    relative = wide / np.maximum(unit, 1e-12)
-    status = tuple("determined" if r <= _DETERMINED else "weak" if r <= _UNDETERMINED else "not determined" for r in relative)
-    singular = np.sqrt(np.maximum(squares[order], 0.0))
-    return Trust(wide, bound[0], bound[1], status, correlation, singular, directions[:, order].T, inflation, len(residuals), tuple(notes))
+    return Trust(
+        std=std,
+        low=limits[0],
+        high=limits[1],
+        status=_status(scale, values, std),
+        correlation=covariance / np.outer(std, std),
+        singular_values=np.sqrt(np.maximum(squares[::-1], 0.0)),
+        directions=directions[:, ::-1].T,
+        count=count,
+        notes=tuple(_structure(targets, values)),
+    )
 
 
-def inseparable(trust_: Trust, names: list[str]) -> list[tuple[str, ...]]:
-    """Groups of parameters that the data cannot tell apart: those that share a direction which J hardly moves."""
+def gap(targets: Targets, values: Array) -> float:
+    """RMS of the residuals in units of noise over everything: 1 is perfect; NaN where no FRF noise is known."""
+    if any(target.noise is None for target in targets.frf):
+        return float("nan")
+    nothing = np.zeros(0, dtype=int)
+    squares = [np.abs(_frf_residuals(target, values, None)[0]) ** 2 / 2 for target in targets.frf]
+    squares += [_modal_residuals(target, values, nothing)[0] ** 2 for target in targets.modal]
+    together = np.concatenate([part.ravel() for part in squares]) if squares else np.full(1, np.nan)
+    return float(np.sqrt(np.mean(together)))
+
+
+def inseparable(trusted: Trust, names: list[str]) -> list[tuple[str, ...]]:
+    """What the data do not determine, alone or in combination: the parameters of each direction that J hardly moves."""
     groups: list[tuple[str, ...]] = []
-    for singular, direction in zip(trust_.singular_values, trust_.directions, strict=True):
-        if singular * _UNDETERMINED >= 1.0:
-            continue
+    for singular, direction in zip(trusted.singular_values, trusted.directions, strict=True):
         size = np.abs(direction)
         members = tuple(name for name, part in zip(names, size, strict=True) if part > 0.3 * size.max())
-        if members not in groups:
+        if singular * _UNDETERMINED < 1.0 and members not in groups:
             groups.append(members)
     return groups
 
 
-def _frf_residuals(target: FrfTarget, values: Array, free: Index) -> tuple[Array, Array]:
-    h, gradient = target.gradient_pairs(values, free)
+def _information(targets: Targets, values: Array, free: Index, slope: Array) -> tuple[Array, Array, int]:
+    """J'J, the variance of the scores J'e, and how many real numbers were measured."""
+    information, variance, count = np.zeros((len(free), len(free))), np.zeros((len(free), len(free))), 0
+    for target in targets.frf:
+        e, gradient = _frf_residuals(target, values, free)
+        j = gradient * slope
+        rows = np.concatenate([j.real, j.imag]).reshape(-1, len(free))
+        own = rows.T @ rows
+        scores = (np.conj(j) * e[..., None]).real
+        information, count = information + own, count + 2 * e.size
+        for entry in np.unique(target.pairs[1]):
+            variance += _long_run(scores[:, target.pairs[1] == entry].sum(axis=1))
+    for modal in targets.modal:
+        residuals, slopes = _modal_residuals(modal, values, free)
+        own = (slopes * slope).T @ (slopes * slope)
+        information, variance, count = information + own, variance + own, count + residuals.size
+    return information, variance * count / max(1, count - len(free)), count
+
+
+def _long_run(scores: Array) -> Array:
+    """Long-run variance of scores (lines, f), with Bartlett weights over neighbouring lines."""
+    total = scores.T @ scores
+    for lag in range(1, min(_LAGS, len(scores) - 1) + 1):
+        cross = scores[lag:].T @ scores[:-lag]
+        total += (1 - lag / (_LAGS + 1)) * (cross + cross.T)
+    return np.asarray(total)
+
+
+def _status(scale: Scale, values: Array, std: Array) -> tuple[str, ...]:
+    parameters = [scale.parameters[number] for number in scale.free]
+    size = np.array([1.0 if p.log else abs(v) / (p.upper - p.lower) * 10 for p, v in zip(parameters, values[scale.free], strict=True)])
+    relative = std / np.maximum(size, 1e-12)
+    return tuple("determined" if r <= _DETERMINED else "weak" if r <= _UNDETERMINED else "not determined" for r in relative)
+
+
+def _frf_residuals(target: FrfTarget, values: Array, free: Index | None) -> tuple[Complex, Complex]:
+    """Complex residuals over noise (lines, pairs) and derivatives (lines, pairs, free); unknown noise is taken from the residual."""
+    if free is None:
+        h, gradient = target.predict_pairs(values), np.zeros((0, 0, 0), dtype=complex)
+    else:
+        h, gradient = target.gradient_pairs(values, free)
     difference = h - target.measured
     if target.noise is None:
-        sigma = np.broadcast_to(np.sqrt(np.mean(np.abs(difference) ** 2, axis=0) / 2), difference.shape)
-        sigma = np.maximum(sigma, 1e-9 * np.abs(target.measured).max())
+        level = np.sqrt(np.mean(np.abs(difference) ** 2, axis=0) / 2)
+        sigma = np.broadcast_to(np.maximum(level, 1e-9 * np.abs(target.measured).max()), difference.shape)
     else:
         sigma = target.sigma
-    return real_rows(difference / sigma, gradient / sigma[..., None])
+    return difference / sigma, gradient if free is None else gradient / sigma[..., None]
 
 
 def _modal_residuals(target: ModalTarget, values: Array, free: Index) -> tuple[Array, Array]:
+    """Differences of frequency, then of known damping ratios, over their standard deviations; derivatives (r, free)."""
     modes, data = complex_modes(*target.system.matrices(values)), target.data
     order = pair_all(target, modes)
     d_frequency, d_damping = frequency_and_damping_gradient(modes, target.system.factors, len(values))
     frequency_std = data.frequency_hz * FREQUENCY_STD if data.frequency_std_hz is None else data.frequency_std_hz
     damping_std = data.damping_ratio * DAMPING_STD if data.damping_std is None else data.damping_std
     known = np.isfinite(data.damping_ratio / damping_std)
-    residuals = [
-        (modes.frequency_hz[order] - data.frequency_hz) / frequency_std,
-        ((modes.damping_ratio[order] - data.damping_ratio) / damping_std)[known],
-    ]
+    frequency = (modes.frequency_hz[order] - data.frequency_hz) / frequency_std
+    damping = ((modes.damping_ratio[order] - data.damping_ratio) / damping_std)[known]
     slopes = [d_frequency[order] / frequency_std[:, None], (d_damping[order] / damping_std[:, None])[known]]
-    return np.concatenate(residuals), np.concatenate(slopes)[:, free]
+    return np.concatenate([frequency, damping]), np.concatenate(slopes)[:, free]
 
 
-def _inflation(targets: Targets, values: Array) -> tuple[float, list[str]]:
-    """What the intervals must be widened by, and why.
-
-    A residual above noise counts in full; one that hangs together over neighbouring lines has fewer independent
-    values than lines: with correlation r of neighbours, by (1 + r)/(1 - r).
-    """
-    known = [target for target in targets.frf if target.noise is not None]
-    if not known:
-        return 1.0, []
+def _structure(targets: Targets, values: Array) -> list[str]:
+    """A warning where the residual is more than the stated noise, and a stronger one where it hangs together over lines."""
     squares = lagged = count = 0.0
-    for target in known:
-        e = (target.predict_pairs(values) - target.measured) / target.sigma
-        squares += float(np.sum(np.abs(e) ** 2))
+    for target in targets.frf:
+        if target.noise is None:
+            continue
+        e, _ = _frf_residuals(target, values, None)
+        squares, count = squares + float(np.sum(np.abs(e) ** 2)), count + 2 * e.size
         lagged += float(np.abs(np.sum(np.conj(e[:-1]) * e[1:])))
-        count += 2 * e.size
-    level, alike = np.sqrt(squares / count), min(lagged / squares, 0.98)
-    if level <= _QUIET:
-        return float(max(1.0, level)), []
-    if alike <= _ALIKE:
-        note = f"the residual is {level:.2f} times the stated noise but without structure: the intervals are widened by it"
-        return float(level), [note]
-    widened = float(level * np.sqrt((1 + alike) / (1 - alike)))
-    note = (
-        f"the residual is {level:.2f} times the noise and structured (neighbouring lines correlate by {alike:.2f}): something is "
-        "missing from the model or wrong in the data, so values may be biased; the intervals, widened "
-        f"{widened:.1f} times, cannot be relied on"
-    )
-    return widened, [note]
-
-
-_QUIET, _ALIKE = 1.15, 0.45
-"""Gap up to which a residual passes as noise; correlation of neighbouring lines up to which it passes as unstructured (a window that
-decays to a third correlates them by 0.33)."""
+    if not count or squares <= QUIET**2 * count:
+        return []
+    level, alike = np.sqrt(squares / count), lagged / squares
+    if alike <= ALIKE:
+        return [f"the residual is {level:.2f} times the stated noise but without structure: the intervals are widened by it"]
+    return [
+        f"the residual is {level:.2f} times the noise and structured (neighbouring lines correlate by {alike:.2f}): something is missing "
+        "from the model or wrong in the data, so values may be biased; the intervals are widened but cannot be relied on"
+    ]

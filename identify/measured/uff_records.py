@@ -105,7 +105,7 @@ def _record58(cursor: Cursor, binary_head: str) -> Record58:
         if cursor.next().strip() != b"-1":
             raise InputError(cursor.where, f"more than the announced {form.count} values, or no -1 behind them", "-1", EXPORT)
     if form.even:
-        start, step = (_header_number(cursor, header[6][i : i + 13], where) for i in (30, 43))
+        start, step = _start_and_step(cursor, header[6][30:].rstrip(), where)
         x: Float = start + step * np.arange(form.count, dtype=np.float64)
     else:
         x, table = table[:, 0].copy(), table[:, 1:]
@@ -132,12 +132,16 @@ def _form(line: str, where: str) -> Form:
     return Form(count, kind in (5, 6), kind in (4, 6), spacing == 1)
 
 
-def _header_number(cursor: Cursor, field: str, where: str) -> float:
-    """A number E13.5 of record 7."""
+def _start_and_step(cursor: Cursor, text: str, where: str) -> tuple[float, float]:
+    """First abscissa and its step from the end of record 7, 3E13.5; the last field, which is not used, shows that nothing is shifted."""
     try:
-        return float(numbers(cursor, np.frombuffer(field.encode("latin-1").ljust(13), np.uint8)[None], 0)[0])
-    except (InputError, UnicodeEncodeError) as error:
-        raise InputError(where, f"{field!r} for the first abscissa or its step in record 7", "E13.5", EXPORT) from error
+        fields = np.frombuffer(text.encode("ascii"), np.uint8).reshape(-1, 13)
+        start, step, *rest = numbers(cursor, fields, 0).tolist()
+    except (InputError, ValueError) as error:
+        raise InputError(where, f"{text!r} for the abscissa in record 7", "3E13.5", EXPORT) from error
+    if len(rest) > 1:
+        raise InputError(where, f"{text!r} for the abscissa in record 7", "3E13.5", EXPORT)
+    return start, step
 
 
 def _integer(field: str, where: str, width: int) -> int:

@@ -65,7 +65,7 @@ def percent(ratio: float) -> str:
 def signed(value: float, digits: int = 4) -> str:
     """A difference, with its sign."""
     text = number(value, digits)
-    return text if text[0] in "-0" or text == NONE else f"+{text}"
+    return f"+{text}" if value > 0 else text
 
 
 def unit(text: str) -> str:

@@ -19,7 +19,7 @@
     ], {
       height: 110 + 22 * y.length, margin: {l: 150, r: 16, t: 40, b: 56}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
       xaxis: {title: {text: "Place between the bounds (–)"}, range: [-0.02, 1.02], domain: [0, 0.56], tickvals: [0, 0.25, 0.5, 0.75, 1], ticktext: ["lower", "¼", "½", "¾", "upper"], zeroline: false},
-      xaxis2: {title: {text: "Half the 95 % interval (% of the value)"}, type: "log", domain: [0.62, 1], exponentformat: "power", dtick: 1},
+      xaxis2: {domain: [0.62, 1], ...logAxis(parameters.half, "Half the 95 % interval (% of the value)")},
       yaxis: {autorange: "reversed", anchor: "x"},
     }];
   });
@@ -27,7 +27,7 @@
   DATA.measurements.forEach((m, i) => m.mac && draw(`mac-${i}`, () => [[{
     type: "heatmap", z: m.mac.values, zmin: 0, zmax: 1, colorscale: [[0, color("neutral")], [1, PALETTE[0]]], xgap: 1, ygap: 1,
     texttemplate: m.mac.values.length <= 16 ? "%{z:.2f}" : "", hovertemplate: "MAC %{z:.3f}<extra></extra>",
-    colorbar: {title: {text: "MAC (–)", side: "right"}, thickness: 12, outlinewidth: 0},
+    showscale: m.mac.values.length > 16, colorbar: {title: {text: "MAC (–)", side: "right"}, thickness: 12, outlinewidth: 0},
   }], {
     height: 120 + 36 * m.mac.values.length, margin: {l: 70, r: 10, t: 10, b: 60},
     xaxis: {title: {text: "Model (Hz)"}, tickvals: m.mac.model.map((_, k) => k), ticktext: m.mac.model, showgrid: false, zeroline: false},
@@ -42,8 +42,8 @@
     line: {shape: "hv", width: agrees(starts.cost[start]) ? 2 : 1.2, color: PALETTE[start % PALETTE.length], dash: ["solid", "dash", "dot"][stage % 3], simplify: false},
     hovertemplate: `stage ${stage + 1}, %{x} evaluations: %{y:.4g}`,
   })), {
-    height: 340, title: {text: "Best cost", x: 0, xref: "paper", font: {size: 14}},
-    xaxis: {title: {text: "Evaluations of the start (–)"}}, yaxis: {title: {text: `Cost, ${DATA.cost} (–)`}, type: "log", exponentformat: "power"},
+    height: 340, legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"},
+    xaxis: {title: {text: "Evaluations of the start (–)"}}, yaxis: logAxis(history.flatMap(line => line[3]), `Best cost, ${DATA.cost} (–)`),
   }]);
 
   draw("starts-plot", () => [[
@@ -53,24 +53,27 @@
       return {x: rows.flatMap(() => free), y: rows.flat(), name: same ? "after, best cost" : "after, worse", mode: "markers", marker: {size: 8, symbol: same ? "circle" : "x", color: PALETTE[same ? 0 : 1]}};
     }),
   ], {
-    height: 340, margin: {l: 64, r: 16, t: 34, b: 90}, title: {text: "Parameters of every start", x: 0, xref: "paper", font: {size: 14}}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
+    height: 340, margin: {l: 64, r: 16, t: 34, b: 90}, legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"},
     xaxis: {tickangle: -50}, yaxis: {title: {text: "Place between the bounds (–)"}, range: [-0.03, 1.03]},
   }]);
 
+  const LEAST = 0.01;
+
   draw("singular-plot", () => [[{
-    x: singular.map((_, i) => i + 1), y: singular, mode: "markers", marker: {size: 9, color: singular.map(s => PALETTE[s >= 1 ? 0 : 1]), symbol: singular.map(s => s >= 1 ? "circle" : "x")},
-    hovertemplate: "direction %{x}: %{y:.4g}<extra></extra>",
+    x: singular.map((_, i) => i + 1), y: singular.map(s => Math.max(s, LEAST)), customdata: singular, mode: "markers",
+    marker: {size: 9, color: singular.map(s => PALETTE[s >= 1 ? 0 : 1]), symbol: singular.map(s => s >= 1 ? "circle" : s >= LEAST ? "x" : "triangle-down")},
+    hovertemplate: "direction %{x}: %{customdata:.4g}<extra></extra>",
   }], {
-    height: 340, title: {text: "Singular values", x: 0, xref: "paper", font: {size: 14}}, showlegend: false,
-    xaxis: {title: {text: "Direction (–)"}, dtick: Math.ceil(singular.length / 20)}, yaxis: {title: {text: "Noise units per ln value (–)"}, type: "log", exponentformat: "power"},
+    height: 340, margin: {l: 64, r: 16, t: 16, b: 48}, showlegend: false,
+    xaxis: {title: {text: "Direction (–)"}, dtick: Math.ceil(singular.length / 20)}, yaxis: logAxis([...singular.map(s => Math.max(s, LEAST)), 1], "Noise units per ln value (–)"),
     shapes: [{type: "line", xref: "paper", x0: 0, x1: 1, y0: 1, y1: 1, line: {color: color("warn"), dash: "dot", width: 1.5}}],
   }]);
 
   draw("correlation-plot", () => [[{
-    type: "heatmap", z: correlation, x: free, y: free, zmin: -1, zmax: 1, xgap: 1, ygap: 1, colorscale: [[0, "#0b5394"], [0.5, color("neutral")], [1, "#b34700"]],
+    type: "heatmap", z: correlation, x: free, y: free, zmin: -1, zmax: 1, xgap: 1, ygap: 1, colorscale: [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]],
     hovertemplate: "%{x}<br>%{y}<br>%{z:.3f}<extra></extra>", colorbar: {title: {text: "Correlation (–)", side: "right"}, thickness: 12, outlinewidth: 0},
   }], {
-    height: 420, title: {text: "Correlation of the estimates", x: 0, xref: "paper", font: {size: 14}},
+    height: 420, margin: {l: 64, r: 16, t: 16, b: 48},
     xaxis: {tickangle: -50, showgrid: false}, yaxis: {autorange: "reversed", showgrid: false},
   }]);
 

@@ -65,7 +65,7 @@ const FRF = (() => {
       margin: {l: 76, r: 16, t: 40, b: 48}, hovermode: "x unified", hoversubplots: "axis", uirevision: set.name,
       legend: {orientation: "h", x: 0, y: 1.01, yanchor: "bottom"},
       xaxis: {title: {text: "Frequency (Hz)"}, anchor: c.coherence ? "y3" : "y2", range: [set.frf.frequency[0], set.frf.frequency.at(-1)], ticksuffix: "", unifiedhovertitle: {text: "%{x:.4g} Hz"}},
-      yaxis: {title: {text: `Magnitude (${set.frf.unit})`}, type: $("frf-scale").value, domain: [middle + 0.31, 1], exponentformat: "power", dtick: $("frf-scale").value === "log" ? 1 : null, uirevision: `${set.name} ${pair} ${$("frf-scale").value}`},
+      yaxis: {title: {text: `Magnitude (${set.frf.unit})`}, type: $("frf-scale").value, domain: [middle + 0.31, 1], exponentformat: "power", ...($("frf-scale").value === "log" && {dtick: 1, tickfont: {size: 10.5}}), uirevision: `${set.name} ${pair} ${$("frf-scale").value}`},
       yaxis2: {title: {text: "Phase (°)"}, range: [-190, 190], tickvals: [-180, -90, 0, 90, 180], domain: [middle, middle + 0.26], zeroline: false},
       ...(c.coherence && {yaxis3: {title: {text: "Coherence (–)"}, range: [0, 1.05], tickvals: [0, 0.5, 1], domain: [0, bottom], zeroline: false}}),
     };
@@ -130,9 +130,9 @@ const FRF = (() => {
     });
   });
 
-  // White (or black) is the noise level, blue below, orange to brown above; equally far on both sides.
-  const noiseScale = () => [[0, "#0b5394"], [0.25, "#7fb6dc"], [0.5, color("neutral")], [0.75, "#e8903a"], [1, "#8c2d04"]];
-  const plainScale = () => [[0, color("neutral")], [0.5, "#e8903a"], [1, "#8c2d04"]];
+  // Neutral is the noise level, blue below, orange above; equally far on both sides.
+  const noiseScale = () => [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]];
+  const plainScale = () => [[0, color("neutral")], [0.5, color("warm")], [1, color("hot")]];
 
   async function showMap() {
     const m = sets.find(s => s.name === $("gap-measurement").value), {map, output, input} = m.frf;
@@ -148,7 +148,7 @@ const FRF = (() => {
       hovertemplate: "%{text}<br>near %{x:.3g} Hz: %{customdata:.3g}<extra></extra>",
       colorbar: {title: {text: what, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
     }], {
-      height: Math.min(900, Math.max(300, 110 + 6 * labels.length)), margin: {l: 110, r: 16, t: 10, b: 48},
+      height: Math.min(900, Math.max(300, 110 + 6 * labels.length)), margin: {l: 110, r: 16, t: 34, b: 48},
       xaxis: {title: {text: "Frequency (Hz)"}, showgrid: false},
       yaxis: {title: {text: "Output / input channel", standoff: 12}, autorange: "reversed", showgrid: false, zeroline: false, ...mapTicks(labels, map.order.map(i => input[i]))},
     }]);
@@ -158,8 +158,11 @@ const FRF = (() => {
 
   // About forty labels, and always the first of each input.
   function mapTicks(labels, inputs) {
-    const every = Math.ceil(labels.length / 40);
-    const at = labels.map((_, i) => i).filter(i => (i - inputs.indexOf(inputs[i])) % every === 0);
+    const every = Math.ceil(labels.length / 40), last = inputs.map(input => inputs.lastIndexOf(input));
+    const at = labels.map((_, i) => i).filter(i => {
+      const from = i - inputs.indexOf(inputs[i]);
+      return from % every === 0 && (from === 0 || last[i] - i >= every - 1);
+    });
     return {tickvals: at, ticktext: at.map(i => labels[i])};
   }
 

@@ -17,10 +17,10 @@ def mode_table(measurement: MeasurementResult) -> Table:
     title = f"Modes, {measurement.name}"
     if measurement.pairs is None:
         rows = [(str(i + 1), *_model_mode(measurement, i)) for i in range(shown)]
-        return Table(title, (Column("Mode"), Column("Frequency", "Hz"), Column("Damping ratio", "%")), tuple(rows), note)
+        return Table(title, (words("Mode"), Column("Frequency", "Hz"), Column("Damping ratio", "%")), tuple(rows), note)
     pairs = measurement.pairs
     columns = (
-        Column("Mode"),
+        words("Mode"),
         Column("Model", "Hz"),
         Column("Measured", "Hz"),
         Column("Error", "%"),
@@ -125,7 +125,7 @@ def frf_table(measurement: MeasurementResult) -> Table | None:
         Column("Relative error", "%"),
         Column("Area error", "%"),
         Column("FRAC"),
-        words(""),
+        words("Remark"),
     )
     gaps = np.full(len(frf.output), np.nan) if frf.gap is None else frf.gap
     rows = [

@@ -26,6 +26,7 @@ async function unpack(packed) {
 }
 
 const plots = new Map();
+let printing = false, themeOnScreen = "light";
 
 // Draws a plot and keeps how it was made, so that a change of theme can draw it again; make returns [traces, layout].
 function draw(id, make) {
@@ -34,6 +35,7 @@ function draw(id, make) {
   const axes = Object.keys(layout).filter(key => /^[xy]axis/.test(key));
   const styled = Object.fromEntries(axes.map(key => [key, {
     gridcolor: color("grid"), zerolinecolor: color("line"), linecolor: color("line"), tickcolor: color("line"), ticks: "outside", automargin: true, ...layout[key],
+    title: {font: {size: 13}, standoff: 10, ...layout[key].title},
   }]));
   const common = {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", colorway: PALETTE,
@@ -41,8 +43,16 @@ function draw(id, make) {
     hoverlabel: {bgcolor: color("sheet"), bordercolor: color("line"), font: {color: color("ink")}},
     margin: {l: 64, r: 16, t: 34, b: 48}, modebar: {bgcolor: "rgba(0,0,0,0)", color: color("muted"), activecolor: color("accent")},
   };
-  const config = {displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
-  return Plotly.react(id, traces, {...common, ...layout, ...styled}, config);
+  // Named one by one, because the library's own choice has a button that uploads the plot.
+  const buttons = [["toImage"], ["zoom2d"], ["pan2d"], ["resetScale2d"]];
+  const config = {displaylogo: false, responsive: true, modeBarButtons: buttons, toImageButtonOptions: {format: "svg", filename: id}};
+  return Plotly.react(id, traces, {...common, ...layout, ...styled, ...(printing && {width: $(id).clientWidth})}, config);
+}
+
+// A logarithmic axis for these values: 1, 2, 5 over a few decades, powers of ten over many.
+function logAxis(values, title) {
+  const known = values.filter(v => v > 0), few = Math.max(...known) < 1e3 * Math.min(...known);
+  return {title: {text: title}, type: "log", dtick: few ? "D2" : 1, exponentformat: few ? "none" : "power", ...(few || {tickfont: {size: 10.5}})};
 }
 
 function setTheme(name) {
@@ -57,17 +67,16 @@ prefersDark.addEventListener("change", event => setTheme(event.matches ? "dark" 
 $("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 
 // Paper is white and 182 mm wide.
-let themeOnScreen = "light";
 window.addEventListener("beforeprint", () => {
   themeOnScreen = document.documentElement.dataset.theme;
   document.body.style.width = "688px";
+  printing = true;
   setTheme("light");
-  for (const id of plots.keys()) Plotly.Plots.resize(id);
 });
 window.addEventListener("afterprint", () => {
   document.body.style.width = "";
+  printing = false;
   setTheme(themeOnScreen);
-  for (const id of plots.keys()) Plotly.Plots.resize(id);
 });
 
 const known = text => text === "–" ? NaN : parseFloat(text);

@@ -34,7 +34,7 @@
     $("robot-mode").replaceChildren(...robot.modes.map((m, i) => new Option(m.label, i)));
     $("robot-mode").selectedIndex = Math.min(Math.max(at, 0), robot.modes.length - 1);
     mode = robot.modes[$("robot-mode").selectedIndex];
-    $("robot-about").textContent = `${DATA.measurements[number].use}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
+    $("robot-about").textContent = `${DATA.measurements[number].name}, ${DATA.measurements[number].use}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
       + `dashed: at rest. Ringed: where it was excited (${robot.excited.length ? robot.excited.join(", ") : "not told"}).`;
     paint();
   }
@@ -42,7 +42,7 @@
   function project(p) {
     const [x, y, z] = add(p, center, -1), c = Math.cos(view.azimuth), s = Math.sin(view.azimuth);
     const across = -s * x + c * y, depth = c * x + s * y;
-    const scale = 0.44 * Math.min(canvas.clientWidth, canvas.clientHeight) / radius * view.zoom;
+    const scale = 0.52 * Math.min(canvas.clientWidth, canvas.clientHeight) / radius * view.zoom;
     const up = Math.cos(view.elevation) * z - Math.sin(view.elevation) * depth;
     return [canvas.clientWidth / 2 + scale * across, canvas.clientHeight / 2 - scale * up];
   }

@@ -64,7 +64,7 @@ def _status(result: Result, row: int) -> str:
 
 def start_table(result: Result) -> Table:
     """One row per start: cost, effort, how it ended."""
-    columns = (Column("Start"), Column("Cost"), Column("Evaluations"), Column("Time", "s"), words("Converged"), words("Why it ended"))
+    columns = (words("Start"), Column("Cost"), Column("Evaluations"), Column("Time", "s"), words("Converged"), words("Why it ended"))
     s = result.starts
     ended = ["yes" if converged else "no" for converged in s.converged]
     rows = [
@@ -83,7 +83,7 @@ def direction_table(result: Result) -> Table:
         members = [int(j) for j in np.argsort(-size) if size[j] > 0.3 * size.max()]
         text = ", ".join(f"{names[j]} ({direction[j]:+.2f})" for j in members)
         rows.append((str(i + 1), number(singular), number(1 / singular if singular > 0 else np.inf), text))
-    columns = (Column("Direction"), Column("Singular value"), Column("Std of ln value"), words("Mostly"))
+    columns = (words("Direction"), Column("Singular value"), Column("Std of ln value"), words("Mostly"))
     note = (
         "Singular values of the residuals' derivatives, in units of noise per unit of ln value (of the value itself where the "
         "scale is linear): above 1 the data determine the direction, below they do not."

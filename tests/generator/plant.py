@@ -14,10 +14,11 @@ import numpy as np
 
 from tests.generator.effect import TorqueEffect
 from tests.generator.rigid import Array
-from tests.generator.tree import Dof, Tree
+from tests.generator.tree import Part, Tree
 
 Force = Callable[[float], Array]
 """Force (3,), N, at a time (s), in the axes of the struck sensor."""
+_STRUT_LENGTH = 2.0
 
 
 class Plant:
@@ -26,7 +27,8 @@ class Plant:
     def __init__(self, tree: Tree, torques: Sequence[TorqueEffect] = (), weighed: bool = False) -> None:
         self.model = _compile(tree)
         self.data = mujoco.MjData(self.model)
-        self.coordinates = [dof.name for part in tree.parts for dof in part.dofs]
+        self.sensors = [sensor.name for sensor in tree.sensors]
+        self.coordinates = [self.model.joint(number).name for number in range(self.model.nv)]
         self._torques = [(self.coordinates.index(f"joint{effect.joint}.rz"), effect) for effect in torques]
         self._weight = np.zeros((self.model.nbody, 3))
         if weighed:
@@ -79,7 +81,9 @@ class Plant:
         """Shift the springs' zeros until nothing moves at zero displacement."""
         self.rest()
         mujoco.mj_forward(self.model, self.data)
-        self.model.qpos_spring[:] -= self.data.qacc_smooth_force if False else self.data.qfrc_smooth / self.model.jnt_stiffness
+        self.model.tendon_lengthspring[:] = self.data.ten_length[:, None]
+        mujoco.mj_forward(self.model, self.data)
+        self.model.qpos_spring[:] = -self.data.qfrc_smooth / self.model.jnt_stiffness
 
 
 def _compile(tree: Tree) -> mujoco.MjModel:
@@ -87,8 +91,42 @@ def _compile(tree: Tree) -> mujoco.MjModel:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     spec.option.gravity = np.zeros(3)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    bodies: list[mujoco.MjsBody] = []
+    bodies: dict[int, mujoco.MjsBody] = {-1: spec.worldbody}
+    for number in tree.order():
+        bodies[number] = _body(bodies[tree.parts[number].parent], tree.parts[number])
+    for sensor in tree.sensors:
+        bodies[sensor.part].add_site(name=sensor.name, pos=sensor.position)
+        reading = {"type": mujoco.mjtSensor.mjSENS_ACCELEROMETER, "objtype": mujoco.mjtObj.mjOBJ_SITE}
+        spec.add_sensor(name=sensor.name, objname=sensor.name, **reading)
+    for number, strut in enumerate(tree.struts):
+        rotation, position = tree.pose(strut.part)
+        anchor = position + rotation @ strut.position + _STRUT_LENGTH * strut.direction
+        spec.worldbody.add_site(name=f"anchor{number}", pos=anchor)
+        bodies[strut.part].add_site(name=f"strut{number}", pos=strut.position)
+        tendon = spec.add_tendon(name=f"strut{number}")
+        tendon.wrap_site(f"strut{number}")
+        tendon.wrap_site(f"anchor{number}")
+    model = spec.compile()
     for part in tree.parts:
-        parent = spec.worldbody if part.parent < 0 else bodies[part.parent]
-        bodies.append(_body(parent, part))
-    return spec.compile()
+        for dof in part.dofs:
+            number = model.joint(dof.name).id
+            model.jnt_stiffness[number], model.dof_damping[number] = dof.stiffness, dof.damping
+            model.dof_armature[number] = dof.armature
+    model.tendon_stiffness[:] = [strut.stiffness for strut in tree.struts]
+    model.tendon_damping[:] = [strut.damping for strut in tree.struts]
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    return model
+
+
+def _body(parent: mujoco.MjsBody, part: Part) -> mujoco.MjsBody:
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, part.rotation.ravel())
+    body = parent.add_body(name=part.name, pos=part.position, quat=quaternion)
+    body.explicitinertial = True
+    body.mass, body.ipos = part.inertia.mass, part.inertia.centre
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = part.inertia.tensor
+    body.fullinertia = [xx, yy, zz, xy, xz, yz]
+    for dof in part.dofs:
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if dof.slides else mujoco.mjtJoint.mjJNT_HINGE
+        body.add_joint(name=dof.name, type=kind, axis=dof.axis)
+    return body

@@ -130,8 +130,9 @@ class AppendedResonator(StructureEffect):
         """A part that slides."""
         speed = 2 * np.pi * self.frequency_hz
         stiffness, damping = self.mass_kg * speed**2, 2 * self.damping_ratio * self.mass_kg * speed
-        slide = Dof("resonator", True, np.eye(3)["xyz".index(self.axis)], stiffness, damping)
-        tree.add("resonator", self.link, self.position, ball(self.mass_kg, np.zeros(3), 0.03), [slide])
+        name = f"resonator_{self.link}_{self.axis}"
+        slide = Dof(name, True, np.eye(3)["xyz".index(self.axis)], stiffness, damping)
+        tree.add(name, self.link, self.position, ball(self.mass_kg, np.zeros(3), 0.03), [slide])
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ class AddedMass(StructureEffect):
 
     def build(self, tree: Tree) -> None:
         """A small ball."""
-        tree.add("added_mass", self.link, self.position, ball(self.mass_kg, np.zeros(3), 0.04))
+        tree.add(f"mass_{self.link}", self.link, self.position, ball(self.mass_kg, np.zeros(3), 0.04))
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ class Strut:
 
 @dataclass
 class Tree:
-    """Parts in tree order; the first len(arm.links) are the links of the arm.  gravity (3,), m/s^2, in the floor's axes."""
+    """Parts in any order; the first len(arm.links) are the links of the arm.  gravity (3,), m/s^2, in the floor's axes."""
 
     parts: list[Part]
     sensors: list[Sensor]
@@ -103,13 +103,20 @@ class Tree:
     def _children(self, number: int) -> Iterator[tuple[int, Part]]:
         return ((index, part) for index, part in enumerate(self.parts) if part.parent == number)
 
-    def up_in(self, number: int) -> Array:
-        """The floor's axes in those of a part: (3, 3), its third row being the vertical."""
-        rotation = np.eye(3)
+    def order(self, parent: int = -1) -> Iterator[int]:
+        """Indices of the parts, parents first."""
+        for number, _ in self._children(parent):
+            yield number
+            yield from self.order(number)
+
+    def pose(self, number: int) -> tuple[Array, Array]:
+        """Rotation (3, 3) and position (3,) of a part in the floor's frame."""
+        rotation, position = np.eye(3), np.zeros(3)
         while number >= 0:
-            rotation = self.parts[number].rotation @ rotation
-            number = self.parts[number].parent
-        return rotation
+            part = self.parts[number]
+            rotation, position = part.rotation @ rotation, part.position + part.rotation @ position
+            number = part.parent
+        return rotation, position
 
 
 def at_posture(arm: Arm, posture_deg: ArrayLike) -> Tree:

@@ -34,7 +34,9 @@ def some_set(seed: int = 0, lines: int = 7, outputs: int = 3, inputs: int = 2, *
 def sets(draw: st.DrawFn) -> FrfSet:
     """Sets of any small size and quantity, even or uneven, with rotations, with pairs and coherences that lack."""
     lines, outputs, inputs = draw(st.integers(1, 6)), draw(st.integers(1, 3)), draw(st.integers(1, 2))
-    whole = some_set(draw(st.integers(0, 1000)), lines, outputs, inputs, quantity=draw(st.sampled_from(["receptance", "mobility", "accelerance"])))
+    whole = some_set(
+        draw(st.integers(0, 1000)), lines, outputs, inputs, quantity=draw(st.sampled_from(["receptance", "mobility", "accelerance"]))
+    )
     direction = st.integers(-6, 6)
     whole = replace(whole, outputs=tuple(Channel(10**i, draw(direction)) for i in range(outputs)))
     if draw(st.booleans()):

@@ -48,7 +48,7 @@ def half_sine(start_s: float, width_s: float, peak_n: float) -> np.ndarray:
 
 
 def response(structure: Structure, force: np.ndarray, place: int) -> np.ndarray:
-    """Acceleration (samples, places) to a force (samples,) at one place, from rest: synthesised over 32 blocks so that nothing wraps around."""
+    """Acceleration (samples, places) to a force (samples,) at one place, from rest; made over 32 blocks so that nothing wraps around."""
     length = 32 * len(force)
     s = 2j * np.pi * np.fft.rfftfreq(length, 1 / SAMPLE_RATE_HZ)
     accelerance = structure.receptance(s)[:, :, place] * s[:, None] ** 2

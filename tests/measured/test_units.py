@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import pi
 
 import pytest
@@ -63,7 +64,27 @@ def test_frf_units_of_rotations(text: str, expected: FrfUnit) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "g", "m/s^2", "m/s^2 N", "(m/s²)(N)", "V/N", "dB", "N/m", "m//N", "m/N)", "(m/N", "m^/N", "m^9/N", "m22/N", "/N", "m/", "ms^-2/N", "m/s^3/N", "M/N"],
+    [
+        "",
+        "g",
+        "m/s^2",
+        "m/s^2 N",
+        "(m/s²)(N)",
+        "V/N",
+        "dB",
+        "N/m",
+        "m//N",
+        "m/N)",
+        "(m/N",
+        "m^/N",
+        "m^9/N",
+        "m22/N",
+        "/N",
+        "m/",
+        "ms^-2/N",
+        "m/s^3/N",
+        "M/N",
+    ],
 )
 def test_what_is_no_frf_unit_is_refused_with_place_and_text(text: str) -> None:
     with pytest.raises(InputError) as caught:
@@ -112,7 +133,5 @@ def test_a_ratio_of_two_forces_is_refused() -> None:
 
 @given(st.text(alphabet="mNsgkrad/^()*-. 0123456789", max_size=12))
 def test_any_text_is_a_unit_or_an_input_error(text: str) -> None:
-    try:
+    with suppress(InputError):
         assert parse_frf_unit(text, "").factor > 0
-    except InputError:
-        pass

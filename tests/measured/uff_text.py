@@ -41,7 +41,10 @@ class Dataset58:
             "NONE",
             f"{self.function:5d}{0:10d}{0:5d}{0:10d}{dofs}",
             f"{kind:10d}{len(self.values):10d}{1:10d}{self.start:13.5e}{self.step:13.5e}{0:13.5e}",
-            *(f"{code:10d}    0    0    0 {'NONE':20s} {unit:20s}" for code, unit in (self.abscissa, self.ordinate, self.denominator, (0, "NONE"))),
+            *(
+                f"{code:10d}    0    0    0 {'NONE':20s} {unit:20s}"
+                for code, unit in (self.abscissa, self.ordinate, self.denominator, (0, "NONE"))
+            ),
             *("".join(f"{number:13.5e}" for number in numbers[i : i + 6]) for i in range(0, len(numbers), 6)),
             "    -1",
         ]

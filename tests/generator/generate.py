@@ -1,0 +1,93 @@
+"""The files of a test as its user gets them, and beside the folder the truth, for scoring only."""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.generator.estimate import Estimate
+from tests.generator.linear import Complex
+from tests.generator.measure import draw_postures, make_chain, make_plant, poles, stated_decay, strike_all
+from tests.generator.rigid import Array
+from tests.generator.spec import TestSpec
+from tests.generator.universal import Function, dataset
+
+
+def generate(spec: TestSpec, folder: Path, truth: Path | None = None) -> None:
+    """Simulate a test and write robot.urdf, points.csv, test.json and the UFF files into `folder`.
+
+    The truth goes to `truth`, by default NAME.truth.json beside the folder.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    postures = draw_postures(spec)
+    plants = [make_plant(spec, posture) for posture in postures]
+    all_poles = [poles(spec, plant) for plant in plants]
+    decay = stated_decay(spec, all_poles)
+    chain = make_chain(spec, decay, all_poles)
+    files = []
+    for (number, plant), (rank, level) in product(enumerate(plants), enumerate(spec.levels)):
+        name = f"posture{number + 1}{f'_level{level:g}' if len(spec.levels) > 1 else ''}.uff"
+        frfs = strike_all(spec, plant, chain, level, np.random.default_rng([spec.seed, number, rank, 0xE6]))
+        (folder / name).write_bytes(_universal(spec, frfs))
+        files.append({"file": name, "posture_deg": postures[number].tolist(), "level_n": round(level * spec.force_n, 6)})
+    (folder / "robot.urdf").write_text(spec.arm.urdf(), encoding="utf-8")
+    (folder / "points.csv").write_text(spec.arm.points_csv(), encoding="utf-8")
+    _write_json(folder / "test.json", _test(spec, files, decay))
+    _write_json(truth or folder.parent / f"{folder.name}.truth.json", _truth(spec, postures, all_poles))
+
+
+def _universal(spec: TestSpec, frfs: dict[tuple[str, int], Estimate]) -> bytes:
+    """All FRFs, then all coherences."""
+    functions, coherences = [], []
+    for (struck, axis), estimate in frfs.items():
+        for channel in range(estimate.h1.shape[1]):
+            ends = (spec.arm.points[channel // 3], channel % 3, spec.arm.point(struck), axis)
+            functions.append(Function(estimate.frequency_hz, estimate.h1[:, channel], *ends))
+            coherences.append(Function(estimate.frequency_hz, estimate.coherence[:, channel], *ends))
+    return b"".join(dataset(function, spec.binary) for function in functions + coherences)
+
+
+def _test(spec: TestSpec, files: list[dict[str, Any]], decay: float) -> dict[str, Any]:
+    rng = np.random.default_rng([spec.seed, 0xF7])
+    guess = spec.arm.stiffness * np.exp(rng.uniform(*np.log(spec.initial_range), 6))
+    return {
+        "files": files,
+        "reference": f"fixed accelerometers, hammer at {', '.join(spec.hammer_points)}",
+        "exponential_window_decay_per_s": decay,
+        "averages": spec.averages,
+        "sample_rate_hz": spec.sample_rate_hz,
+        "duration_s": spec.duration_s,
+        "directions": "each point's axes are those of its link's URDF frame",
+        "initial_stiffness_nm_per_rad": [float(f"{value:.4g}") for value in guess],
+    }
+
+
+def _truth(spec: TestSpec, postures: Array, all_poles: list[Complex]) -> dict[str, Any]:
+    effects = [effect.truth() for effect in spec.effects]
+    return {
+        "case": spec.case,
+        "effects": effects,
+        "hidden": [effect.sentence for effect in spec.effects],
+        "bad": next((effect["point"] for effect in effects if "point" in effect), None),
+        "k": spec.arm.stiffness.tolist(),
+        "c": spec.arm.damping.tolist(),
+        "opt": {
+            "arm": spec.arm.name,
+            "seed": spec.seed,
+            "levels": list(spec.levels),
+            "noise_force_n": spec.noise_force,
+            "noise_response_m_per_s2": spec.noise_response,
+        },
+        "modes": [
+            {"posture_deg": posture.tolist(), "frequency_hz": (abs(p) / 2 / np.pi).tolist(), "damping_ratio": (-p.real / abs(p)).tolist()}
+            for posture, p in zip(postures, all_poles, strict=True)
+        ],
+    }
+
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

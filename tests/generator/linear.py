@@ -1,0 +1,70 @@
+"""The linear model of a plant at rest by central differences of its forward dynamics: poles and exact FRFs, without time stepping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.generator.plant import Plant
+from tests.generator.rigid import Array
+
+Complex = NDArray[np.complex128]
+_STEPS = (1e-6, 1e-4, 1e-2)
+"""Displacement (rad, m), velocity (rad/s, m/s) and force (N): small against what is nonlinear, large against rounding."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """x' = a x + b f and y = c x + d f with x the displacements, then the velocities, f the force (3) and y the accelerations."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+    @property
+    def poles(self) -> Complex:
+        """Complex poles with positive imaginary part, rad/s, by rising modulus."""
+        poles = np.linalg.eigvals(self.a)
+        return np.asarray(sorted(poles[poles.imag > 0], key=abs))
+
+    def accelerance(self, s: Complex) -> Complex:
+        """H (len(s), outputs, 3), m/s^2/N, outputs being x, y, z of each sensor in turn."""
+        states = np.linalg.solve(s[:, None, None] * np.eye(len(self.a)) - self.a, self.b.astype(complex))
+        return np.asarray(self.c @ states + self.d)
+
+
+def linearise(plant: Plant, struck: str) -> Linear:
+    """The plant about rest, without its nonlinear torques, struck at a sensor along the sensor's axes."""
+    size = plant.model.nv
+    columns = []
+    for index in range(2 * size + 3):
+        step = _STEPS[0] if index < size else _STEPS[1] if index < 2 * size else _STEPS[2]
+        up, down = (_derivative(plant, struck, index, sign * step) for sign in (1, -1))
+        columns.append((up - down) / (2 * step))
+    table = np.array(columns).T
+    lower, outputs = table[:size], table[size:]
+    top = np.hstack([np.zeros((size, size)), np.eye(size)])
+    a = np.vstack([top, lower[:, : 2 * size]])
+    b = np.vstack([np.zeros((size, 3)), lower[:, 2 * size :]])
+    return Linear(a, b, outputs[:, : 2 * size], outputs[:, 2 * size :])
+
+
+def _derivative(plant: Plant, struck: str, index: int, value: float) -> Array:
+    """Generalised accelerations, then sensor readings, with one displacement, velocity or force component off zero."""
+    data, size = plant.data, plant.model.nv
+    plant.rest()
+    force = np.zeros(3)
+    if index < size:
+        data.qpos[index] = value
+    elif index < 2 * size:
+        data.qvel[index - size] = value
+    else:
+        force[index - 2 * size] = value
+    mujoco.mj_fwdPosition(plant.model, data)
+    plant.strike(struck, lambda time: force)
+    mujoco.mj_forward(plant.model, data)
+    return np.concatenate([data.qacc, data.sensordata])

@@ -1,0 +1,90 @@
+"""One posture tested: every impact simulated, recorded and averaged into FRFs and coherences."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tests.generator.chain import Chain
+from tests.generator.effect import MeasurementEffect, StructureEffect, TorqueEffect
+from tests.generator.estimate import Estimate, h1
+from tests.generator.hammer import swing
+from tests.generator.linear import Complex, linearise
+from tests.generator.plant import Plant
+from tests.generator.rigid import Array
+from tests.generator.spec import TestSpec
+from tests.generator.structure import LinkFlexibility
+from tests.generator.tree import at_posture
+
+_PRETRIGGER_S = 0.05
+_REMAINDER = 0.002
+_LEAST_DECAY = 0.692914140326007
+_STABLE = 1.5
+"""Largest product of pole and time step; RK4 is stable up to 2.7."""
+
+
+def draw_postures(spec: TestSpec) -> Array:
+    """Joint angles (postures, joints), degrees, around the arm's home, rounded to a tenth."""
+    rng = np.random.default_rng([spec.seed, 0xD5])
+    spread = np.array([20.0, 12.0, 20.0, 25.0, 20.0, 35.0])
+    return np.asarray(np.round(spec.arm.home + rng.uniform(-spread, spread, (spec.postures, 6)), 1))
+
+
+def make_plant(spec: TestSpec, posture_deg: ArrayLike) -> Plant:
+    """The arm at a posture with everything hidden in it; links are cut last, so that all they carry goes along."""
+    tree = at_posture(spec.arm, posture_deg)
+    structure = [effect for effect in spec.effects if isinstance(effect, StructureEffect)]
+    for effect in sorted(structure, key=lambda item: isinstance(item, LinkFlexibility)):
+        effect.build(tree)
+    return Plant(tree, [effect for effect in spec.effects if isinstance(effect, TorqueEffect)], spec.weighed)
+
+
+def poles(spec: TestSpec, plant: Plant) -> Complex:
+    """Poles of the plant without its nonlinear torques, rad/s."""
+    return linearise(plant, spec.hammer_points[0]).poles
+
+
+def stated_decay(spec: TestSpec, all_poles: list[Complex]) -> float:
+    """The window decay (1/s) that the user is told."""
+    if spec.window_decay_per_s is not None:
+        return spec.window_decay_per_s
+    slowest = min(float(-pole.real.max()) for pole in all_poles)
+    return max(_LEAST_DECAY, round(-np.log(_REMAINDER) / spec.duration_s - slowest, 3))
+
+
+def make_chain(spec: TestSpec, decay: float, all_poles: list[Complex]) -> Chain:
+    """The measurement chain with its hidden faults, sampled finely enough for the fastest pole."""
+    fastest, oversampling = max(float(abs(pole).max()) for pole in all_poles), spec.oversampling
+    while fastest / (spec.sample_rate_hz * oversampling) > _STABLE:
+        oversampling *= 2
+    chain = Chain(spec.sample_rate_hz, spec.duration_s, oversampling, spec.noise_force, spec.noise_response, decay)
+    for effect in spec.effects:
+        if isinstance(effect, MeasurementEffect):
+            chain = effect.alter(chain)
+    return chain
+
+
+def strike_all(spec: TestSpec, plant: Plant, chain: Chain, level: float, rng: np.random.Generator) -> dict[tuple[str, int], Estimate]:
+    """FRFs of all sensor channels by (struck point, axis); outputs are x, y, z of each sensor in turn."""
+    return {
+        (struck, axis): _strike(spec, plant, chain, struck, axis, level, rng).band(*spec.band_hz)
+        for struck in spec.hammer_points
+        for axis in range(3)
+    }
+
+
+def _strike(
+    spec: TestSpec, plant: Plant, chain: Chain, struck: str, axis: int, level: float, rng: np.random.Generator
+) -> Estimate:
+    """All averages of one drive direction."""
+    first = round(_PRETRIGGER_S / chain.step)
+    steps, window, names = chain.steps(first), chain.window(), plant.sensors
+    forces, responses = [], []
+    for _ in range(spec.averages):
+        impact = swing(rng, axis, level * spec.force_n, spec.direction_error_deg, chain.step)
+        motion = plant.respond(struck, impact.force, impact.end, chain.step, steps)
+        readings = np.array([impact.reading(row * chain.step) for row in range(steps)])
+        forces.append(window * chain.force(readings, first, rng))
+        records = chain.responses(motion, names, first, rng)
+        responses.append(window[:, None] * records.reshape(chain.samples, -1))
+    return h1(np.array(forces), np.array(responses), spec.sample_rate_hz)

@@ -1,0 +1,48 @@
+"""What one simulated hammer test is: the arm, what is hidden, how it is hit, how it is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from tests.generator.arm import Arm
+from tests.generator.effect import Effect
+
+
+@dataclass(frozen=True)
+class TestSpec:
+    """A hammer test; the same spec gives the same files.
+
+    levels multiply force_n (N).  noise_force (N) and noise_response (m/s^2) are standard deviations of each sample.
+    window_decay_per_s None: as much as brings the slowest mode down to 0.2 % at the end of the record, 0.693 at least.
+    struck names the drive points (default: the last point).  weighed: accelerometers feel gravity, AC-coupled.
+    initial_range: the first guess of stiffness lies within these multiples of the truth.
+    """
+
+    __test__: ClassVar[bool] = False
+
+    arm: Arm
+    effects: tuple[Effect, ...] = ()
+    seed: int = 1
+    case: str = "none"
+    postures: int = 3
+    levels: tuple[float, ...] = (1.0,)
+    force_n: float = 180.0
+    noise_force: float = 0.02
+    noise_response: float = 1.5e-3
+    averages: int = 4
+    sample_rate_hz: float = 512.0
+    duration_s: float = 1.6
+    oversampling: int = 16
+    window_decay_per_s: float | None = None
+    band_hz: tuple[float, float] = (2.5, 80.0)
+    direction_error_deg: float = 0.0
+    struck: tuple[str, ...] = ()
+    weighed: bool = False
+    binary: bool = False
+    initial_range: tuple[float, float] = (0.6, 1.7)
+
+    @property
+    def hammer_points(self) -> tuple[str, ...]:
+        """Names of the points that are hit, each along x, y and z of its link."""
+        return self.struck or (self.arm.points[-1].name,)
