@@ -41,6 +41,7 @@ def fit(
     resume: Annotated[
         bool, typer.Option("--resume", help="go on with an interrupted run; the result is that of an undisturbed one")
     ] = False,
+    profile: Annotated[list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Fit a study: data in, parameters with intervals out."""
@@ -48,7 +49,7 @@ def fit(
     from identify.terminal import print_result, progress_bar
 
     with progress_bar(quiet) as progress:
-        result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress, resume=resume)
+        result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress, resume=resume, profiled=profile or [])
     if not quiet:
         print_result(result)
     written = [path]
@@ -104,6 +105,16 @@ def report(result: Annotated[Path, typer.Argument(help="result file of a run")])
     from identify.reports.write import write_reports
 
     typer.echo("\n".join(f"wrote {name}" for name in write_reports(result)))
+
+
+@app.command()
+def compare(files: Annotated[list[Path], typer.Argument(help="result files of runs", metavar="A.h5 B.h5 ...")]) -> None:
+    """Set results side by side: cost, gap, parameters, modes and errors."""
+    from identify.compare import compare as side_by_side
+    from identify.results import read
+    from identify.terminal import print_comparison
+
+    print_comparison(side_by_side([read(path) for path in files], [path.stem for path in files]))
 
 
 def main() -> None:

@@ -15,24 +15,30 @@ from numpy.typing import NDArray
 
 from identify import __version__, results
 from identify.costs.target import FrfTarget, ModalTarget, Targets
+from identify.errors import InputError
 from identify.fit import Fit
 from identify.identifiability import Trust, gap, inseparable, trust
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.modal_table import ModalTable
+from identify.modal.analysis import analyse
 from identify.modal.mac import frac
 from identify.modal.pairing import pair
 from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.optimizers.base import Scale
 from identify.problem import Measurement, Problem
+from identify.profile import profile
 
 Array = NDArray[np.float64]
 _PACKAGES = ("numpy", "scipy", "mujoco", "h5py")
 
 
-def evaluate(problem: Problem, fit: Fit, key: str) -> results.Result:
-    """The result of a fit, ready to be written; key says which run it is the result of (`identify.run`)."""
+def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.Result:
+    """The result of a fit, ready to be written; key says which run it is the result of (`identify.run`).
+
+    profiled: names of parameters whose profile likelihood is wanted.
+    """
     targets, scale = problem.targets(), Scale(problem.parameters)
     trusted = trust(targets, scale, fit.values)
     names = [problem.parameters[number].name for number in scale.free]
@@ -63,6 +69,7 @@ def evaluate(problem: Problem, fit: Fit, key: str) -> results.Result:
         history=fit.history,
         measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
         published=_published(problem),
+        profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
         provenance=provenance_of(problem),
     )
 
@@ -145,7 +152,7 @@ def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, sca
         geometry=geometry,
         modes=modes,
         frf=_frf(problem, m.target, fit, trusted, scale) if isinstance(m.target, FrfTarget) else None,
-        pairs=_pairs(m.target.data, table, "modal table") if isinstance(m.target, ModalTarget) else None,
+        pairs=_pairs(problem, m, table, geometry.nodes),
     )
 
 
@@ -187,9 +194,40 @@ def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[n
     return np.asarray(np.einsum("pcn,mn->mpc", stack, shapes))
 
 
-def _pairs(measured: ModalTable, model: ModalTable, origin: str) -> results.ModePairs:
+def _pairs(problem: Problem, m: Measurement, model: ModalTable, nodes: NDArray[np.int_]) -> results.ModePairs | None:
+    """Measured modes, from the table or by modal analysis of the FRFs, beside the model's; None where an analysis is not possible."""
+    if isinstance(m.target, ModalTarget):
+        measured, origin = m.target.data, f"modal table {m.settings.source.name}"
+    else:
+        try:
+            measured, origin = analyse(m.target.data).table, "modal analysis of the measured FRFs (pLSCF, automatic)"
+        except InputError:
+            return None
     pairing = pair(measured, model)
-    return results.ModePairs(measured.frequency_hz, measured.damping_ratio, pairing.a, pairing.b, pairing.mac, pairing.mac_matrix, origin)
+    return results.ModePairs(
+        measured_frequency_hz=measured.frequency_hz,
+        measured_damping_ratio=measured.damping_ratio,
+        measured=pairing.a,
+        model=pairing.b,
+        mac=pairing.mac,
+        mac_matrix=pairing.mac_matrix,
+        measured_shapes=_measured_shapes(problem, m.system, measured, nodes),
+        origin=origin,
+    )
+
+
+def _measured_shapes(problem: Problem, system: System, table: ModalTable, nodes: NDArray[np.int_]) -> NDArray[np.complex128] | None:
+    """(modes, points, 3) in base axes from shapes at channels; directions that were not measured count as still."""
+    if table.shapes is None or not len(table):
+        return None
+    found = np.full((len(table), len(nodes), 3), np.nan + 0j)
+    for channel, column in zip(table.channels, table.shapes.T, strict=True):
+        if channel.node not in nodes or not 1 <= abs(channel.direction) <= 3:
+            continue
+        place, point = int(np.flatnonzero(nodes == channel.node)[0]), problem.points[channel.node]
+        direction = system.site.engine.axes(point.link) @ point.axes[channel.axis] * channel.sign
+        found[:, place] = np.nan_to_num(found[:, place]) + column[:, None] * direction
+    return found
 
 
 def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: Scale) -> results.FrfComparison:
@@ -219,6 +257,11 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: S
         frac=np.asarray(frac(measured, fitted)),
         area_error=np.abs(np.abs(fitted) - np.abs(measured)).sum(axis=0) / np.abs(measured).sum(axis=0),
     )
+
+
+def _profile(problem: Problem, fit: Fit, trusted: Trust, name: str) -> results.ProfileCurve:
+    found = profile(problem, fit.values, trusted, name)
+    return results.ProfileCurve(found.values, found.rise, found.low, found.high)
 
 
 def _published(problem: Problem) -> results.PublishedValues | None:

@@ -41,12 +41,14 @@ _UNDETERMINED = 1.0
 class Trust:
     """What the data say about the free parameters (f of them).
 
-    std (f,): standard deviation on the search scale; low, high (f,): 95 % limits of the values, clipped to the bounds;
+    std (f,): standard deviation on the search scale; independent_std (f,): that for independent noise; low, high (f,):
+    95 % limits of the values, clipped to the bounds;
     status (f,): determined, weak or not determined; correlation (f, f); singular_values (f,) of J and directions (f, f),
     a row each; count: real numbers measured; notes: sentences of warning.
     """
 
     std: Array
+    independent_std: Array
     low: Array
     high: Array
     status: tuple[str, ...]
@@ -71,6 +73,7 @@ def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
     squares, directions = np.linalg.eigh(information)
     return Trust(
         std=std,
+        independent_std=np.sqrt(np.diag(bread)),
         low=limits[0],
         high=limits[1],
         status=_status(scale, values, std),

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_EVERY_S = 2.0
+_EVERY_S = 1.0
 
 
 @dataclass

@@ -82,7 +82,10 @@ class Modes:
 
 @dataclass(frozen=True)
 class ModePairs:
-    """Measured modes beside the model's: rows of each, MAC of the pair (NaN without shapes), and the whole MAC matrix (measured, model)."""
+    """Measured modes beside the model's: rows of each, MAC of the pair (NaN without shapes), and the whole MAC matrix (measured, model).
+
+    measured_shapes (measured modes, points, 3), base axes, NaN where a point was not measured; origin: where they come from.
+    """
 
     measured_frequency_hz: Array
     measured_damping_ratio: Array
@@ -90,6 +93,7 @@ class ModePairs:
     model: NDArray[np.int_]
     mac: Array
     mac_matrix: Array | None
+    measured_shapes: Complex | None
     origin: str
 
 
@@ -146,6 +150,16 @@ class PublishedValues:
 
 
 @dataclass(frozen=True)
+class ProfileCurve:
+    """Profile likelihood of a parameter: its values (n,), the rise of chi-square (n,), and where it crosses 3.84 (95 %), NaN if nowhere."""
+
+    values: Array
+    rise: Array
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Provenance:
     """Where a result comes from."""
 
@@ -188,6 +202,7 @@ class Result:
     history: Array
     measurements: dict[str, MeasurementResult]
     published: PublishedValues | None
+    profiles: dict[str, ProfileCurve]
     provenance: Provenance
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,18 @@ from identify.study import Study, StudyFile, read_study
 
 
 def run_fit(
-    config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None, *, resume: bool = False
+    config: Path,
+    out: Path | None,
+    overrides: dict[str, Any],
+    progress: Progress | None = None,
+    *,
+    resume: bool = False,
+    profiled: Sequence[str] = (),
 ) -> tuple[results.Result, Path]:
     """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the study.
 
-    While it runs, the file holds what `resume` needs; a finished run of the same study is not run again by it.
+    profiled: names of parameters whose profile likelihood is wanted.  While it runs, the file holds what `resume` needs;
+    a finished run of the same study is not run again by it.
     """
     file, progress = _override(read_study(config), overrides), progress or Progress()
     path = out or Path("reports") / f"{file.study.name}.h5"
@@ -46,7 +54,7 @@ def run_fit(
         except KeyboardInterrupt:
             progress.journal.flush()
             raise
-        result = evaluate(problem, found, key)
+        result = evaluate(problem, found, key, profiled)
     results.write(result, path)
     return result, path
 
@@ -74,7 +82,7 @@ def _finished(path: Path, key: str) -> results.Result | None:
     """The finished run of the same study at `path`, if there is one."""
     if not path.exists() or results.is_unfinished(path):
         return None
-    done = results.read(path)
+    done: results.Result = results.read(path)
     return done if done.key == key else None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
@@ -43,7 +44,7 @@ effects:                             # the physics of the model; one line per ef
     # stiffness: {initial: [1.0e+6, ...], bounds: [1.0e+4, 1.0e+8]}   # N m/rad; default: from the robot's inertia
     # damping: {damping_ratio: 0.03}
   # - {kind: base-compliance, axes: [rx, ry]}
-cost: {{ "frf-least-squares" if has_frf else "eigenfrequency" }}              # or {{ "frf-area, normalized-response" if has_frf else "frf-area with FRFs" }}
+cost: {{ cost }}   # FRFs: frf-least-squares, frf-area, normalized-response; modal tables: eigenfrequency
 # optimizer: hybrid                  # default: Gauss-Newton with exact gradients from several starts
 starts: 10                           # at most; fewer when three agree
 seed: 1
@@ -54,11 +55,11 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
     """Write the config and return its path; an existing file is not overwritten, and files that cannot be read are InputErrors."""
     if out.exists():
         raise InputError(str(out), "the file exists", "a new file", "choose another with `--out`")
-        key = "dh" if robot.suffix in _TABLES else "urdf"
+    key = "dh" if robot.suffix in _TABLES else "urdf"
     described = read_robot(RobotSettings.model_validate({key: robot.resolve()}), Path())
     folder = out.resolve().parent
     entries = [_measurement(path, folder) for path in data]
-    bands = [entry["band"] for entry in entries if entry["band"]]
+    bands = [entry.band for entry in entries if entry.band]
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
         name=out.stem if out.stem != "config" else robot.resolve().parent.name,
         robot_key=key,
@@ -70,15 +71,26 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
         joints=_joints(described),
         band=[round(max(band[0] for band in bands), 3), round(min(band[1] for band in bands), 3)] if bands else [3, 80],
         has_frf=bool(bands),
+        cost="frf-least-squares" if bands else "eigenfrequency",
     )
     out.write_text(text, encoding="utf-8")
     return out
 
 
-def _measurement(path: Path, folder: Path) -> dict[str, object]:
-    """What the template needs of one data file."""
+@dataclass(frozen=True)
+class _Entry:
+    """What the template needs of one data file; band (Hz) of FRFs; unknown: the file does not say its quantity or unit."""
+
+    key: str
+    file: str
+    comment: str = ""
+    band: tuple[float, float] | None = None
+    unknown: bool = False
+
+
+def _measurement(path: Path, folder: Path) -> _Entry:
     if path.suffix in _TABLES:
-        return {"key": "modes", "file": _relative(path, folder), "comment": "", "band": None, "unknown": False}
+        return _Entry("modes", _relative(path, folder))
     unknown = False
     try:
         frf_set = load_frf_set(path, FrfFileOptions())
@@ -88,9 +100,8 @@ def _measurement(path: Path, folder: Path) -> dict[str, object]:
             frf_set = load_frf_set(path, FrfFileOptions(quantity="accelerance", unit="m/s^2/N"))
         except InputError:
             raise error from None
-    size = f"{len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)} lines"
-    band = (float(frf_set.frequency_hz[0]), float(frf_set.frequency_hz[-1]))
-    return {"key": "file", "file": _relative(path, folder), "comment": f"   # {size}", "band": band, "unknown": unknown}
+    size = f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)} lines"
+    return _Entry("file", _relative(path, folder), size, (float(frf_set.frequency_hz[0]), float(frf_set.frequency_hz[-1])), unknown)
 
 
 def _joints(robot: Robot) -> str:

@@ -11,6 +11,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainin
 from rich.progress import Progress as Bar
 from rich.table import Table
 
+from identify.compare import SideBySide
 from identify.fit import Progress
 from identify.measured.finding import Finding
 from identify.results import MeasurementResult, Result
@@ -72,6 +73,16 @@ def mode_table(measurement: MeasurementResult) -> Table:
             beside = [f"{pairs.measured_frequency_hz[mode]:.3f}", f"{100 * ratio:.2f}", "" if np.isnan(mac) else f"{mac:.3f}"]
         table.add_row(str(row + 1), f"{frequency:.3f}", f"{100 * damping:.2f}", *beside)
     return table
+
+
+def print_comparison(tables: Sequence[SideBySide]) -> None:
+    """The tables of `identify compare`."""
+    console = Console()
+    for side_by_side in tables:
+        table = Table(*side_by_side.columns, title=side_by_side.title)
+        for row in side_by_side.rows:
+            table.add_row(*row)
+        console.print(table)
 
 
 def print_findings(findings: Mapping[str, Sequence[Finding]]) -> None:

@@ -126,7 +126,7 @@ def _noise(poles: Complex, covariance: Float) -> Float:
     """Standard deviations of frequency (Hz) and damping ratio, (m, 2), from the covariance of real and imaginary parts."""
     size = np.abs(poles)
     turn = np.stack([poles.real, poles.imag], axis=1) / size[:, None]
-    across = np.stack([-turn[:, 1] ** 2, turn[:, 0] * turn[:, 1]], axis=1) / size[:, None]
+    across = np.stack([-(turn[:, 1] ** 2), turn[:, 0] * turn[:, 1]], axis=1) / size[:, None]
     variance = [np.einsum("ri,rij,rj->r", g, covariance, g) for g in (turn / (2 * np.pi), across)]
     return np.asarray(np.sqrt(np.maximum(np.stack(variance, axis=1), 0.0)))
 

@@ -32,9 +32,7 @@ class ModalSettings(BaseModel):
     min_contribution: float = Field(0.01, ge=0, description="least part of the energy around a mode that only it explains")
     modes_hz: tuple[float, ...] | None = Field(None, description="manual choice: the clusters nearest to these frequencies")
     refine: bool = Field(True, description="refine poles and participations by nonlinear least squares on the FRFs")
-    residuals: tuple[Literal["lower", "upper"], ...] = Field(
-        ("lower", "upper"), description="terms for the modes below and above the band"
-    )
+    residuals: tuple[Literal["lower", "upper"], ...] = Field(("lower", "upper"), description="terms for the modes below and above the band")
 
     @model_validator(mode="after")
     def _ordered(self) -> ModalSettings:

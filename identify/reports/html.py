@@ -18,7 +18,8 @@ from identify.reports.packing import pack, pack_frfs
 from identify.results import FrfComparison, MeasurementResult, Result
 
 _HERE = Path(__file__).parent
-_SCRIPTS = ("page.js", "robot.js", "frf.js", "charts.js")
+_EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "charts.js")
+"""Scripts before and after the plotting library: text, tables and the robot need not wait for it."""
 _MAP_STEP = 1e-3
 """Decades to which the gap map is rounded."""
 
@@ -35,11 +36,14 @@ def page(result: Result) -> str:
         tables=tables,
         measurement_tables=measurement_tables,
         frf_tables=[table for table in map(measurement_tables.frf_table, measurements) if table],
-        style=Markup((_HERE / "report.css").read_text("utf-8")),
-        plotly=Markup(get_plotlyjs()),
-        scripts=[Markup((_HERE / name).read_text("utf-8")) for name in _SCRIPTS],
+        style=_text("report.css"),
+        scripts=[*map(_text, _EARLY), Markup(get_plotlyjs()), *map(_text, _LATE)],
         data=Markup(_json(payload(result))),
     )
+
+
+def _text(name: str) -> Markup:
+    return Markup((_HERE / name).read_text("utf-8"))
 
 
 def _sections(result: Result) -> list[tuple[str, str]]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
-from tests.generator.cases import AMPLITUDE_DEPENDENT, hide
+from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
@@ -21,7 +22,8 @@ def main() -> None:
     parser.add_argument("--strength", type=float, default=1.0, help="size of what is hidden")
     parser.add_argument("--noise", type=float, default=TestSpec.noise_response, help="of each response sample, m/s^2")
     parser.add_argument("--noise-force", type=float, default=TestSpec.noise_force, help="of each force sample, N")
-    parser.add_argument("--levels", type=float, nargs="+", help="force levels, 1 being 180 N")
+    parser.add_argument("--force", type=float, help="mean peak at level 1, N; default: by the arm's mass, 180 N at most")
+    parser.add_argument("--levels", type=float, nargs="+", help="force levels; default: 1, or 0.3 1 3 where it matters")
     parser.add_argument("--decay", type=float, help="window decay, 1/s; default: as the slowest mode needs")
     parser.add_argument("--nodes", type=int, nargs="+", help="keep only these points; the last is struck")
     parser.add_argument("--direction-error", type=float, default=0.0, help="of the hammer, degrees")
@@ -30,14 +32,10 @@ def main() -> None:
     parser.add_argument("--truth", type=Path, help="default: OUT.truth.json")
     given = parser.parse_args()
     arm = MAKES[given.arm](given.seed)
-    effects = hide(given.case, arm, given.seed, given.strength)
-    varies = any(name in given.case for name in AMPLITUDE_DEPENDENT)
     spec = TestSpec(
         arm=arm.at_points(given.nodes) if given.nodes else arm,
-        effects=effects,
         seed=given.seed,
-        case=given.case,
-        levels=tuple(given.levels or ((0.3, 1.0, 3.0) if varies else (1.0,))),
+        force_n=given.force,
         noise_response=given.noise,
         noise_force=given.noise_force,
         window_decay_per_s=given.decay,
@@ -45,7 +43,8 @@ def main() -> None:
         weighed=given.weighed,
         binary=given.binary,
     )
-    generate(spec, given.out, given.truth)
+    spec = hide(spec, given.case, given.strength)
+    generate(replace(spec, levels=tuple(given.levels)) if given.levels else spec, given.out, given.truth)
 
 
 if __name__ == "__main__":

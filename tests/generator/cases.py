@@ -8,21 +8,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from zlib import crc32
 
 import numpy as np
 
 from tests.generator import faults, nonlinear, structure
 from tests.generator.arm import Arm
-from tests.generator.effect import Effect
+from tests.generator.effect import Effect, TorqueEffect
 from tests.generator.rigid import Array, frame_with_z
+from tests.generator.spec import TestSpec
 from tests.generator.structure import CLASSES
 from tests.generator.tree import Tree, at_posture
 
-_IMPULSE = 0.75
-"""N s of a usual impact."""
-AMPLITUDE_DEPENDENT = ("friction", "hardening")
+_PULSE = 2 / np.pi * 6.5e-3
+"""Impulse of a usual impact per its peak, s."""
+_LEVELS = (0.3, 1.0, 3.0)
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Draw:
     rng: np.random.Generator
     number: int
     strength: float
+    peak_n: float
 
     @property
     def reference_hz(self) -> float:
@@ -71,7 +73,7 @@ class Draw:
         tree, joint = self.tree, self.arm.joints[self.number - 1]
         lever = np.linalg.norm(tree.pose(6)[1] - tree.pose(self.number)[1]) + np.linalg.norm(self.arm.points[-1].xyz)
         inertia = tree.outboard_about(f"link{self.number}", joint.axis)
-        return float(_IMPULSE * lever * np.sqrt(self.arm.stiffness[self.number - 1] / inertia))
+        return float(_PULSE * self.peak_n * lever * np.sqrt(self.arm.stiffness[self.number - 1] / inertia))
 
 
 def _base(axes: tuple[str, ...], low: float, high: float) -> Callable[[Draw], Effect]:
@@ -100,7 +102,8 @@ def _flexible(draw: Draw) -> Effect:
     torsion = draw.spring(body.about_axis(np.zeros(3), frame[:, 2]), 2.0, 3.0)
     pairs = zip(bending, torsion, strict=True)
     (kb, kt), (cb, ct) = ((segments * b, segments * t) for b, t in pairs)
-    return structure.LinkFlexibility(f"link{draw.number}", (along[0], along[1], along[2]), kb, kt, cb, ct, segments)
+    cast = 0.25  # damping of a casting beside that of joints
+    return structure.LinkFlexibility(f"link{draw.number}", (along[0], along[1], along[2]), kb, kt, cast * cb, cast * ct, segments)
 
 
 def _resonator(draw: Draw) -> Effect:
@@ -180,18 +183,19 @@ CASES: dict[str, Callable[[Draw], Effect]] = {
 _NAME = re.compile(r"(?:link(?P<link>[1-6])_(?P<flex>flex)|(?P<kind>[a-z_]+?)(?:_[jl](?P<number>[1-6]))?)")
 
 
-def hide(case: str, arm: Arm, seed: int, strength: float = 1.0) -> tuple[Effect, ...]:
-    """The effects of a case on an arm; ValueError for a name that is not known."""
-    if case == "none":
-        return ()
-    return tuple(_effect(name, arm, seed, strength) for name in case.split("+"))
+def hide(spec: TestSpec, case: str, strength: float = 1.0) -> TestSpec:
+    """The test with a case hidden in it, at three force levels where it depends on them; ValueError for a name that is not known."""
+    names = [] if case == "none" else case.split("+")
+    effects = tuple(_effect(name, spec, strength) for name in names)
+    varies = any(isinstance(effect, TorqueEffect) for effect in effects)
+    return replace(spec, case=case, effects=effects, levels=_LEVELS if varies else spec.levels)
 
 
-def _effect(name: str, arm: Arm, seed: int, strength: float) -> Effect:
+def _effect(name: str, spec: TestSpec, strength: float) -> Effect:
     match = _NAME.fullmatch(name)
     kind = (match["flex"] or match["kind"]) if match else None
     if match is None or kind not in CASES:
         raise ValueError(f"unknown case {name!r}; known: none, {', '.join(CASES)} (with _j2 or _l3 for the place; link2_flex)")
-    rng = np.random.default_rng([seed, crc32(name.encode())])
+    rng = np.random.default_rng([spec.seed, crc32(name.encode())])
     number = int(match["link"] or match["number"] or 2)
-    return CASES[kind](Draw(arm, at_posture(arm, arm.home), rng, number, strength))
+    return CASES[kind](Draw(spec.arm, at_posture(spec.arm, spec.arm.home), rng, number, strength, spec.peak_n))

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from tests.generator.estimate import Estimate
-from tests.generator.linear import Complex
-from tests.generator.measure import draw_postures, make_chain, make_plant, poles, stated_decay, strike_all
+from tests.generator.linear import Linear, linearise
+from tests.generator.measure import draw_postures, make_chain, make_plant, stated_decay, strike_all
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
 from tests.generator.universal import Function, dataset
@@ -25,19 +25,19 @@ def generate(spec: TestSpec, folder: Path, truth: Path | None = None) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     postures = draw_postures(spec)
     plants = [make_plant(spec, posture) for posture in postures]
-    all_poles = [poles(spec, plant) for plant in plants]
-    decay = stated_decay(spec, all_poles)
-    chain = make_chain(spec, decay, all_poles)
+    linear = [linearise(plant, spec.hammer_points[0]) for plant in plants]
+    decay = stated_decay(spec, linear)
+    chain = make_chain(spec, decay, linear)
     files = []
     for (number, plant), (rank, level) in product(enumerate(plants), enumerate(spec.levels)):
         name = f"posture{number + 1}{f'_level{level:g}' if len(spec.levels) > 1 else ''}.uff"
         frfs = strike_all(spec, plant, chain, level, np.random.default_rng([spec.seed, number, rank, 0xE6]))
         (folder / name).write_bytes(_universal(spec, frfs))
-        files.append({"file": name, "posture_deg": postures[number].tolist(), "level_n": round(level * spec.force_n, 6)})
+        files.append({"file": name, "posture_deg": postures[number].tolist(), "level_n": round(level * spec.peak_n, 6)})
     (folder / "robot.urdf").write_text(spec.arm.urdf(), encoding="utf-8")
     (folder / "points.csv").write_text(spec.arm.points_csv(), encoding="utf-8")
     _write_json(folder / "test.json", _test(spec, files, decay))
-    _write_json(truth or folder.parent / f"{folder.name}.truth.json", _truth(spec, postures, all_poles))
+    _write_json(truth or folder.parent / f"{folder.name}.truth.json", _truth(spec, postures, linear))
 
 
 def _universal(spec: TestSpec, frfs: dict[tuple[str, int], Estimate]) -> bytes:
@@ -66,7 +66,7 @@ def _test(spec: TestSpec, files: list[dict[str, Any]], decay: float) -> dict[str
     }
 
 
-def _truth(spec: TestSpec, postures: Array, all_poles: list[Complex]) -> dict[str, Any]:
+def _truth(spec: TestSpec, postures: Array, linear: list[Linear]) -> dict[str, Any]:
     effects = [effect.truth() for effect in spec.effects]
     return {
         "case": spec.case,
@@ -82,11 +82,15 @@ def _truth(spec: TestSpec, postures: Array, all_poles: list[Complex]) -> dict[st
             "noise_force_n": spec.noise_force,
             "noise_response_m_per_s2": spec.noise_response,
         },
-        "modes": [
-            {"posture_deg": posture.tolist(), "frequency_hz": (abs(p) / 2 / np.pi).tolist(), "damping_ratio": (-p.real / abs(p)).tolist()}
-            for posture, p in zip(postures, all_poles, strict=True)
-        ],
+        "modes": [_modes(posture, model) for posture, model in zip(postures, linear, strict=True)],
     }
+
+
+def _modes(posture: Array, model: Linear) -> dict[str, Any]:
+    """What small vibrations about a posture really are."""
+    modulus = np.abs(model.poles)
+    ratio = -model.poles.real / modulus
+    return {"posture_deg": posture.tolist(), "frequency_hz": (modulus / 2 / np.pi).tolist(), "damping_ratio": ratio.tolist()}
 
 
 def _write_json(path: Path, content: dict[str, Any]) -> None:

@@ -31,6 +31,11 @@ class Linear:
         poles = np.linalg.eigvals(self.a)
         return np.asarray(sorted(poles[poles.imag > 0], key=abs))
 
+    @property
+    def fastest(self) -> float:
+        """Largest modulus of all poles, real ones of overdamped motions too, 1/s."""
+        return float(np.abs(np.linalg.eigvals(self.a)).max())
+
     def accelerance(self, s: Complex) -> Complex:
         """H (len(s), outputs, 3), m/s^2/N, outputs being x, y, z of each sensor in turn."""
         states = np.linalg.solve(s[:, None, None] * np.eye(len(self.a)) - self.a, self.b.astype(complex))

@@ -9,7 +9,7 @@ from tests.generator.chain import Chain
 from tests.generator.effect import MeasurementEffect, StructureEffect, TorqueEffect
 from tests.generator.estimate import Estimate, h1
 from tests.generator.hammer import swing
-from tests.generator.linear import Complex, linearise
+from tests.generator.linear import Linear
 from tests.generator.plant import Plant
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
@@ -39,23 +39,18 @@ def make_plant(spec: TestSpec, posture_deg: ArrayLike) -> Plant:
     return Plant(tree, [effect for effect in spec.effects if isinstance(effect, TorqueEffect)], spec.weighed)
 
 
-def poles(spec: TestSpec, plant: Plant) -> Complex:
-    """Poles of the plant without its nonlinear torques, rad/s."""
-    return linearise(plant, spec.hammer_points[0]).poles
-
-
-def stated_decay(spec: TestSpec, all_poles: list[Complex]) -> float:
+def stated_decay(spec: TestSpec, linear: list[Linear]) -> float:
     """The window decay (1/s) that the user is told."""
     if spec.window_decay_per_s is not None:
         return spec.window_decay_per_s
-    slowest = min(float(-pole.real.max()) for pole in all_poles)
+    slowest = min(float(-model.poles.real.max()) for model in linear)
     return max(_LEAST_DECAY, round(-np.log(_REMAINDER) / spec.duration_s - slowest, 3))
 
 
-def make_chain(spec: TestSpec, decay: float, all_poles: list[Complex]) -> Chain:
+def make_chain(spec: TestSpec, decay: float, linear: list[Linear]) -> Chain:
     """The measurement chain with its hidden faults, sampled finely enough for the fastest pole."""
-    fastest, oversampling = max(float(abs(pole).max()) for pole in all_poles), spec.oversampling
-    while fastest / (spec.sample_rate_hz * oversampling) > _STABLE:
+    oversampling = spec.oversampling
+    while max(model.fastest for model in linear) / (spec.sample_rate_hz * oversampling) > _STABLE:
         oversampling *= 2
     chain = Chain(spec.sample_rate_hz, spec.duration_s, oversampling, spec.noise_force, spec.noise_response, decay)
     for effect in spec.effects:
@@ -81,7 +76,7 @@ def _strike(
     steps, window, names = chain.steps(first), chain.window(), plant.sensors
     forces, responses = [], []
     for _ in range(spec.averages):
-        impact = swing(rng, axis, level * spec.force_n, spec.direction_error_deg, chain.step)
+        impact = swing(rng, axis, level * spec.peak_n, spec.direction_error_deg, chain.step)
         motion = plant.respond(struck, impact.force, impact.end, chain.step, steps)
         readings = np.array([impact.reading(row * chain.step) for row in range(steps)])
         forces.append(window * chain.force(readings, first, rng))

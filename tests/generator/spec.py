@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from tests.generator.arm import Arm
 from tests.generator.effect import Effect
 
@@ -13,7 +15,7 @@ from tests.generator.effect import Effect
 class TestSpec:
     """A hammer test; the same spec gives the same files.
 
-    levels multiply force_n (N).  noise_force (N) and noise_response (m/s^2) are standard deviations of each sample.
+    levels multiply force_n (N); None: 180 N on arms from 500 kg, in proportion to the mass below, 20 N at least.  noise_force (N) and noise_response (m/s^2) are standard deviations of each sample.
     window_decay_per_s None: as much as brings the slowest mode down to 0.2 % at the end of the record, 0.693 at least.
     struck names the drive points (default: the last point).  weighed: accelerometers feel gravity, AC-coupled.
     initial_range: the first guess of stiffness lies within these multiples of the truth.
@@ -27,9 +29,9 @@ class TestSpec:
     case: str = "none"
     postures: int = 3
     levels: tuple[float, ...] = (1.0,)
-    force_n: float = 180.0
-    noise_force: float = 0.02
-    noise_response: float = 1.5e-3
+    force_n: float | None = None
+    noise_force: float = 0.1
+    noise_response: float = 1e-2
     averages: int = 4
     sample_rate_hz: float = 512.0
     duration_s: float = 1.6
@@ -46,3 +48,9 @@ class TestSpec:
     def hammer_points(self) -> tuple[str, ...]:
         """Names of the points that are hit, each along x, y and z of its link."""
         return self.struck or (self.arm.points[-1].name,)
+
+    @property
+    def peak_n(self) -> float:
+        """Mean peak force at level 1, N."""
+        mass = sum(link.inertia.mass for link in self.arm.links)
+        return self.force_n or float(np.clip(180.0 * mass / 500.0, 20.0, 180.0))

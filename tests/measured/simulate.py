@@ -55,15 +55,16 @@ def response(structure: Structure, force: np.ndarray, place: int) -> np.ndarray:
     return np.fft.irfft(np.fft.rfft(force, length)[:, None] * accelerance, length, axis=0)[: len(force)]
 
 
-@dataclass(frozen=True)
-class HammerTest:
-    """Hits of one place: force (hits, samples) and acceleration (hits, samples, places), clean."""
+def hammer_test(structure: Structure, place: int, hits: int, random: np.random.Generator) -> np.ndarray:
+    """Clean signals (hits, samples, 1 + places): force and accelerations; half-sines of about 180 N and 6 ms."""
+    force = half_sine(0.01, 0.006, 180.0)
+    one = np.column_stack([force, response(structure, force, place)])
+    return np.exp(0.1 * random.normal(size=hits))[:, None, None] * one
 
-    force: np.ndarray
-    acceleration: np.ndarray
 
-
-def hammer_test(structure: Structure, place: int, hits: int, random: np.random.Generator) -> HammerTest:
-    """Half-sine hits of about 180 N and 6 ms, each a bit different in size."""
-    forces = [half_sine(0.01, 0.006, 180 * np.exp(0.1 * random.normal())) for _ in range(hits)]
-    return HammerTest(np.array(forces), np.array([response(structure, force, place) for force in forces]))
+def random_test(structure: Structure, places: list[int], samples: int, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """White forces (samples, inputs) of 10 N RMS and the accelerations (samples, places) to them, running since long before."""
+    force = 10 * random.normal(size=(samples, len(places)))
+    s = 2j * np.pi * np.fft.rfftfreq(samples, 1 / SAMPLE_RATE_HZ)
+    accelerance = structure.receptance(s)[:, :, places] * s[:, None, None] ** 2
+    return force, np.fft.irfft(np.einsum("lij,lj->li", accelerance, np.fft.rfft(force, axis=0)), samples, axis=0)

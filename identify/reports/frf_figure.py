@@ -1,0 +1,63 @@
+"""FRF overlays of the PDF: a page's worth of FRFs, magnitude above phase."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from identify.reports.cells import number, unit
+from identify.reports.figures import BLUE, INK, ORANGE, WIDTH_IN
+from identify.reports.measurement_tables import pair_name
+from identify.reports.pick import is_drive_point, shown_frfs
+from identify.results import FrfComparison
+
+_COLUMNS = 3
+
+
+def overlays(frf: FrfComparison) -> Figure:
+    """The FRFs that `pick.shown_frfs` chooses, three a row."""
+    pairs = shown_frfs(frf)
+    rows = -(-len(pairs) // _COLUMNS)
+    figure = Figure((WIDTH_IN, 2.5 * rows + 0.45), layout="constrained")
+    axes = figure.subplots(2 * rows, _COLUMNS, sharex=True, squeeze=False, height_ratios=[5, 2] * rows)
+    for place in range(rows * _COLUMNS):
+        row, column = divmod(place, _COLUMNS)
+        top, bottom = axes[2 * row, column], axes[2 * row + 1, column]
+        if place >= len(pairs):
+            top.set_axis_off()
+            bottom.set_axis_off()
+            continue
+        _overlay(top, bottom, frf, pairs[place])
+        if column == 0:
+            top.set_ylabel(f"Magnitude ({unit(frf.unit)})")
+            bottom.set_ylabel("Phase (°)")
+        if place + _COLUMNS >= len(pairs):
+            bottom.set_xlabel("Frequency (Hz)")
+            bottom.tick_params(labelbottom=True)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=4)
+    return figure
+
+
+def _overlay(top: Axes, bottom: Axes, frf: FrfComparison, pair: int) -> None:
+    f = frf.frequency_hz
+    measured, fitted, initial = frf.measured[:, pair], frf.fitted[:, pair], frf.initial[:, pair]
+    for axes, shape in ((top, np.abs), (bottom, _degrees)):
+        axes.plot(f, shape(measured), color=INK, lw=0.5, marker=".", ms=1.8, mew=0, label="measured")
+        axes.plot(f, shape(initial), color=ORANGE, lw=0.8, ls="--", label="start model")
+        axes.plot(f, shape(fitted), color=BLUE, lw=1.0, label="fitted")
+    if frf.band_95 is not None:
+        half, size = frf.band_95[:, pair], np.abs(fitted)
+        top.fill_between(f, np.maximum(size - half, size * 1e-3), size + half, color=BLUE, alpha=0.25, lw=0, label="95 % band")
+    top.set(yscale="log" if np.any(np.abs(measured) > 0) else "linear", xlim=(f[0], f[-1]))
+    error = f"relative error {number(100 * frf.relative_error[pair])} %" if frf.gap is None else f"gap {number(frf.gap[pair])}"
+    top.set_title(f"{pair_name(frf, pair)}{' drive point' if is_drive_point(frf, pair) else ''}, {error}", fontsize=7.5)
+    bottom.set(ylim=(-190, 190), yticks=[-180, 0, 180])
+
+
+def _degrees(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Phase in degrees; the line is broken where it jumps from one end of the circle to the other."""
+    phase = np.degrees(np.angle(values))
+    phase[1:][np.abs(np.diff(phase)) > 270] = np.nan
+    return phase

@@ -1,0 +1,107 @@
+"""Pictures of the robot for the PDF, in parallel projection: at every posture with its points, and in its first modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from identify.reports.cells import number, percent
+from identify.reports.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.measurement_tables import use
+from identify.reports.pick import shown_modes, turned_shapes
+from identify.results import Geometry, MeasurementResult
+
+Array = NDArray[np.float64]
+
+POSTURES, MODES = 6, 6
+_COLUMNS = 3
+_AZIMUTH, _ELEVATION = -0.9, 0.35
+_STEP_M = 0.5
+_REACH = 0.16
+"""Largest displacement drawn, as a part of the robot's size."""
+
+
+def postures(measurements: Sequence[MeasurementResult]) -> Figure:
+    """The robot at its first six postures; points in the colour of their link, with their nodes."""
+    figure, panels = _grid(measurements[:POSTURES])
+    links = list(dict.fromkeys(link for m in measurements for link in m.geometry.point_links))
+    for axes, m in zip(panels, measurements, strict=False):
+        g = m.geometry
+        _floor(axes, g)
+        axes.plot(*_project(g.skeleton), "-o", color=INK, lw=2.4, ms=4, mfc="white", mew=1.1)
+        x, y = _project(g.points)
+        for link in dict.fromkeys(g.point_links):
+            chosen = np.array([name == link for name in g.point_links])
+            axes.plot(x[chosen], y[chosen], "o", ms=3.6, color=PALETTE[links.index(link) % len(PALETTE)], mec="white", mew=0.4, label=link)
+        for node, at_x, at_y in zip(g.nodes, x, y, strict=True):
+            axes.annotate(str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED)
+        axes.set_title(f"{m.name}, {use(m)}")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=8, handletextpad=0.2, columnspacing=1.2)
+    return figure
+
+
+def shapes(m: MeasurementResult) -> Figure:
+    """The first six modes: at rest (grey) and at both ends of the motion."""
+    shown = min(shown_modes(m), MODES)
+    figure, panels = _grid([m] * shown)
+    g, (_, skeleton) = m.geometry, turned_shapes(m)
+    size = _REACH * float(np.ptp(np.concatenate([g.points, g.skeleton]), axis=0).max())
+    for i, axes in enumerate(panels):
+        _floor(axes, g)
+        axes.plot(*_project(g.skeleton), color=MUTED, lw=1.2)
+        for sign, color in ((1, BLUE), (-1, ORANGE)):
+            axes.plot(*_project(g.skeleton + sign * size * skeleton[i].real), "-o", color=color, lw=1.4, ms=2.2)
+        axes.set_title(f"{i + 1}: {number(m.modes.frequency_hz[i])} Hz, {percent(m.modes.damping_ratio[i])} %")
+    return figure
+
+
+def _grid(measurements: Sequence[MeasurementResult]) -> tuple[Figure, list[Axes]]:
+    """Equal panels, three a row, high enough for the highest picture."""
+    boxes = [np.ptp(np.concatenate([_project(_corners(m.geometry)), _project(_places(m.geometry))], axis=1), axis=1) for m in measurements]
+    width, height = np.max(boxes, axis=0)
+    columns = min(len(measurements), _COLUMNS)
+    rows = -(-len(measurements) // columns)
+    across = min(WIDTH_IN / columns, 3.4)
+    figure = Figure((across * columns, rows * (min(across * height / width, 3.6) + 0.3) + 0.3), layout="constrained")
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for axes in panels:
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+    return figure, panels[: len(measurements)]
+
+
+def _places(geometry: Geometry) -> Array:
+    return np.concatenate([geometry.points, geometry.skeleton])
+
+
+def _project(places: Array) -> Array:
+    """Across and up on the page, (2, n), of places (n, 3), m."""
+    depth = places @ [np.cos(_AZIMUTH), np.sin(_AZIMUTH), 0.0]
+    across = places @ [-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0]
+    return np.array([across, np.cos(_ELEVATION) * places[:, 2] - np.sin(_ELEVATION) * depth])
+
+
+def _corners(geometry: Geometry) -> Array:
+    """Two opposite corners and the others, (4, 3), of the floor below the robot, in steps of 0.5 m."""
+    places = _places(geometry)[:, :2]
+    low, high = np.floor(places.min(axis=0) / _STEP_M) * _STEP_M, np.ceil(places.max(axis=0) / _STEP_M) * _STEP_M
+    low, high = np.minimum(low, -_STEP_M), np.maximum(high, _STEP_M)
+    return np.array([[low[0], low[1], 0], [high[0], low[1], 0], [high[0], high[1], 0], [low[0], high[1], 0]])
+
+
+def _floor(axes: Axes, geometry: Geometry) -> None:
+    """A floor grid of 0.5 m below the robot and the base's axes."""
+    (x0, y0, _), _, (x1, y1, _), _ = _corners(geometry)
+    for x in np.arange(x0, x1 + 1e-9, _STEP_M):
+        axes.plot(*_project(np.array([[x, y0, 0], [x, y1, 0]])), color=GRID, lw=0.5, zorder=0)
+    for y in np.arange(y0, y1 + 1e-9, _STEP_M):
+        axes.plot(*_project(np.array([[x0, y, 0], [x1, y, 0]])), color=GRID, lw=0.5, zorder=0)
+    for axis, name in enumerate("XYZ"):
+        end = np.zeros((2, 3))
+        end[1, axis] = 0.35
+        axes.plot(*_project(end), color=MUTED, lw=0.7, zorder=1)
+        axes.text(*_project(1.2 * end[1:]).ravel(), name, fontsize=6, color=MUTED, ha="center", va="center")  # type: ignore[arg-type, misc]
