@@ -32,6 +32,13 @@ def _command(config: Path, out: Path, *options: str) -> list[str]:
     return [sys.executable, "-m", "identify", "fit", str(config), "--out", str(out), "--no-report", "--quiet", *options]
 
 
+def _wait_until_under_way(process: subprocess.Popen[bytes], out: Path) -> None:
+    """Until the run has written its file once more."""
+    before, end = out.stat().st_mtime_ns if out.exists() else 0, time.monotonic() + 30
+    while process.poll() is None and time.monotonic() < end and not (out.exists() and out.stat().st_mtime_ns > before):
+        time.sleep(0.02)
+
+
 def _same(one: Result, other: Result) -> None:
     assert np.array_equal(one.parameters.value, other.parameters.value)
     assert np.array_equal(one.parameters.std, other.parameters.std, equal_nan=True)
@@ -47,7 +54,9 @@ def test_killed_twenty_times_and_resumed(config: Path, tmp_path: Path) -> None:
     rng, kept = np.random.default_rng(7), [0]
     for number in range(KILLS):
         process = subprocess.Popen(_command(config, disturbed, "--resume"), stderr=subprocess.DEVNULL)
-        time.sleep(rng.uniform(0.2, 2.5))
+        if number % 2:
+            _wait_until_under_way(process, disturbed)
+        time.sleep(rng.uniform(0.0, 1.5))
         process.send_signal(signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
         code = process.wait(timeout=60)
         if disturbed.exists() and is_unfinished(disturbed):

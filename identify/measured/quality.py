@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.measured import quality_channels as channels
 from identify.measured import quality_physics as physics
@@ -26,8 +28,8 @@ def check(frf_set: FrfSet, points: Mapping[int, str], band_hz: tuple[float, floa
         sentence = f"No line lies in the band from {low:.4g} to {high:.4g} Hz: the data have {span}."
         return [Finding("fail", "no-data-in-band", (), sentence, 0)]
     findings = [*channels.points_explain(chosen, points), *channels.frequency_axis(chosen), *channels.pairs_complete(chosen)]
-    if chosen.measured.any():
-        usable = _measured_only(chosen)
+    usable = _whole(chosen)
+    if usable.measured.any():
         for one in (channels.doubled, channels.dead, physics.coherence, physics.drive_points, physics.reciprocity, physics.size):
             findings.extend(one(usable))
     else:
@@ -35,7 +37,8 @@ def check(frf_set: FrfSet, points: Mapping[int, str], band_hz: tuple[float, floa
     return sorted(findings, key=lambda finding: _ORDER[finding.level])
 
 
-def _measured_only(frf_set: FrfSet) -> FrfSet:
-    """The set without outputs and inputs of which no FRF is whole; those have findings of their own."""
-    measured = frf_set.measured
-    return frf_set.pairs(np.flatnonzero(measured.any(axis=1)).tolist(), np.flatnonzero(measured.any(axis=0)).tolist())
+def _whole(frf_set: FrfSet) -> FrfSet:
+    """The FRFs that are numbers at every line, with the outputs and inputs that have any; the others have findings of their own."""
+    broken: NDArray[np.bool_] = np.asarray(np.isnan(frf_set.frf).any(axis=0))
+    whole = replace(frf_set, frf=np.where(broken, np.nan, frf_set.frf))
+    return whole.pairs(np.flatnonzero(~broken.all(axis=1)).tolist(), np.flatnonzero(~broken.all(axis=0)).tolist())

@@ -28,15 +28,12 @@ def points_explain(frf_set: FrfSet, points: Mapping[int, str]) -> Iterator[Findi
 
 def pairs_complete(frf_set: FrfSet) -> Iterator[Finding]:
     """Pairs that lack, are NaN in part, and points measured in fewer directions than most."""
-    for (i, j), measured in np.ndenumerate(frf_set.measured):
-        if not measured:
-            pair = (frf_set.outputs[i], frf_set.inputs[j])
-            some = not np.isnan(frf_set.frf[:, i, j]).all()
-            if some:
-                sentence = f"FRF {pair[0]}/{pair[1]} has values that are not numbers; export it again."
-            else:
-                sentence = f"FRF {pair[0]}/{pair[1]} was not measured, though both channels were."
-            yield Finding("fail" if some else "warn", "not-a-number" if some else "missing-pair", pair, sentence)
+    for i, j in np.argwhere(np.isnan(frf_set.frf).any(axis=0)).tolist():
+        pair = (frf_set.outputs[i], frf_set.inputs[j])
+        if frf_set.measured[i, j]:
+            yield Finding("fail", "not-a-number", pair, f"FRF {pair[0]}/{pair[1]} has values that are not numbers; export it again.")
+        else:
+            yield Finding("warn", "missing-pair", pair, f"FRF {pair[0]}/{pair[1]} was not measured, though both channels were.")
     axes = defaultdict(set)
     for output in frf_set.outputs:
         axes[output.node].add(abs(output.direction))

@@ -120,13 +120,14 @@ def size(frf_set: FrfSet) -> Iterator[Finding]:
         pair = (frf_set.outputs[i], frf_set.inputs[j])
         if max(abs(channel.direction) for channel in pair) > 3:
             continue
-        mass = 1 / float(np.median(np.abs(receptance[-quarter:, i, j] * s[-quarter:, 0, 0] ** 2)))
-        stiffness = 1 / float(np.median(np.abs(receptance[:quarter, i, j])))
-        for what, value, unit, limits in (
-            ("an apparent mass", mass, "kg", APPARENT_MASS_KG),
-            ("a dynamic stiffness", stiffness, "N/m", STATIC_STIFFNESS_N_PER_M),
+        inertance = float(np.median(np.abs(receptance[-quarter:, i, j] * s[-quarter:, 0, 0] ** 2)))
+        compliance = float(np.median(np.abs(receptance[:quarter, i, j])))
+        for what, inverse, unit, limits in (
+            ("an apparent mass", inertance, "kg", APPARENT_MASS_KG),
+            ("a dynamic stiffness", compliance, "N/m", STATIC_STIFFNESS_N_PER_M),
         ):
-            if not limits[0] <= value <= limits[1]:
+            value = 1 / inverse if inverse > 0 else np.nan  # dead channels have a finding of their own
+            if value < limits[0] or value > limits[1]:
                 sentence = f"Drive point {pair[0]}/{pair[1]} has {what} of {value:.2g} {unit}: is the unit of the FRFs right?"
                 yield Finding("warn", "size", pair, sentence, value)
 

@@ -48,7 +48,7 @@ class Block:
     def integers(self, least: int) -> list[int]:
         """Integers I10 of the next line, at least so many."""
         line = self.line().rstrip()
-        return [int(field) for field in self._fields(line, 10, r" *[+-]?\d+ *", least, "I10")]
+        return [int(field) for field in self._fields(line, 10, r" *[+-]?\d+", least, "I10")]
 
     def reals(self, count: int, width: int = 13) -> Float:
         """Exactly `count` numbers of that width, over as many lines as needed, (count,)."""
@@ -56,22 +56,23 @@ class Block:
         found: list[str] = []
         while len(found) < count:
             least = min(per_line, count - len(found))
-            fields = self._fields(self.line().rstrip(), width, r" *[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)? *", least, f"E{width}")
+            fields = self._fields(self.line().rstrip(), width, r" *[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", least, f"E{width}")
             found += fields[:least]
         values = np.array([float(field.upper().replace("D", "E")) for field in found])
         if not np.isfinite(values).all():
             raise InputError(self.where, "a number too large", "finite numbers", EXPORT)
         return values
 
-    def coordinates(self, line: str, start: int) -> Float:
-        """Three numbers E13.5 behind column `start` of a line already read, (3,)."""
-        rest = Block(self.number, [line[start:]], self.name, self.first and self.first + self.at - 1)
-        return rest.reals(3)
+    def split(self, column: int) -> tuple[Block, Block]:
+        """The next line as two blocks, up to that column and from it on."""
+        line = self.line()
+        place = self.first and self.first + self.at - 1
+        return Block(self.number, [line[:column]], self.name, place), Block(self.number, [line[column:]], self.name, place)
 
     def _fields(self, line: str, width: int, pattern: str, least: int, form: str) -> list[str]:
-        """The fields of a line; a lost or added character shifts them, and that is an error."""
+        """The fields of a line, right-justified; a lost or added character shifts them, and that is an error."""
         fields = [line[i : i + width] for i in range(0, len(line), width)]
-        if len(fields) < least or not all(re.fullmatch(pattern, field) for field in fields):
+        if len(fields) < least or len(line) % width or not all(re.fullmatch(pattern, field) for field in fields):
             raise InputError(self.where, f"{line[:60]!r}", f"at least {least} numbers {form}", EXPORT)
         return fields
 

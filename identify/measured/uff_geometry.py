@@ -87,12 +87,9 @@ def _global(number: int, found: _Found, name: str, seen: tuple[int, ...]) -> Sys
 def _nodes15(block: Block, found: _Found) -> None:
     """4I10,3E13.5 a node: number, definition system, displacement system, colour, coordinates."""
     while not block.done:
-        line = block.line()
-        try:
-            node, definition, displacement = (int(line[i : i + 10]) for i in (0, 10, 20))
-        except ValueError as error:
-            raise InputError(block.where, f"{line[:60]!r}", "4I10,3E13.5", EXPORT) from error
-        _add_node(block, found, node, (definition, displacement, block.coordinates(line, 40)))
+        integers, reals = block.split(40)
+        node, definition, displacement = integers.integers(4)[:3]
+        _add_node(block, found, node, (definition, displacement, reals.reals(3)))
 
 
 def _nodes2411(block: Block, found: _Found) -> None:

@@ -5,7 +5,7 @@ const FRF = (() => {
   const sets = DATA.measurements.filter(m => m.frf);
   if (!sets.length) return null;
   const unpacked = new Map();
-  let set = sets[0], pair = 0, shown = 0;
+  let set = sets[0], mapped = sets[0], pair = 0, shown = 0;
 
   // The curves of one FRF; its block is unpacked once and kept.
   async function curves(chosen, number) {
@@ -75,7 +75,7 @@ const FRF = (() => {
     const turn = ++shown, c = await curves(set, pair);
     if (turn !== shown) return;
     $("frf-title").textContent = `${set.name}, ${set.frf.quantity} ${set.frf.output[pair]} / ${set.frf.input[pair]}: ${set.frf.title[pair]}`;
-    await draw("frf-plot", () => [traces(c), layout(c)]);
+    draw("frf-plot", () => [traces(c), layout(c)]);
   }
 
   const unique = list => [...new Set(list)];
@@ -135,14 +135,15 @@ const FRF = (() => {
   const plainScale = () => [[0, color("neutral")], [0.5, color("warm")], [1, color("hot")]];
 
   async function showMap() {
-    const m = sets.find(s => s.name === $("gap-measurement").value), {map, output, input} = m.frf;
+    mapped = sets.find(s => s.name === $("gap-measurement").value);
+    const {map, output, input} = mapped.frf;
     const z = (await unpack(map.values)).map(row => Array.from(row));
     const top = z.flat().reduce((most, v) => v > most ? v : most, 0), reach = Math.max(Math.log10(4), Math.min(top, 2));
     const limits = map.in_noise ? [-reach, reach] : [-3, Math.max(0, Math.min(top, 1))];
     const ticks = [0.001, 0.01, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100].filter(t => Math.log10(t) >= limits[0] - 1e-9 && Math.log10(t) <= limits[1] + 1e-9);
     const what = map.in_noise ? "Gap: residual / noise (1 = noise)" : "Residual / measured";
     const labels = map.order.map(i => `${output[i]} / ${input[i]}`);
-    await draw("gap-plot", () => [[{
+    draw("gap-plot", () => [[{
       type: "heatmap", x: map.edges, y: labels.map((_, i) => i), z, zmin: limits[0], zmax: limits[1], colorscale: map.in_noise ? noiseScale() : plainScale(),
       text: labels.map(text => map.edges.slice(1).map(() => text)), customdata: z.map(row => row.map(v => 10 ** v)),
       hovertemplate: "%{text}<br>near %{x:.3g} Hz: %{customdata:.3g}<extra></extra>",
@@ -151,9 +152,7 @@ const FRF = (() => {
       height: Math.min(900, Math.max(300, 110 + 6 * labels.length)), margin: {l: 110, r: 16, t: 34, b: 48},
       xaxis: {title: {text: "Frequency (Hz)"}, showgrid: false},
       yaxis: {title: {text: "Output / input channel", standoff: 12}, autorange: "reversed", showgrid: false, zeroline: false, ...mapTicks(labels, map.order.map(i => input[i]))},
-    }]);
-    $("gap-plot").removeAllListeners("plotly_click");
-    $("gap-plot").on("plotly_click", event => jump(m.name, map.order[event.points[0].y]));
+    }], plot => plot.on("plotly_click", event => jump(mapped.name, mapped.frf.map.order[event.points[0].y])));
   }
 
   // About forty labels, and always the first of each input.

@@ -63,6 +63,6 @@ def _decades(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _unwrapped(values: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Phase without jumps along the lines; a missing line leaves its neighbours alone."""
-    known = np.isfinite(values)
+    """Phase without jumps along the lines; a missing line, or a zero, leaves its neighbours alone."""
+    known = np.isfinite(values) & (values != 0)
     return np.where(known, np.unwrap(np.angle(np.where(known, values, 1.0)), axis=0), np.nan)

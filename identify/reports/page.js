@@ -28,10 +28,28 @@ async function unpack(packed) {
 const plots = new Map();
 let printing = false, themeOnScreen = "light";
 
-// Draws a plot and keeps how it was made, so that a change of theme can draw it again; make returns [traces, layout].
-function draw(id, make) {
-  plots.set(id, make);
-  const [traces, layout] = make();
+// Registers a plot; make returns [traces, layout].  It is drawn when it comes near the window, and again when it or the theme changes.
+function draw(id, make, drawn = () => {}) {
+  const before = plots.get(id);
+  plots.set(id, {make, drawn, done: before !== undefined && before.done});
+  if (plots.get(id).done) return render(id);
+  const {height} = make()[1];
+  if (height) $(id).style.minHeight = `${height}px`;
+  nearing.observe($(id));
+}
+
+const nearing = new IntersectionObserver(entries => {
+  for (const entry of entries) if (entry.isIntersecting) render(entry.target.id);
+}, {rootMargin: "300px"});
+
+function drawAll() {
+  for (const id of plots.keys()) render(id);
+}
+
+function render(id) {
+  const plot = plots.get(id), [traces, layout] = plot.make(), first = !plot.done;
+  nearing.unobserve($(id));
+  plot.done = true;
   const axes = Object.keys(layout).filter(key => /^[xy]axis/.test(key));
   const styled = Object.fromEntries(axes.map(key => [key, {
     gridcolor: color("grid"), zerolinecolor: color("line"), linecolor: color("line"), tickcolor: color("line"), ticks: "outside", automargin: true, ...layout[key],
@@ -46,7 +64,8 @@ function draw(id, make) {
   // Named one by one, because the library's own choice has a button that uploads the plot.
   const buttons = [["toImage"], ["zoom2d"], ["pan2d"], ["resetScale2d"]];
   const config = {displaylogo: false, responsive: true, modeBarButtons: buttons, toImageButtonOptions: {format: "svg", filename: id}};
-  return Plotly.react(id, traces, {...common, ...layout, ...styled, ...(printing && {width: $(id).clientWidth})}, config);
+  Plotly.react(id, traces, {...common, ...layout, ...styled, ...(printing && {width: $(id).clientWidth})}, config);
+  if (first) plot.drawn($(id));
 }
 
 // A logarithmic axis for these values: 1, 2, 5 over a few decades, powers of ten over many.
@@ -57,7 +76,7 @@ function logAxis(values, title) {
 
 function setTheme(name) {
   document.documentElement.dataset.theme = name;
-  for (const [id, make] of plots) draw(id, make);
+  for (const [id, plot] of plots) if (plot.done) render(id);
   window.dispatchEvent(new Event("themed"));
 }
 
@@ -71,6 +90,7 @@ window.addEventListener("beforeprint", () => {
   themeOnScreen = document.documentElement.dataset.theme;
   document.body.style.width = "688px";
   printing = true;
+  drawAll();
   setTheme("light");
 });
 window.addEventListener("afterprint", () => {

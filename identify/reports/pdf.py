@@ -82,10 +82,12 @@ def _modes(made: Document, result: Result) -> None:
     measurements = list(result.measurements.values())
     for m in measurements:
         made.table(measurement_tables.mode_table(m), heading=True)
+    mac = figures.mac(measurements)
+    if mac is not None:
+        made.figure(mac, "Modal assurance criterion (MAC) of measured and model modes.")
     first = measurements[0]
-    made.figure(
-        robot_figure.shapes(first), f"First modes of the model, {first.name}: at rest (grey) and at both ends of the motion, enlarged."
-    )
+    caption = f"Modes of the model, {first.name}: at rest (grey) and at both ends of the motion, enlarged; frequency and damping ratio."
+    made.figure(robot_figure.shapes(first), caption)
 
 
 def _frfs(made: Document, result: Result) -> None:

@@ -75,15 +75,24 @@ def shown_frfs(frf: FrfComparison) -> list[int]:
 
 
 def shown_modes(measurement: MeasurementResult) -> int:
-    """How many modes are listed: all of a few, otherwise those up to 1.5 times the measured band and the next."""
-    frequency = measurement.modes.frequency_hz
+    """How many modes are listed: all of a few, otherwise those up to 1.5 times the measured band, the next, and all that are paired."""
+    total, top = len(measurement.modes.frequency_hz), _band_top(measurement)
+    if total <= _FEW_MODES:
+        return total
+    paired = 0 if measurement.pairs is None else int(measurement.pairs.model.max(initial=-1)) + 1
+    return min(total, max(int(np.sum(measurement.modes.frequency_hz <= 1.5 * top)) + 1, paired))
+
+
+def modes_in_band(measurement: MeasurementResult) -> int:
+    """How many modes lie in the measured band, a tenth above it at most; at least one."""
+    return max(1, int(np.sum(measurement.modes.frequency_hz <= 1.1 * _band_top(measurement))))
+
+
+def _band_top(measurement: MeasurementResult) -> float:
+    """The highest measured frequency, Hz."""
     tops = [] if measurement.frf is None else [measurement.frf.frequency_hz[-1]]
     tops += [] if measurement.pairs is None else [measurement.pairs.measured_frequency_hz.max(initial=0.0)]
-    if len(frequency) <= _FEW_MODES or not tops:
-        return len(frequency)
-    within = int(np.sum(frequency <= 1.5 * max(tops))) + 1
-    paired = 0 if measurement.pairs is None else int(measurement.pairs.model.max(initial=-1)) + 1
-    return min(len(frequency), max(within, paired))
+    return float(max(tops, default=np.inf))
 
 
 def turned_shapes(measurement: MeasurementResult) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identify.reports.cells import number, percent
 from identify.reports.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.measurement_tables import use
-from identify.reports.pick import shown_modes, turned_shapes
+from identify.reports.pick import modes_in_band, turned_shapes
 from identify.results import Geometry, MeasurementResult
 
 Array = NDArray[np.float64]
@@ -40,13 +40,14 @@ def postures(measurements: Sequence[MeasurementResult]) -> Figure:
         for node, at_x, at_y in zip(g.nodes, x, y, strict=True):
             axes.annotate(str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED)
         axes.set_title(f"{m.name}, {use(m)}")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=8, handletextpad=0.2, columnspacing=1.2)
+    where = {"loc": "outside lower left", "ncols": 8} if len(panels) > 1 else {"loc": "outside right center"}
+    figure.legend(*panels[0].get_legend_handles_labels(), handletextpad=0.2, columnspacing=1.2, **where)
     return figure
 
 
 def shapes(m: MeasurementResult) -> Figure:
-    """The first six modes: at rest (grey) and at both ends of the motion."""
-    shown = min(shown_modes(m), MODES)
+    """The modes of the measured band, at most six: at rest (grey) and at both ends of the motion."""
+    shown = min(modes_in_band(m), MODES)
     figure, panels = _grid([m] * shown)
     g, (_, skeleton) = m.geometry, turned_shapes(m)
     size = _REACH * float(np.ptp(np.concatenate([g.points, g.skeleton]), axis=0).max())
@@ -65,8 +66,8 @@ def _grid(measurements: Sequence[MeasurementResult]) -> tuple[Figure, list[Axes]
     width, height = np.max(boxes, axis=0)
     columns = min(len(measurements), _COLUMNS)
     rows = -(-len(measurements) // columns)
-    across = min(WIDTH_IN / columns, 3.4)
-    figure = Figure((across * columns, rows * (min(across * height / width, 3.6) + 0.3) + 0.3), layout="constrained")
+    across = WIDTH_IN / max(columns, 2)
+    figure = Figure((across * columns, rows * (min(across * height / width, 2.6) + 0.2) + 0.25), layout="constrained")
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for axes in panels:
         axes.set_axis_off()
@@ -79,10 +80,10 @@ def _places(geometry: Geometry) -> Array:
 
 
 def _project(places: Array) -> Array:
-    """Across and up on the page, (2, n), of places (n, 3), m."""
+    """Across and up on the page, (2, ...), of places (..., 3), m."""
     depth = places @ [np.cos(_AZIMUTH), np.sin(_AZIMUTH), 0.0]
     across = places @ [-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0]
-    return np.array([across, np.cos(_ELEVATION) * places[:, 2] - np.sin(_ELEVATION) * depth])
+    return np.array([across, np.cos(_ELEVATION) * places[..., 2] - np.sin(_ELEVATION) * depth])
 
 
 def _corners(geometry: Geometry) -> Array:
@@ -104,4 +105,5 @@ def _floor(axes: Axes, geometry: Geometry) -> None:
         end = np.zeros((2, 3))
         end[1, axis] = 0.35
         axes.plot(*_project(end), color=MUTED, lw=0.7, zorder=1)
-        axes.text(*_project(1.2 * end[1:]).ravel(), name, fontsize=6, color=MUTED, ha="center", va="center")  # type: ignore[arg-type, misc]
+        x, y = _project(1.2 * end[1])
+        axes.text(float(x), float(y), name, fontsize=6, color=MUTED, ha="center", va="center")

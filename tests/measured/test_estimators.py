@@ -38,7 +38,7 @@ def test_hits_with_exponential_window_sample_the_closed_form_at_decay_plus_j_ome
     np.testing.assert_allclose(read.frequency_hz, np.arange(1, SAMPLES // 2 + 1) * SAMPLE_RATE_HZ / SAMPLES)
     low = read.band(0, 150)  # above, sampling itself rings
     truth = accelerance(STRUCTURE, 4.0 + 2j * np.pi * low.frequency_hz)[:, :, :1]
-    np.testing.assert_allclose(low.frf, truth, atol=1e-5 * np.abs(truth).max())
+    np.testing.assert_allclose(low.frf, truth, atol=2e-5 * np.abs(truth).max())
     assert read.coherence is not None and read.coherence.min() > 1 - 1e-9
     # Negative control: the same numbers on the imaginary axis are far off.
     plain = accelerance(STRUCTURE, 2j * np.pi * low.frequency_hz)[:, :, :1]
@@ -79,9 +79,9 @@ def test_h1_is_unbiased_by_noise_on_the_response_and_h2_by_noise_on_the_force(no
         one, reference = (frf_from_random(history(data[None]), 2.0, method=method).band(13, 19) for data in (signals, clean))
         ratios.append(np.mean((one.frf / reference.frf).real))
     if noisy == "response":
-        coherence = frf_from_random(history(signals[None]), 2.0).band(13, 19).coherence
-        assert coherence is not None
-        expected = np.mean(1 / coherence)
+        with_noise, without = (frf_from_random(history(data[None]), 2.0).band(13, 19).coherence for data in (signals, clean))
+        assert with_noise is not None and without is not None
+        expected = np.mean(without / with_noise)
         assert ratios[0] == pytest.approx(1, abs=0.02)
         assert ratios[1] == pytest.approx(expected, rel=0.03) and expected > 1.1
         assert ratios[0] < ratios[2] < ratios[1]

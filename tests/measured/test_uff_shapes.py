@@ -84,7 +84,7 @@ def test_pyuff_reads_what_we_write(path: Path) -> None:
     sets = pyuff.UFF(str(path)).read_sets()
     assert [s["type"] for s in sets] == [164, 18, 15, 82, 82, 55, 55, 55]
     np.testing.assert_allclose(sets[2]["x"], GEOMETRY.position_m[:, 0], atol=1e-6)
-    assert sets[2]["disp_cs"].tolist() == [0, 2, 0]
+    assert list(sets[2]["disp_cs"]) == [0, 2, 0]
     first = sets[5]
     assert first["node_nums"].tolist() == [3, 7, 12]
     np.testing.assert_allclose(abs(first["eig"]) / (2 * np.pi), 12.05, rtol=1e-5)
@@ -190,7 +190,7 @@ def test_habits_of_other_writers(path: Path, change) -> None:
     ("last", "message"),
     [
         (("  1.00000E+00 -2.00000E+00",), r"line 12.*at least 3 numbers"),
-        ((" 1.00000E+00 -2.00000E+00  5.00000E-01",), r"line 12.*numbers E13"),
+        ((" 1.00000E+00 -2.00000E+00  5.00000E-01",), r"line 12.*at least 3 numbers E13"),
         (("  1.00000E+00 -2.0000XE+00  5.00000E-01",), r"line 12"),
         (("          NaN -2.00000E+00  5.00000E-01",), r"line 12"),
         (("  1.0000E+999 -2.00000E+00  5.00000E-01",), r"too large"),
@@ -241,8 +241,8 @@ def node(number: int, definition: int = 0, displacement: int = 0) -> str:
             "m",
             "refers to itself",
         ),
-        (dataset(15, node(1)[:-1]), "m", "line 3|too|numbers"),
-        (dataset(15, node(1)[1:]), "m", "numbers E13"),
+        (dataset(15, node(1)[:-1]), "m", "line 3.*numbers E13"),
+        (dataset(15, node(1)[1:]), "m", "line 3.*numbers I10"),
     ],
 )
 def test_geometry_that_cannot_be_read(path: Path, text: str, unit: str | None, message: str) -> None:

@@ -154,5 +154,5 @@ def test_damping_is_corrected_for_an_exponential_window_of_a_time_record(told: b
 
 @pytest.mark.parametrize(("final", "duration"), [(0.0, 1.0), (1.5, 1.0), (0.5, 0.0)])
 def test_windows_that_cannot_be(final: float, duration: float) -> None:
-    with pytest.raises(ValueError, match="window|record"):
+    with pytest.raises(ValueError, match=r"window|record"):
         decay_per_s(final, duration)
