@@ -16,6 +16,8 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.time_history import TimeHistory, Units, to_time_history
 from identify.registry import Registry
 
+__all__ = ["FORMAT_OF_SUFFIX", "LOADERS", "TIME_LOADERS", "FrfFileOptions", "load_frf_set", "load_time_history"]
+
 LOADERS = Registry(
     "FRF file format",
     "identify.loaders",

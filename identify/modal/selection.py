@@ -19,6 +19,9 @@ _MANUAL_REACH = 0.02
 """How far (relative) a cluster may be from a frequency that was asked for."""
 
 
+_LOOSE_MPC, _LOOSE_MPD = 0.5, 1.4
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A cluster of poles.  pole: median over orders (rad/s); participation (references,) and shape (responses,): its dominant
@@ -84,9 +87,16 @@ def _dominant(rows: Complex) -> Complex:
 
 
 def select(found: list[Candidate], layout: Layout, settings: ModalSettings) -> tuple[list[Candidate], list[Candidate]]:
-    """Accepted modes by frequency, and rejected candidates with the reason."""
+    """Accepted modes by frequency, and rejected candidates with the reason.
+
+    Before refinement the shape criteria are loose: close modes mix in their clusters, and part when they are refined;
+    `verify` applies the criteria in full.
+    """
     if settings.modes_hz is not None:
         return _chosen(found, settings.modes_hz)
+    if settings.refine:
+        loose = {"min_mpc": settings.min_mpc * _LOOSE_MPC, "max_mpd_deg": settings.max_mpd_deg * _LOOSE_MPD}
+        settings = settings.model_copy(update=loose)
     accepted: list[Candidate] = []
     rejected: list[Candidate] = []
     for candidate in found:

@@ -24,12 +24,21 @@
     }];
   });
 
+  DATA.profiles.forEach((profile, i) => draw(`profile-${i}`, () => [[
+    {x: profile.values, y: profile.rise, mode: "lines+markers", line: {color: PALETTE[0], width: 1.5, simplify: false}, hovertemplate: "%{x:.4g}: %{y:.3g}<extra></extra>"},
+  ], {
+    height: 260, margin: {l: 56, r: 10, t: 34, b: 48}, showlegend: false,
+    xaxis: profile.log ? logAxis(profile.values, profile.label) : {title: {text: profile.label}},
+    yaxis: {title: {text: "Rise of chi-square (–)"}, range: [0, Math.min(Math.max(...profile.rise, 5), 20)]},
+    shapes: [{type: "line", xref: "paper", x0: 0, x1: 1, y0: 3.84, y1: 3.84, line: {color: color("warn"), dash: "dot", width: 1.5}}],
+  }]));
+
   DATA.measurements.forEach((m, i) => m.mac && draw(`mac-${i}`, () => [[{
     type: "heatmap", z: m.mac.values, zmin: 0, zmax: 1, colorscale: [[0, color("neutral")], [1, PALETTE[0]]], xgap: 1, ygap: 1,
     texttemplate: m.mac.values.length <= 16 ? "%{z:.2f}" : "", hovertemplate: "MAC %{z:.3f}<extra></extra>",
     showscale: m.mac.values.length > 16, colorbar: {title: {text: "MAC (–)", side: "right"}, thickness: 12, outlinewidth: 0},
   }], {
-    height: 120 + 36 * m.mac.values.length, margin: {l: 70, r: 10, t: 10, b: 60},
+    height: 144 + 36 * m.mac.values.length, margin: {l: 70, r: 10, t: 34, b: 60},
     xaxis: {title: {text: "Model (Hz)"}, tickvals: m.mac.model.map((_, k) => k), ticktext: m.mac.model, showgrid: false, zeroline: false},
     yaxis: {title: {text: "Measured (Hz)"}, tickvals: m.mac.measured.map((_, k) => k), ticktext: m.mac.measured, autorange: "reversed", showgrid: false, zeroline: false},
   }]));

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from identify.reports import pick
-from identify.reports.cells import NONE, number
+from identify.reports.cells import NONE, number, unit
 from identify.results import FrfComparison, MeasurementResult, Result
 
 WIDTH_IN = 6.85
@@ -154,6 +154,23 @@ def _mac(axes: Axes, matrix: NDArray[np.float64], m: MeasurementResult) -> None:
     measured = m.pairs.measured_frequency_hz if m.pairs else np.zeros(0)
     axes.set_yticks(np.arange(len(matrix)) + 0.5, [number(hz) for hz in measured], fontsize=7)
     axes.set(xlabel="Model (Hz)", ylabel="Measured (Hz)", ylim=(len(matrix), 0))
+
+
+def profiles(result: Result) -> Figure:
+    """Profile likelihoods, three a row."""
+    count = len(result.profiles)
+    rows = -(-count // 3)
+    figure = Figure((WIDTH_IN, 1.9 * rows), layout="constrained")
+    panels = figure.subplots(rows, 3, squeeze=False).ravel()
+    for axes, (name, curve) in zip(panels, result.profiles.items(), strict=False):
+        row = result.parameters.name.index(name)
+        axes.plot(curve.values, curve.rise, ".-", color=BLUE)
+        axes.axhline(3.84, color=PALETTE[1], ls=":")
+        axes.set(xscale="log" if result.parameters.log[row] else "linear", xlabel=f"{name} ({unit(result.parameters.unit[row])})")
+        axes.set(ylim=(0, min(max(5.0, float(np.nanmax(curve.rise))), 20.0)), ylabel=f"Rise of chi-square ({NONE})")
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    return figure
 
 
 def convergence(result: Result) -> Figure:

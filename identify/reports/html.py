@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 
 from identify.reports import measurement_tables, pick, tables
-from identify.reports.cells import number, percent, unit
+from identify.reports.cells import number, unit
 from identify.reports.packing import pack, pack_frfs
-from identify.results import FrfComparison, MeasurementResult, Result
+from identify.reports.shapes import mode_views
+from identify.results import FrfComparison, MeasurementResult, ProfileCurve, Result
 
 _HERE = Path(__file__).parent
 _EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "charts.js")
@@ -33,6 +34,7 @@ def page(result: Result) -> str:
         result=result,
         measurements=measurements,
         sections=_sections(result),
+        measured_shapes=any(m.pairs and m.pairs.measured_shapes is not None for m in measurements),
         tables=tables,
         measurement_tables=measurement_tables,
         frf_tables=[table for table in map(measurement_tables.frf_table, measurements) if table],
@@ -69,6 +71,7 @@ def payload(result: Result) -> dict[str, Any]:
             **{key: pick.between_bounds(p, getattr(p, key)) for key in ("initial", "value", "low_95", "high_95")},
         },
         "free": names,
+        "profiles": [_profile(result, name, curve) for name, curve in result.profiles.items()],
         "correlation": result.correlation,
         "singular": result.singular_values,
         "starts": {
@@ -91,17 +94,25 @@ def _measurement(m: MeasurementResult) -> dict[str, Any]:
     }
 
 
+def _profile(result: Result, name: str, curve: ProfileCurve) -> dict[str, Any]:
+    row = result.parameters.name.index(name)
+    log, label = bool(result.parameters.log[row]), f"{name} ({unit(result.parameters.unit[row])})"
+    return {"label": label, "log": log, "values": curve.values, "rise": curve.rise, "best": result.parameters.value[row]}
+
+
 def _robot(m: MeasurementResult) -> dict[str, Any]:
     """Geometry and shown modes; shapes as real and imaginary part in thousandths of the largest displacement."""
     g, frf = m.geometry, m.frf
-    points, skeleton = pick.turned_shapes(m)
     modes = [
         {
-            "label": f"{i + 1}: {number(m.modes.frequency_hz[i])} Hz, damping {percent(m.modes.damping_ratio[i])} %",
-            "points": _thousandths(points[i]),
-            "skeleton": _thousandths(skeleton[i]),
+            "label": view.label,
+            "model": view.model,
+            "measured": view.measured,
+            "points": _thousandths(view.points),
+            "skeleton": _thousandths(view.skeleton),
+            "measured_points": _thousandths(view.measured_points),
         }
-        for i in range(pick.shown_modes(m))
+        for view in mode_views(m)
     ]
     return {
         "node": g.nodes,
@@ -115,8 +126,8 @@ def _robot(m: MeasurementResult) -> dict[str, Any]:
     }
 
 
-def _thousandths(shape: NDArray[np.complex128]) -> dict[str, Any]:
-    return {part: np.round(1000 * getattr(shape, part)).astype(int) for part in ("real", "imag")}
+def _thousandths(shape: NDArray[np.complex128] | None) -> dict[str, Any] | None:
+    return None if shape is None else {part: np.round(1000 * getattr(shape, part)) for part in ("real", "imag")}
 
 
 def _frf(frf: FrfComparison) -> dict[str, Any]:
@@ -152,6 +163,11 @@ def _json(value: dict[str, Any]) -> str:
     return json.dumps(_plain(value), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
+def _short(value: float) -> float | int:
+    rounded = float(f"{value:.6g}")
+    return int(rounded) if rounded.is_integer() and abs(rounded) < 1e6 else rounded
+
+
 def _plain(value: Any) -> Any:
     """Arrays as lists with six significant digits, NaN as null."""
     if isinstance(value, np.ndarray):
@@ -161,5 +177,5 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_plain(entry) for entry in value]
     if isinstance(value, float):
-        return float(f"{value:.6g}") if np.isfinite(value) else None
+        return _short(value) if np.isfinite(value) else None
     return value

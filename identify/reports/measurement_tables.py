@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.reports.cells import NONE, Column, Table, count, number, percent, signed, words
-from identify.reports.pick import is_drive_point, shown_modes, worst_first
+from identify.reports.pick import is_drive_point, mac_of, partner, shown_modes, worst_first
 from identify.results import FrfComparison, MeasurementResult, ModePairs, Result
 
 
@@ -42,14 +42,13 @@ def _model_mode(measurement: MeasurementResult, row: int) -> tuple[str, str]:
 
 def _pair_row(measurement: MeasurementResult, pairs: ModePairs, row: int) -> tuple[str, ...]:
     frequency, damping = _model_mode(measurement, row)
-    found = np.flatnonzero(pairs.model == row)
-    if not len(found):
+    mode = partner(pairs, row)
+    if mode is None:
         return str(row + 1), frequency, NONE, NONE, damping, NONE, NONE, NONE
-    mode = int(pairs.measured[found[0]])
     hz, ratio = pairs.measured_frequency_hz[mode], pairs.measured_damping_ratio[mode]
     error = signed(100 * (measurement.modes.frequency_hz[row] / hz - 1), 3)
     points = signed(100 * (measurement.modes.damping_ratio[row] - ratio), 3)
-    return str(row + 1), frequency, number(hz), error, damping, percent(ratio), points, number(pairs.mac[found[0]])
+    return str(row + 1), frequency, number(hz), error, damping, percent(ratio), points, number(mac_of(pairs, row))
 
 
 def _unpaired_row(pairs: ModePairs, mode: int) -> tuple[str, ...]:

@@ -75,6 +75,13 @@ def _parameters(made: Document, result: Result) -> None:
     made.add("heading", "Parameters")
     made.table(tables.parameter_table(result))
     made.figure(figures.parameters(result), "Start and fitted values between their bounds, and the size of the 95 % intervals.")
+    for table in (tables.profile_table(result), tables.published_table(result)):
+        if table is not None:
+            made.table(table, heading=True)
+    if result.profiles:
+        made.figure(
+            figures.profiles(result), "Profile likelihood: rise of chi-square with all other parameters fitted again; dotted: 3.84."
+        )
 
 
 def _modes(made: Document, result: Result) -> None:
@@ -82,11 +89,15 @@ def _modes(made: Document, result: Result) -> None:
     measurements = list(result.measurements.values())
     for m in measurements:
         made.table(measurement_tables.mode_table(m), heading=True)
+    published = tables.published_modes_table(result)
+    if published is not None:
+        made.table(published, heading=True)
     mac = figures.mac(measurements)
     if mac is not None:
         made.figure(mac, "Modal assurance criterion (MAC) of measured and model modes.")
     first = measurements[0]
-    caption = f"Modes of the model, {first.name}: at rest (grey) and at both ends of the motion, enlarged; frequency and damping ratio."
+    caption = f"Modes of the model, {first.name}: at rest (grey) and at both ends of the motion, enlarged"
+    caption += "; rings: measured." if first.pairs and first.pairs.measured_shapes is not None else "."
     made.figure(robot_figure.shapes(first), caption)
 
 

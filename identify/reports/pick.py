@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results import FrfComparison, MeasurementResult, ParameterTable
+from identify.results import FrfComparison, MeasurementResult, ModePairs, ParameterTable
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -83,6 +83,17 @@ def shown_modes(measurement: MeasurementResult) -> int:
     return min(total, max(int(np.sum(measurement.modes.frequency_hz <= 1.5 * top)) + 1, paired))
 
 
+def partner(pairs: ModePairs, row: int) -> int | None:
+    """The measured mode paired with a mode of the model, or None."""
+    found = np.flatnonzero(pairs.model == row)
+    return int(pairs.measured[found[0]]) if len(found) else None
+
+
+def mac_of(pairs: ModePairs, row: int) -> float:
+    """MAC of the pair a mode of the model is in, NaN where it is in none or there are no shapes."""
+    return float(np.mean(pairs.mac[pairs.model == row])) if np.any(pairs.model == row) else float("nan")
+
+
 def modes_in_band(measurement: MeasurementResult) -> int:
     """How many modes lie in the measured band, a tenth above it at most; at least one."""
     return max(1, int(np.sum(measurement.modes.frequency_hz <= 1.1 * _band_top(measurement))))
@@ -93,18 +104,6 @@ def _band_top(measurement: MeasurementResult) -> float:
     tops = [] if measurement.frf is None else [measurement.frf.frequency_hz[-1]]
     tops += [] if measurement.pairs is None else [measurement.pairs.measured_frequency_hz.max(initial=0.0)]
     return float(max(tops, default=np.inf))
-
-
-def turned_shapes(measurement: MeasurementResult) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Shapes at the points (m, n, 3) and the skeleton (m, k, 3); each mode's largest displacement is real and 1."""
-    modes = measurement.modes
-    both = np.concatenate([modes.point_shapes, modes.skeleton_shapes], axis=1)
-    flat = both.reshape(len(both), -1)
-    largest = np.take_along_axis(flat, np.argmax(np.abs(flat), axis=1)[:, None], axis=1)[:, 0]
-    length = np.linalg.norm(both, axis=2).max(axis=1)
-    scale = np.where(length > 0, length, 1.0) * np.where(largest == 0, 1.0, largest / np.maximum(np.abs(largest), np.finfo(float).tiny))
-    both = both / scale[:, None, None]
-    return both[:, : modes.point_shapes.shape[1]], both[:, modes.point_shapes.shape[1] :]
 
 
 def between_bounds(table: ParameterTable, values: Array) -> Array:

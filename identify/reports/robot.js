@@ -1,11 +1,12 @@
-// The robot at its posture in 3D on a plain canvas: skeleton and points, moving in a mode; turned by dragging, zoomed by the wheel.
+// The robot at its posture in 3D on plain canvases, the model and, beside it, the measured shape; turned by dragging, zoomed by the wheel.
 "use strict";
 
 (() => {
-  const canvas = $("robot-canvas"), context = canvas.getContext("2d"), tip = $("robot-tip");
+  const tip = $("robot-tip");
+  const stages = ["model", "measured"].map(kind => ({kind, canvas: $(`robot-${kind}`)})).filter(stage => stage.canvas);
   const home = {azimuth: -0.9, elevation: 0.35, zoom: 1};
   const view = {...home};
-  let robot, mode, center, radius, feet, spots = [], playing = true, phase = 0, last = 0;
+  let robot, mode, center, radius, feet, order, canvas, context, playing = true, phase = 0, last = 0;
 
   const links = [...new Set(DATA.measurements.flatMap(m => m.robot.link))];
   const linkColor = name => PALETTE[links.indexOf(name) % PALETTE.length];
@@ -31,11 +32,19 @@
     center = [0, 1, 2].map(i => (Math.min(...all.map(p => p[i])) + Math.max(...all.map(p => p[i]))) / 2);
     radius = Math.max(...all.map(p => Math.hypot(...add(p, center, -1)))) || 1;
     feet = robot.points.map(point => foot(point, robot.skeleton));
+    order = feet.map((_, i) => i).sort((a, b) => feet[a].segment - feet[b].segment || feet[a].part - feet[b].part);
     $("robot-mode").replaceChildren(...robot.modes.map((m, i) => new Option(m.label, i)));
     $("robot-mode").selectedIndex = Math.min(Math.max(at, 0), robot.modes.length - 1);
-    mode = robot.modes[$("robot-mode").selectedIndex];
     $("robot-about").textContent = `${DATA.measurements[number].name}, ${DATA.measurements[number].use}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
       + `dashed: at rest. Ringed: where it was excited (${robot.excited.length ? robot.excited.join(", ") : "not told"}).`;
+    chooseMode();
+  }
+
+  function chooseMode() {
+    mode = robot.modes[$("robot-mode").selectedIndex];
+    phase = 0;
+    for (const {kind, canvas} of stages)
+      canvas.previousElementSibling.textContent = `${kind} ${mode[kind] || "has no such mode"}`;
     paint();
   }
 
@@ -85,34 +94,51 @@
     label(`floor grid ${step} m`, [14, canvas.clientHeight - 14], color("muted"));
   }
 
+  // Places moved by a shape; null where the shape is not known, at rest without a shape.
   function moved(rest, shape) {
+    if (!shape) return rest;
     const size = 0.5 * radius * $("robot-amplitude").value / 1000, c = size * Math.cos(phase), s = size * Math.sin(phase);
-    return rest.map((p, i) => p.map((x, k) => x + c * shape.real[i][k] - s * shape.imag[i][k]));
+    return rest.map((p, i) => shape.real[i][0] === null ? null : p.map((x, k) => x + c * shape.real[i][k] - s * shape.imag[i][k]));
   }
 
   function paint() {
-    const ratio = window.devicePixelRatio || 1;
-    if (canvas.width !== Math.round(canvas.clientWidth * ratio) || canvas.height !== Math.round(canvas.clientHeight * ratio)) {
-      canvas.width = Math.round(canvas.clientWidth * ratio);
-      canvas.height = Math.round(canvas.clientHeight * ratio);
+    for (const stage of stages) {
+      ({canvas} = stage);
+      context = canvas.getContext("2d");
+      const ratio = window.devicePixelRatio || 1, wide = Math.round(canvas.clientWidth * ratio), high = Math.round(canvas.clientHeight * ratio);
+      if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+      floor();
+      line(robot.skeleton, color("muted"), 1.5, [5, 6]);
+      stage.spots = stage.kind === "model" ? paintModel() : paintMeasured();
     }
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
-    floor();
-    const skeleton = mode ? moved(robot.skeleton, mode.skeleton) : robot.skeleton;
-    const points = mode ? moved(robot.points, mode.points) : robot.points;
-    line(robot.skeleton, color("muted"), 1.5, [5, 6]);
+  }
+
+  function paintModel() {
+    const skeleton = moved(robot.skeleton, mode.skeleton), points = moved(robot.points, mode.points);
     points.forEach((point, i) => {
       const {segment, part} = feet[i];
-      const from = skeleton.length > 1 ? add(skeleton[segment], add(skeleton[segment + 1], skeleton[segment], -1), part) : point;
-      line([from, point], linkColor(robot.link[i]), 1.5);
+      if (skeleton.length > 1) line([add(skeleton[segment], add(skeleton[segment + 1], skeleton[segment], -1), part), point], linkColor(robot.link[i]), 1.5);
     });
     line(skeleton, color("ink"), 5);
     skeleton.forEach(p => disc(project(p), 4.5, color("paper"), color("ink")));
-    spots = points.map(project);
-    spots.forEach((spot, i) => {
+    return paintPoints(points);
+  }
+
+  // Only points were measured: a line joins them in their order along the robot.
+  function paintMeasured() {
+    const points = moved(robot.points, mode.measured_points);
+    if (mode.measured_points) line(order.map(i => points[i]).filter(Boolean), color("ink"), 2);
+    return paintPoints(points);
+  }
+
+  function paintPoints(points) {
+    return points.map((point, i) => {
+      const spot = project(point || robot.points[i]);
       if (robot.excited.includes(robot.node[i])) disc(spot, 9, "transparent", color("ink"));
-      disc(spot, 5, linkColor(robot.link[i]), color("sheet"));
+      disc(spot, 5, point ? linkColor(robot.link[i]) : "transparent", point ? color("sheet") : linkColor(robot.link[i]));
+      return spot;
     });
   }
 
@@ -130,35 +156,39 @@
     $("robot-play").textContent = on ? "Pause" : "Play";
   }
 
-  function hover(event) {
-    const box = canvas.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
-    const distances = spots.map(([a, b]) => Math.hypot(a - x, b - y)), i = distances.indexOf(Math.min(...distances));
+  function hover(event, {canvas, spots}) {
+    const box = canvas.getBoundingClientRect(), frame = tip.parentElement.getBoundingClientRect();
+    const distances = spots.map(([a, b]) => Math.hypot(a - event.clientX + box.left, b - event.clientY + box.top));
+    const i = distances.indexOf(Math.min(...distances));
     tip.hidden = !(distances[i] < 14);
     if (tip.hidden) return;
-    const measured = robot.measured.includes(robot.node[i]) ? "" : "\nnot measured";
+    const measured = robot.measured.includes(robot.node[i]) ? "" : "\nwithout FRFs";
     const excited = robot.excited.includes(robot.node[i]) ? "\nexcited here" : "";
     tip.textContent = `${robot.node[i]} ${robot.name[i]}\non ${robot.link[i]}${measured}${excited}`;
-    tip.style.left = `${Math.min(x + 14, box.width - 130)}px`;
-    tip.style.top = `${y + 14}px`;
+    tip.style.left = `${Math.min(event.clientX - frame.left + 14, frame.width - 130)}px`;
+    tip.style.top = `${event.clientY - frame.top + 14}px`;
   }
 
-  canvas.addEventListener("pointerdown", event => canvas.setPointerCapture(event.pointerId));
-  canvas.addEventListener("pointermove", event => {
-    if (!event.buttons) return hover(event);
-    view.azimuth -= event.movementX * 0.008;
-    view.elevation = Math.min(1.57, Math.max(-0.3, view.elevation + event.movementY * 0.008));
-    paint();
-  });
-  canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
-  canvas.addEventListener("wheel", event => {
-    event.preventDefault();
-    view.zoom = Math.min(8, Math.max(0.3, view.zoom * Math.exp(-event.deltaY * 0.001)));
-    paint();
-  }, {passive: false});
+  for (const stage of stages) {
+    const {canvas} = stage;
+    canvas.addEventListener("pointerdown", event => canvas.setPointerCapture(event.pointerId));
+    canvas.addEventListener("pointermove", event => {
+      if (!event.buttons) return hover(event, stage);
+      view.azimuth -= event.movementX * 0.008;
+      view.elevation = Math.min(1.57, Math.max(-0.3, view.elevation + event.movementY * 0.008));
+      paint();
+    });
+    canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+    canvas.addEventListener("wheel", event => {
+      event.preventDefault();
+      view.zoom = Math.min(8, Math.max(0.3, view.zoom * Math.exp(-event.deltaY * 0.001)));
+      paint();
+    }, {passive: false});
+  }
   $("robot-reset").addEventListener("click", () => { Object.assign(view, home); paint(); });
   $("robot-play").addEventListener("click", () => play(!playing));
   $("robot-measurement").addEventListener("change", choose);
-  $("robot-mode").addEventListener("change", () => { mode = robot.modes[$("robot-mode").selectedIndex]; phase = 0; paint(); });
+  $("robot-mode").addEventListener("change", chooseMode);
   $("robot-amplitude").addEventListener("input", paint);
   window.addEventListener("themed", paint);
   window.addEventListener("resize", paint);

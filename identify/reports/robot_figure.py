@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from identify.reports.cells import number, percent
 from identify.reports.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.measurement_tables import use
-from identify.reports.pick import modes_in_band, turned_shapes
+from identify.reports.pick import modes_in_band
+from identify.reports.shapes import mode_views
 from identify.results import Geometry, MeasurementResult
 
 Array = NDArray[np.float64]
@@ -46,17 +46,22 @@ def postures(measurements: Sequence[MeasurementResult]) -> Figure:
 
 
 def shapes(m: MeasurementResult) -> Figure:
-    """The modes of the measured band, at most six: at rest (grey) and at both ends of the motion."""
-    shown = min(modes_in_band(m), MODES)
-    figure, panels = _grid([m] * shown)
-    g, (_, skeleton) = m.geometry, turned_shapes(m)
-    size = _REACH * float(np.ptp(np.concatenate([g.points, g.skeleton]), axis=0).max())
-    for i, axes in enumerate(panels):
+    """The modes of the measured band, at most six: at rest (grey) and at both ends; at one end the points, ringed where measured."""
+    views = mode_views(m)[: min(modes_in_band(m), MODES)]
+    figure, panels = _grid([m] * len(views))
+    g = m.geometry
+    size = _REACH * float(np.ptp(_places(g), axis=0).max())
+    for axes, view in zip(panels, views, strict=True):
         _floor(axes, g)
         axes.plot(*_project(g.skeleton), color=MUTED, lw=1.2)
+        if view.points is None or view.skeleton is None:
+            continue
         for sign, color in ((1, BLUE), (-1, ORANGE)):
-            axes.plot(*_project(g.skeleton + sign * size * skeleton[i].real), "-o", color=color, lw=1.4, ms=2.2)
-        axes.set_title(f"{i + 1}: {number(m.modes.frequency_hz[i])} Hz, {percent(m.modes.damping_ratio[i])} %")
+            axes.plot(*_project(g.skeleton + sign * size * view.skeleton.real), "-", color=color, lw=1.5)
+        axes.plot(*_project(g.points + size * view.points.real), ".", color=BLUE, ms=3)
+        if view.measured_points is not None:
+            axes.plot(*_project(g.points + size * view.measured_points.real), "o", mfc="none", mec=INK, mew=0.5, ms=3.6)
+        axes.set_title(view.label.replace("damping ", ""))
     return figure
 
 
@@ -66,7 +71,7 @@ def _grid(measurements: Sequence[MeasurementResult]) -> tuple[Figure, list[Axes]
     width, height = np.max(boxes, axis=0)
     columns = min(len(measurements), _COLUMNS)
     rows = -(-len(measurements) // columns)
-    across = WIDTH_IN / max(columns, 2)
+    across = WIDTH_IN / max(columns, 1.6)
     figure = Figure((across * columns, rows * (min(across * height / width, 2.6) + 0.2) + 0.25), layout="constrained")
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for axes in panels:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.reports.cells import NONE, Column, Table, number, unit, words
+from identify.reports.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.reports.pick import half_interval
 from identify.results import Result
 
@@ -60,6 +60,66 @@ def _status(result: Result, row: int) -> str:
         if abs(p.value[row] - bound) <= _AT_BOUND * max(abs(bound), abs(p.value[row])):
             return f"{p.status[row]}, at its {word} bound"
     return p.status[row]
+
+
+def published_table(result: Result) -> Table | None:
+    """Published values beside the fitted ones; None where nothing was published."""
+    published, p = result.published, result.parameters
+    if published is None or not np.isfinite(published.value).any():
+        return None
+    rows = [
+        (name, number(p.value[i]), number(published.value[i]), number(p.value[i] / published.value[i]), unit(p.unit[i]))
+        for i, name in enumerate(p.name)
+        if np.isfinite(published.value[i])
+    ]
+    columns = (words("Parameter"), Column("Fitted"), Column("Published"), Column("Ratio"), words("Unit"))
+    return Table("Published parameters", columns, tuple(rows), f"Published: {published.source}.")
+
+
+def published_modes_table(result: Result) -> Table | None:
+    """Published modes beside the model's at the first posture, both in order of frequency; None where none were published."""
+    published = result.published
+    if published is None or not len(published.frequency_hz):
+        return None
+    first = next(iter(result.measurements.values()))
+    count = min(len(published.frequency_hz), len(first.modes.frequency_hz))
+    order = np.argsort(published.frequency_hz)[:count]
+    rows = []
+    for i, (hz, ratio) in enumerate(zip(published.frequency_hz[order], published.damping_ratio[order], strict=True)):
+        model_hz, model_ratio = first.modes.frequency_hz[i], first.modes.damping_ratio[i]
+        errors = signed(100 * (model_hz / hz - 1), 3), signed(100 * (model_ratio - ratio), 3)
+        rows.append((str(i + 1), number(model_hz), number(hz), errors[0], percent(model_ratio), percent(ratio), errors[1]))
+    columns = (
+        words("Mode"),
+        Column("Model", "Hz"),
+        Column("Published", "Hz"),
+        Column("Error", "%"),
+        Column("Model damping", "%"),
+        Column("Published damping", "%"),
+        Column("Difference", "points"),
+    )
+    return Table(f"Published modes, {first.name}", columns, tuple(rows), f"Published: {published.source}. In order of frequency.")
+
+
+def profile_table(result: Result) -> Table | None:
+    """95 % limits from profile likelihoods beside those of the linear intervals; None where none were asked for."""
+    if not result.profiles:
+        return None
+    p, rows = result.parameters, []
+    for name, profile in result.profiles.items():
+        i = p.name.index(name)
+        rows.append((name, number(p.value[i]), *map(number, (profile.low, profile.high, p.low_95[i], p.high_95[i])), unit(p.unit[i])))
+    columns = (
+        words("Parameter"),
+        Column("Fitted"),
+        Column("Profile from"),
+        Column("to"),
+        Column("Linear from"),
+        Column("to"),
+        words("Unit"),
+    )
+    note = f"Where chi-square rises by 3.84, all others fitted again; {NONE}: it does not rise so far."
+    return Table("Profile likelihood, 95 %", columns, tuple(rows), note)
 
 
 def start_table(result: Result) -> Table:

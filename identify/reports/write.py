@@ -15,7 +15,7 @@ def write_reports(path: Path) -> list[Path]:
 
     The same result gives the same bytes.  Raises InputError for a file that is no result, and where a report cannot be written.
     """
-    result: results.Result = results.read(path)
+    result = results.read(path, results.Result)
     page, document = path.with_suffix(".html"), path.with_suffix(".pdf")
     _write(page, html.page(result).encode())
     _write(document, pdf.document(result))
