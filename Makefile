@@ -35,7 +35,7 @@ lock: .venv/ready
 	$(PYTHON) -m venv .venv || python3 -m venv .venv
 	$(BIN)/python -m pip install -q --disable-pip-version-check uv==0.13.8
 	$(UV) pip install -q --require-hashes -r requirements.lock
-	$(UV) pip install -q --no-deps -e .
+	$(UV) pip install -q --no-deps --no-build-isolation -e .
 	@touch $@
 
 clean:

@@ -52,14 +52,42 @@ def fit(
         result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress, resume=resume, profiled=profile or [])
     if not quiet:
         print_result(result)
-    written = [path]
-    if report:
-        from identify.reports.write import write_reports
-
-        written += write_reports(path)
-    if not quiet:
-        typer.echo("\n".join(f"wrote {name}" for name in written))
+    _finish([path], report, quiet)
     if not result.converged:
+        raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+@app.command()
+def modes(
+    data: Annotated[Path, typer.Argument(help="FRFs in .uff, .csv, .h5 or .mat; or a study, for all its FRF measurements")],
+    out: Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the data>_modes.h5")] = None,
+    unit: Annotated[str | None, typer.Option(help="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")] = None,
+    quantity: Annotated[str | None, typer.Option(help="receptance, mobility or accelerance, where the file does not say")] = None,
+    averages: Annotated[int | None, typer.Option(help="averages behind each FRF")] = None,
+    window_decay: Annotated[float | None, typer.Option(help="decay, 1/s, of an exponential window on force and response")] = None,
+    band: Annotated[tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz")] = None,
+    estimator: Annotated[str | None, typer.Option(help="plscf or lsce")] = None,
+    direction: Annotated[str | None, typer.Option(help="only the responses along X, Y or Z")] = None,
+    mode: Annotated[list[float] | None, typer.Option(help="choose by hand: the mode nearest to this frequency, Hz; repeatable")] = None,
+    max_order: Annotated[int | None, typer.Option(help="largest model order of the stabilisation diagram")] = None,
+    geometry: Annotated[Path | None, typer.Option(help="universal file with the measurement points; default: the data file")] = None,
+    length_unit: Annotated[str | None, typer.Option(help="m, mm, cm, in or ft, where the geometry does not say")] = None,
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Find the modes of measured FRFs: frequencies, damping and shapes; exit code 4 when there is none."""
+    from identify.modes_run import file_options, run_modes
+    from identify.terminal import print_modes
+
+    file = file_options(unit=unit, quantity=quantity, averages=averages, window_decay_per_s=window_decay)
+    given = {"band_hz": band, "estimator": estimator, "direction": direction, "modes_hz": mode or None, "max_order": max_order}
+    modal = {key: value for key, value in given.items() if value is not None}
+    result, written = run_modes(data, out, file, modal, geometry, length_unit)
+    if not quiet:
+        print_modes(result)
+    _finish(written, report, quiet)
+    if not result.found:
+        typer.echo("no mode was found: see the rejected candidates in the report", err=True)
         raise typer.Exit(EXIT_NOT_CONVERGED)
 
 
@@ -115,6 +143,16 @@ def compare(files: Annotated[list[Path], typer.Argument(help="result files of ru
     from identify.terminal import print_comparison
 
     print_comparison(side_by_side([read(path) for path in files], [path.stem for path in files]))
+
+
+def _finish(written: list[Path], report: bool, quiet: bool) -> None:
+    """Write the reports of the result file, the first that was written, and say what there is now."""
+    if report:
+        from identify.reports.write import write_reports
+
+        written = written + write_reports(written[0])
+    if not quiet:
+        typer.echo("\n".join(f"wrote {name}" for name in written))
 
 
 def main() -> None:

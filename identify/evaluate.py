@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-import hashlib
-import platform
-import sys
 from collections.abc import Sequence
-from datetime import UTC, datetime
-from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify import __version__, results
+from identify import results
 from identify.costs.target import FrfTarget, ModalTarget, Targets
 from identify.errors import InputError
 from identify.fit import Fit
+from identify.frf_errors import frf_errors
 from identify.identifiability import Trust, gap, inseparable, trust
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
+from identify.measured.geometry import displacements
 from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import analyse
-from identify.modal.mac import frac
 from identify.modal.pairing import pair
+from identify.modal.settings import ESTIMATORS
 from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.optimizers.base import Scale
+from identify.posture_geometry import drawn_geometry, joints, sensor_geometry, standing
 from identify.problem import Measurement, Problem
 from identify.profile import profile
+from identify.provenance import provenance_of
 
 Array = NDArray[np.float64]
-_PACKAGES = ("numpy", "scipy", "mujoco", "h5py")
 
 
 def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.Result:
@@ -152,40 +149,23 @@ def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, sca
         geometry=geometry,
         modes=modes,
         frf=_frf(problem, m.target, fit, trusted, scale) if isinstance(m.target, FrfTarget) else None,
-        pairs=_pairs(problem, m, table, geometry.nodes),
+        pairs=_pairs(problem, m, table),
     )
 
 
 def _modes(problem: Problem, system: System, values: Array) -> tuple[results.Geometry, results.Modes, ModalTable]:
     """Geometry and modes with shapes in the base's axes, and the same modes as a table over the points' own channels."""
-    engine, site = system.site.engine, system.site
-    points = [point for point in problem.points.values() if point.link not in site.detached]
+    site = system.site
+    points = standing(problem.points, site)
     modes = complex_modes(*system.matrices(values))
-    zero = np.zeros(3)
-    bodies = engine.mechanism.bodies
-    frames = {body: next(name for name, (number, _) in engine.mechanism.frames.items() if number == body) for body in range(len(bodies))}
-    tip = [(point.link, point.position) for point in points[-1:]]
-    joints = [(frames[body], _origin(engine.mechanism.frames[frames[body]][1])) for body in range(len(bodies))] + tip
-    position = [engine.position(point.link, point.position) for point in points]
-    geometry = results.Geometry(
-        nodes=np.array([point.node for point in points], dtype=int),
-        point_names=tuple(point.name for point in points),
-        point_links=tuple(point.link for point in points),
-        points=np.array(position).reshape(-1, 3),
-        skeleton=np.array([zero, *(engine.position(frame, at) for frame, at in joints)]),
-    )
+    places = joints(site.engine, points)
     at_points = [system.base_jacobian(point.link, point.position) for point in points]
-    at_joints = [np.zeros((3, len(system.coordinates))), *(system.base_jacobian(frame, at) for frame, at in joints)]
+    at_joints = [np.zeros((3, len(system.coordinates))), *(system.base_jacobian(frame, at) for frame, at in places)]
     kept = results.Modes(modes.frequency_hz, modes.damping_ratio, _shapes(modes.shapes, at_points), _shapes(modes.shapes, at_joints))
     channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
     local = [np.asarray(point.axes @ system.jacobian(point.link, point.position)[:3]) for point in points]
     table = ModalTable(modes.frequency_hz, modes.damping_ratio, channels, _shapes(modes.shapes, local).reshape(len(modes.frequency_hz), -1))
-    return geometry, kept, table
-
-
-def _origin(link_in_body: Array) -> Array:
-    """The origin of a body's joint frame in the axes of a link whose pose (4, 4) in it is given."""
-    return np.asarray(-link_in_body[:3, :3].T @ link_in_body[:3, 3])
+    return drawn_geometry(site.engine, points), kept, table
 
 
 def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[np.complex128]:
@@ -194,13 +174,13 @@ def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[n
     return np.asarray(np.einsum("pcn,mn->mpc", stack, shapes))
 
 
-def _pairs(problem: Problem, m: Measurement, model: ModalTable, nodes: NDArray[np.int_]) -> results.ModePairs | None:
+def _pairs(problem: Problem, m: Measurement, model: ModalTable) -> results.ModePairs | None:
     """Measured modes, from the table or by modal analysis of the FRFs, beside the model's; None where an analysis is not possible."""
     if isinstance(m.target, ModalTarget):
         measured, origin = m.target.data, f"modal table {m.settings.source.name}"
     else:
         try:
-            measured, origin = analyse(m.target.data).table, "modal analysis of the measured FRFs (pLSCF, automatic)"
+            measured, origin = _analysed(problem, m.target)
         except InputError:
             return None
     pairing = pair(measured, model)
@@ -211,23 +191,23 @@ def _pairs(problem: Problem, m: Measurement, model: ModalTable, nodes: NDArray[n
         model=pairing.b,
         mac=pairing.mac,
         mac_matrix=pairing.mac_matrix,
-        measured_shapes=_measured_shapes(problem, m.system, measured, nodes),
+        measured_shapes=_measured_shapes(problem, m, measured),
         origin=origin,
     )
 
 
-def _measured_shapes(problem: Problem, system: System, table: ModalTable, nodes: NDArray[np.int_]) -> NDArray[np.complex128] | None:
+def _analysed(problem: Problem, target: FrfTarget) -> tuple[ModalTable, str]:
+    """The modes of the measured FRFs, and how they were found."""
+    settings = problem.file.study.modal
+    how = "automatic" if settings.modes_hz is None else "chosen by hand"
+    return analyse(target.data, settings).table, f"modal analysis of the measured FRFs ({ESTIMATORS[settings.estimator]}, {how})"
+
+
+def _measured_shapes(problem: Problem, m: Measurement, table: ModalTable) -> NDArray[np.complex128] | None:
     """(modes, points, 3) in base axes from shapes at channels; directions that were not measured count as still."""
     if table.shapes is None or not len(table):
         return None
-    found = np.full((len(table), len(nodes), 3), np.nan + 0j)
-    for channel, column in zip(table.channels, table.shapes.T, strict=True):
-        if channel.node not in nodes or not 1 <= abs(channel.direction) <= 3:
-            continue
-        place, point = int(np.flatnonzero(nodes == channel.node)[0]), problem.points[channel.node]
-        direction = system.site.engine.axes(point.link) @ point.axes[channel.axis] * channel.sign
-        found[:, place] = np.nan_to_num(found[:, place]) + column[:, None] * direction
-    return found
+    return displacements(sensor_geometry(m.system.site.engine, standing(problem.points, m.system.site)), table)
 
 
 def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: Scale) -> results.FrfComparison:
@@ -236,7 +216,8 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: S
     fitted, gradient = target.gradient_pairs(fit.values, scale.free)
     measured, difference = target.measured, fitted - target.measured
     std = trusted.std * scale.slope(scale.to_x(fit.values))
-    root = std[:, None] * np.linalg.cholesky(trusted.correlation + 1e-12 * np.eye(len(std)))
+    squares, directions = np.linalg.eigh(trusted.correlation)
+    root = std[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
     band = 1.96 * np.linalg.norm(gradient @ root, axis=-1)
     known = target.noise is not None
     return results.FrfComparison(
@@ -253,9 +234,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: S
         noise=target.sigma if known else None,
         coherence=None if target.data.coherence is None else target.data.coherence[:, outputs, inputs],
         gap=np.sqrt(np.mean(np.abs(difference / target.sigma) ** 2, axis=0) / 2) if known else None,
-        relative_error=np.linalg.norm(difference, axis=0) / np.linalg.norm(measured, axis=0),
-        frac=np.asarray(frac(measured, fitted)),
-        area_error=np.abs(np.abs(fitted) - np.abs(measured)).sum(axis=0) / np.abs(measured).sum(axis=0),
+        **frf_errors(measured, fitted),
     )
 
 
@@ -271,26 +250,3 @@ def _published(problem: Problem) -> results.PublishedValues | None:
     value = np.array([reference.parameters.get(parameter.name, np.nan) for parameter in problem.parameters])
     modes = reference.modes or ModalTable(np.zeros(0), np.zeros(0))
     return results.PublishedValues(reference.source, value, modes.frequency_hz, modes.damping_ratio)
-
-
-def provenance_of(problem: Problem) -> results.Provenance:
-    file = problem.file
-    robot = file.study.robot.urdf or file.study.robot.dh or Path()
-    others = [robot] + ([file.study.points] if file.study.points else [])
-    hashes = [_sha256(file.resolve(path)) for path in others]
-    return results.Provenance(
-        identify=__version__,
-        python=sys.version.split()[0],
-        platform=f"{platform.system()} {platform.machine()}",
-        packages=tuple(f"{name} {version(name)}" for name in _PACKAGES),
-        written=datetime.now(UTC).isoformat(timespec="seconds"),
-        config_path=file.path.name,
-        config_sha256=file.sha256,
-        config=file.text,
-        input_files=(*map(str, others), *(str(m.settings.source) for m in problem.measurements)),
-        input_sha256=(*hashes, *(m.target.data.sha256 for m in problem.measurements)),
-    )
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

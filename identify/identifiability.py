@@ -3,9 +3,9 @@
 All of it rests on residuals e in units of their noise at the optimum, whichever cost and optimizer found it, and on their
 derivatives J on the search scale (ln value for stiffness and damping).  Were the residuals independent, the covariance
 would be (J'J)^-1.  They are not: an exponential window smears noise over neighbouring lines, and noise on the force is
-common to all responses of a blow.  So the covariance is the sandwich A^-1 B A^-1 with A = J'J + P and B the long-run
-variance of the scores J'e line by line (Newey and West, Econometrica 55, 1987), never less than independence says.
-P is what the bounds alone say: too weak to matter for a parameter that the data determine, enough to keep others finite.
+common to all responses of a blow.  So the covariance is the sandwich A^-1 B A^-1 with A = J'J + P and B the variance of
+the scores J'e, never less than independence says.  P is what the bounds alone say: too weak to matter for a parameter
+that the data determine, enough to keep the others finite.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ FREQUENCY_STD, DAMPING_STD = 0.005, 0.10
 QUIET, ALIKE = 1.15, 0.45
 """Gap up to which a residual passes as noise; correlation of neighbouring lines up to which it passes as unstructured (a window that
 decays to a third correlates them by 0.33)."""
-_LAGS = 4
-"""Neighbouring lines whose correlation is counted."""
+_LAGS, _POOL = 20, 45
+"""Neighbouring lines whose correlation is counted; lines over which the level of noise on the force is averaged."""
 _DETERMINED = np.log(2) / 2
 """Standard deviation of ln value up to which the 95 % interval stays within a factor of two: the parameter is determined."""
 _UNDETERMINED = 1.0
@@ -115,10 +115,11 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
         j = gradient * slope
         rows = np.concatenate([j.real, j.imag]).reshape(-1, len(free))
         own = rows.T @ rows
-        scores = (np.conj(j) * e[..., None]).real
         information, count = information + own, count + 2 * e.size
+        common = target.predict_pairs(values) / target.sigma if target.noise is not None else target.measured
         for entry in np.unique(target.pairs[1]):
-            variance += _long_run(scores[:, target.pairs[1] == entry].sum(axis=1))
+            blow = target.pairs[1] == entry
+            variance += score_variance(e[:, blow], j[:, blow], common[:, blow])
     for modal in targets.modal:
         residuals, slopes = _modal_residuals(modal, values, free)
         own = (slopes * slope).T @ (slopes * slope)
@@ -126,13 +127,45 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
     return information, variance * count / max(1, count - len(free)), count
 
 
-def _long_run(scores: Array) -> Array:
-    """Long-run variance of scores (lines, f), with Bartlett weights over neighbouring lines."""
-    total = scores.T @ scores
-    for lag in range(1, min(_LAGS, len(scores) - 1) + 1):
-        cross = scores[lag:].T @ scores[:-lag]
-        total += (1 - lag / (_LAGS + 1)) * (cross + cross.T)
+def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
+    """Variance (f, f) of the scores Re sum conj(J) e of one force: e (lines, outputs), j (lines, outputs, f), FRFs over noise h like e.
+
+    At each line e = c u + rest, with u the unit vector along h: noise on the force multiplies all responses alike and so
+    is in c only, with a variance 2 (1 + b |h|^2) when that of the rest is 2.  b (over neighbouring lines), the variance of
+    the rest and the correlation over lines are taken from the residual, pooled, so that they are far less noisy than the scores.
+    """
+    size = np.linalg.norm(h, axis=1, keepdims=True)
+    u = h / np.where(size > 0, size, 1.0)
+    c = np.sum(np.conj(u) * e, axis=1)
+    rest = e - c[:, None] * u
+    a = np.einsum("lof,lo->lf", np.conj(j), u)
+    level_rest = np.sum(np.abs(rest) ** 2) / max(1, rest.size - len(c))
+    level = _common_variance(np.abs(c) ** 2, size[:, 0] ** 2, level_rest)
+    common, other = a * np.sqrt(level / 2)[:, None], np.sqrt(level_rest / 2)
+    turned, left = other * np.conj(j), other * a
+    total = _outer(common, common) + _outer(turned, turned) - _outer(left, left)
+    for lag in range(1, min(_LAGS, len(c) // 5) + 1):
+        alike = complex(np.sum(np.conj(e[:-lag]) * e[lag:]) / max(float(np.sum(np.abs(e) ** 2)), np.finfo(float).tiny))
+        pairs = ((common, 1), (turned, 1), (left, -1))
+        cross = sum((sign * _outer(x[:-lag], x[lag:], alike) for x, sign in pairs), np.zeros_like(total))
+        total += cross + cross.T
     return np.asarray(total)
+
+
+def _common_variance(squares: Array, power: Array, rest: float) -> Array:
+    """Variance rest + b |h|^2 (lines,) of c from its squares, b >= 0 by maximum likelihood over neighbouring lines; power is |h|^2."""
+    kernel, b, floor = np.ones(min(_POOL, len(power))), np.zeros(len(power)), np.finfo(float).tiny
+    for _ in range(6):
+        weight = power / (rest + b * power + floor) ** 2
+        top, bottom = (np.convolve(part, kernel, "same") for part in (weight * (squares - rest), weight * power))
+        b = np.maximum(top / np.maximum(bottom, floor), 0.0)
+    return np.asarray(rest + b * power)
+
+
+def _outer(a: Complex, b: Complex, factor: complex = 1.0) -> Array:
+    """Re sum factor conj(a) b' over all but the last axis, (f, f)."""
+    flat_a, flat_b = a.reshape(-1, a.shape[-1]), b.reshape(-1, b.shape[-1])
+    return np.asarray((factor * (np.conj(flat_a).T @ flat_b)).real)
 
 
 def _status(scale: Scale, values: Array, std: Array) -> tuple[str, ...]:

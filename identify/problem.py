@@ -11,14 +11,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.target import FrfTarget, ModalTarget, Targets, channel_rows
+from identify.costs.target import FrfTarget, ModalTarget, Targets, channel_rows, frf_target
 from identify.effects.base import Parameter
 from identify.errors import InputError, InputErrors
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.loaders import load_frf_set
 from identify.measured.modal_tables import read_modal_table
 from identify.measured.noise import noise_std
+from identify.measured.source import read_source
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.reference import Reference, read_reference
 from identify.robot.description import Robot
@@ -72,7 +72,7 @@ def load_problem(file: StudyFile) -> Problem:
     points = read_points(file.resolve(study.points)) if study.points else {}
     check_links(points, robot)
     postures = _collect([partial(_posture, m, robot, n) for n, m in enumerate(study.measurements)])
-    site = build_site(robot, postures[0], study.effects)
+    site = build_site(robot, postures[0], study.effects, points=points)
     parameters = tuple(list_parameters(robot, site, study.effects))
     if not any(parameter.free for parameter in parameters):
         raise InputError("effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one")
@@ -133,16 +133,19 @@ def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
 def _measurement(
     file: StudyFile, robot: Robot, points: dict[int, Point], settings: MeasurementSettings, name: str, posture: Array
 ) -> Measurement:
-    system = assemble(robot, build_site(robot, posture, file.study.effects, settings.detached), file.study.effects)
+    system = assemble(robot, build_site(robot, posture, file.study.effects, settings.detached, points), file.study.effects)
     path = file.resolve(settings.source)
     if settings.modes is not None:
         table = read_modal_table(path, file.resolve(settings.shapes) if settings.shapes else None)
         out = channel_rows(system, points, table.channels, name) if table.shapes is not None else None
         return Measurement(name, settings, posture, system, ModalTarget(name, table, system, out))
-    data = _select(load_frf_set(path, settings), settings, name)
-    data = _in_band(data, file.study.band_hz, name)
-    out, force = (channel_rows(system, points, channels, name) for channels in (data.outputs, data.inputs))
-    return Measurement(name, settings, posture, system, FrfTarget(name, data, system, out, force.T, _noise(data, settings)))
+    data = _in_band(_select(read_frfs(file, settings), settings, name), file.study.band_hz, name)
+    return Measurement(name, settings, posture, system, frf_target(name, data, system, points, _noise(data, settings)))
+
+
+def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
+    """The FRFs of a measurement as its file and its repeats give them."""
+    return read_source([file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate)
 
 
 def _select(data: FrfSet, settings: MeasurementSettings, name: str) -> FrfSet:
@@ -177,4 +180,6 @@ def _noise(data: FrfSet, settings: MeasurementSettings) -> Array | None:
     if isinstance(settings.noise, RelativeNoise):
         level = np.sqrt(np.mean(np.abs(data.frf) ** 2, axis=0))
         return np.broadcast_to(settings.noise.relative * level / np.sqrt(2), data.frf.shape).copy()
-    return None if data.coherence is None else noise_std(data)
+    if data.noise is not None or data.coherence is None:
+        return data.noise
+    return noise_std(data)

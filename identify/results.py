@@ -6,13 +6,14 @@ aside, flushed to disk and renamed, so that it is whole at every moment.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import types
 import typing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, Union
+from typing import Any, ClassVar, TypeVar, Union
 
 import h5py
 import numpy as np
@@ -25,6 +26,7 @@ Complex = NDArray[np.complex128]
 Texts = tuple[str, ...]
 LAYOUT = 1
 UNFINISHED = "unfinished"
+_KINDS = {"fit": "a finished fit", "modes": "a modal analysis", UNFINISHED: "an interrupted run"}
 T = TypeVar("T")
 
 
@@ -61,13 +63,17 @@ class StartTable:
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where things are at a posture, in the base's axes, m: points (n, 3) with their nodes, and the skeleton of joint origins (k, 3)."""
+    """Where things are at a posture, in the base's axes, m: points (n, 3) with their nodes, and the skeleton of joint origins (k, 3).
+
+    segments (j, 2): rows of points that a measurement's trace lines join.
+    """
 
     nodes: NDArray[np.int_]
     point_names: Texts
     point_links: Texts
     points: Array
     skeleton: Array
+    segments: NDArray[np.int_] | None = None
 
 
 @dataclass(frozen=True)
@@ -99,7 +105,8 @@ class ModePairs:
 
 @dataclass(frozen=True)
 class FrfComparison:
-    """FRFs (lines, pairs): measured, predicted at the start and as fitted, noise (std of real or imaginary part); per pair the errors.
+    """FRFs (lines, pairs): measured, predicted at the start (None: no such model) and as fitted, noise (std of real or imaginary
+    part); per pair the errors.
 
     gap: RMS residual over noise; relative: |difference| / |measured| over the band; frac: see identify.modal.mac; area as in
     Kobe Eq. 10 over the area below the measurement.
@@ -112,7 +119,7 @@ class FrfComparison:
     output: Texts
     input: Texts
     measured: Complex
-    initial: Complex
+    initial: Complex | None
     fitted: Complex
     band_95: Array | None
     noise: Array | None
@@ -179,6 +186,7 @@ class Provenance:
 class Result:
     """A whole run.  verdict and notes are sentences; history as in `identify.fit.Fit`; effects are the sentences of the model's effects."""
 
+    KIND: ClassVar[str] = "fit"
     layout: int
     kind: str
     key: str
@@ -210,6 +218,7 @@ class Result:
 class Unfinished:
     """A run that is under way or was interrupted: what it would be a run of, and all costs in order (`identify.journal`)."""
 
+    KIND: ClassVar[str] = UNFINISHED
     layout: int
     kind: str
     key: str
@@ -232,7 +241,8 @@ def write(result: Any, path: Path) -> None:
             os.fsync(file.fileno())
         os.replace(aside, path)
     except OSError as error:
-        aside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            aside.unlink()
         raise InputError(str(path), f"cannot be written ({error})", "a folder with room", "choose another with `--out`") from error
 
 
@@ -244,20 +254,22 @@ def read(path: Path, kind: type[T] = Result) -> T:  # type: ignore[assignment]
             if layout != LAYOUT:
                 found = "not a result of identify" if layout is None else f"layout {layout}"
                 raise InputError(str(path), found, f"a result file of layout {LAYOUT}", "run the fit again with this version")
-            stored = file["kind"][()].decode()
-            if (stored == UNFINISHED) != (kind is Unfinished):
-                found = "the run was interrupted" if stored == UNFINISHED else "the run is finished"
-                expected = "an unfinished run" if kind is Unfinished else "a finished one"
-                raise InputError(str(path), found, expected, "see `identify fit --resume`")
+            stored, wanted = file["kind"][()].decode(), kind.KIND  # type: ignore[attr-defined]
+            if stored != wanted:
+                fix = "see `identify fit --resume`" if UNFINISHED in (stored, wanted) else ""
+                raise InputError(str(path), f"holds {_KINDS.get(stored, stored)}", _KINDS[wanted], fix)
             return _read_group(file, kind)
     except OSError as error:
         raise InputError(str(path), f"cannot be read as HDF5 ({error})", "a result file written by `identify fit`") from error
 
 
-def is_unfinished(path: Path) -> bool:
-    """Whether a file is of a run that is under way or was interrupted."""
-    with h5py.File(path, "r") as file:
-        return "kind" in file and file["kind"][()].decode() == UNFINISHED
+def kind_of(path: Path) -> str:
+    """What a result file holds: `fit`, `modes`, `unfinished`; empty for a file that is no result."""
+    try:
+        with h5py.File(path, "r") as file:
+            return file["kind"][()].decode() if "kind" in file else ""
+    except OSError:
+        return ""
 
 
 def _write_group(group: h5py.Group, item: Any) -> None:

@@ -13,12 +13,12 @@ from threadpoolctl import threadpool_limits
 
 from identify import results
 from identify.errors import InputError
-from identify.evaluate import evaluate, provenance_of
+from identify.evaluate import evaluate
 from identify.fit import Progress, fit
 from identify.measured.finding import Finding
-from identify.measured.loaders import load_frf_set
 from identify.measured.quality import check
-from identify.problem import Problem, load_problem, measurement_names
+from identify.problem import Problem, load_problem, measurement_names, read_frfs
+from identify.provenance import provenance_of
 from identify.robot.points import read_points
 from identify.study import Study, StudyFile, read_study
 
@@ -80,7 +80,7 @@ def _remembered(path: Path, key: str) -> NDArray[np.float64]:
 
 def _finished(path: Path, key: str) -> results.Result | None:
     """The finished run of the same study at `path`, if there is one."""
-    if not path.exists() or results.is_unfinished(path):
+    if not path.exists() or results.kind_of(path) == results.UNFINISHED:
         return None
     done: results.Result = results.read(path)
     return done if done.key == key else None
@@ -92,9 +92,7 @@ def run_checks(config: Path) -> dict[str, list[Finding]]:
     names = {node: point.name for node, point in (read_points(file.resolve(file.study.points)) if file.study.points else {}).items()}
     measurements = zip(measurement_names(file.study.measurements), file.study.measurements, strict=True)
     return {
-        name: check(load_frf_set(file.resolve(settings.file), settings), names, file.study.band_hz)
-        for name, settings in measurements
-        if settings.file is not None
+        name: check(read_frfs(file, settings), names, file.study.band_hz) for name, settings in measurements if settings.file is not None
     }
 
 

@@ -18,6 +18,8 @@ from identify.costs.base import Cost, parse_cost
 from identify.effects.base import Effect, parse_effect
 from identify.errors import InputError, InputErrors
 from identify.measured.frf_records import FrfFileOptions
+from identify.measured.source import Estimation
+from identify.modal.settings import ModalSettings
 from identify.optimizers.base import Optimizer, parse_optimizer
 
 SCHEMA = "identify/1"
@@ -71,7 +73,9 @@ class MeasurementSettings(FrfFileOptions):
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
     name: str | None = Field(None, description="default: the file's name")
-    file: Path | None = Field(None, description="FRFs: .uff, .unv, .csv, .h5, .mat")
+    file: Path | None = Field(None, description="FRFs: .uff, .unv, .csv, .h5, .mat; with `estimate`, time histories")
+    estimate: Estimation | None = Field(None, description="estimate FRFs from the time histories in the file")
+    repeats: list[Path] = Field([], description="further files of the same measurement: the mean is used, its noise is their scatter")
     modes: Path | None = Field(None, description="modal table: .yaml or .csv")
     shapes: Path | None = Field(None, description="mode shapes of a modal table in .csv")
     posture_deg: list[float] = Field(description="joint angles, one per joint")
@@ -85,6 +89,12 @@ class MeasurementSettings(FrfFileOptions):
     def _one(self) -> MeasurementSettings:
         if (self.file is None) == (self.modes is None):
             raise ValueError("give either `file` (FRFs) or `modes` (a modal table)")
+        return self
+
+    @model_validator(mode="after")
+    def _frfs_only(self) -> MeasurementSettings:
+        if self.modes is not None and (self.repeats or self.estimate):
+            raise ValueError("`repeats` and `estimate` go with `file`, not with `modes`")
         return self
 
     @property
@@ -117,6 +127,7 @@ class Study(Settings):
     optimizer: Annotated[list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)] = Field(
         [], description="stages, one after the other; default: gauss-newton, for FRF least squares on log residuals first"
     )
+    modal: ModalSettings = Field(ModalSettings(), description="how modes are found in measured FRFs, for `identify modes` and beside a fit")
     starts: int = Field(10, ge=1, description="at most this many starts; fewer when three of them agree on the best minimum")
     start_factor: float = Field(3.0, gt=1, description="further starts are drawn within this factor of the initial values")
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
@@ -214,7 +225,12 @@ def _line(data: Any, keys: list[Any]) -> str:
 
 def _fields_at(keys: list[Any]) -> dict[str, Any]:
     """The fields that are known where an unknown key was found; empty inside plug points, whose errors name them."""
-    models: dict[str, type[BaseModel]] = {"robot": RobotSettings, "measurements": MeasurementSettings, "payload": Payload}
+    models: dict[str, type[BaseModel]] = {
+        "robot": RobotSettings,
+        "measurements": MeasurementSettings,
+        "payload": Payload,
+        "modal": ModalSettings,
+    }
     names = [key for key in keys if isinstance(key, str)]
     if not names:
         return dict(Study.model_fields)

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
@@ -14,6 +15,7 @@ from rich.table import Table
 from identify.compare import SideBySide
 from identify.fit import Progress
 from identify.measured.finding import Finding
+from identify.modes_result import AnalysedMeasurement, ModesResult
 from identify.results import MeasurementResult, Result
 
 _MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}
@@ -23,7 +25,8 @@ _MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}
 def progress_bar(quiet: bool) -> Iterator[Progress]:
     """A bar over the starts of a fit with the best cost so far and the time left; nothing where quiet."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn(), TimeRemainingColumn())
-    with Bar(*columns, console=Console(stderr=True), disable=quiet, transient=True) as bar:
+    console = Console(stderr=True)
+    with Bar(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as bar:
         task = bar.add_task("reading", total=None, best="")
         lowest = [np.inf]
 
@@ -72,6 +75,29 @@ def mode_table(measurement: MeasurementResult) -> Table:
             ratio = pairs.measured_damping_ratio[mode]
             beside = [f"{pairs.measured_frequency_hz[mode]:.3f}", f"{100 * ratio:.2f}", "" if np.isnan(mac) else f"{mac:.3f}"]
         table.add_row(str(row + 1), f"{frequency:.3f}", f"{100 * damping:.2f}", *beside)
+    return table
+
+
+def print_modes(result: ModesResult) -> None:
+    """The verdict and the modes of a modal analysis."""
+    console = Console()
+    console.print(*result.verdict, sep="\n", highlight=False)
+    for note in result.notes:
+        console.print(f"[yellow]note:[/] {escape(note)}", highlight=False)
+    for measurement in result.measurements.values():
+        if len(measurement.modes.frequency_hz):
+            console.print(analysed_table(measurement))
+
+
+def analysed_table(measurement: AnalysedMeasurement) -> Table:
+    """Modes with their standard deviations and the quality of their shapes."""
+    table = Table("mode", "Hz", "±", "damping %", "±", "with window %", "MPC", "MPD °", title=f"{measurement.name}: modes")
+    m = measurement.modes
+    for row in range(len(m.frequency_hz)):
+        frequency, damping = f"{m.frequency_hz[row]:.3f}", f"{100 * m.damping_ratio[row]:.3f}"
+        spread = f"{m.frequency_std_hz[row]:.2g}", f"{100 * m.damping_std[row]:.2g}"
+        quality = f"{100 * m.seen_damping_ratio[row]:.3f}", f"{m.mpc[row]:.3f}", f"{m.mpd_deg[row]:.1f}"
+        table.add_row(str(row + 1), frequency, spread[0], damping, spread[1], *quality)
     return table
 
 

@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.effects.measurement import MeasurementEffect, Reading
 from identify.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
-from identify.model.frf import frf, frf_and_gradient
+from identify.model.frf import frf, frf_and_gradient, frf_slope
 from identify.model.system import System
 from identify.robot.points import Point
 
@@ -40,7 +41,8 @@ def channel_rows(system: System, points: Mapping[int, Point], channels: tuple[Ch
 class FrfTarget:
     """One measured FRF set and its prediction; noise (lines, outputs, inputs) is the standard deviation of real or imaginary part, or None.
 
-    out (outputs, n), force (n, inputs): the channels in the system's coordinates.
+    out (channels, n), force (n, inputs): the channels in the system's coordinates; those of out are the set's outputs, then what
+    readings need besides.  readings: what effects of the measurement do to the FRFs, with the numbers of their parameters.
     """
 
     name: str
@@ -49,6 +51,7 @@ class FrfTarget:
     out: Array
     force: Array
     noise: Array | None = None
+    readings: tuple[tuple[Reading, NDArray[np.intp]], ...] = ()
 
     @property
     def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -79,8 +82,22 @@ class FrfTarget:
 
     def predict(self, values: Array) -> Complex:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
-        mass, damping, stiffness = self.system.matrices(values)
-        return frf(mass, damping, stiffness, self.data.s, self.out, self.force, POWER[self.data.quantity])
+        h = frf(*self.system.matrices(values), self._s(values), self.out, self.force, POWER[self.data.quantity])
+        for reading, numbers in self.readings:
+            h = reading.apply(h, values[..., numbers], self.data.s)
+        return h[..., : len(self.data.outputs), :]
+
+    def _s(self, values: Array) -> Complex:
+        """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect corrects the window's decay."""
+        return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
+
+    @cached_property
+    def _decay(self) -> Array:
+        """(parameters,): what each parameter adds to the decay of the window."""
+        decay = np.zeros(len(self.system.terms["stiffness"]))
+        for reading, numbers in self.readings:
+            decay[numbers] += reading.decay()
+        return decay
 
     def predict_pairs(self, values: Array) -> Complex:
         """(..., lines, pairs) at parameter values (..., parameters)."""
@@ -89,8 +106,18 @@ class FrfTarget:
 
     def gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
-        power = POWER[self.data.quantity]
-        return frf_and_gradient(self.system.matrices(values), self.system.factors, self.data.s, self.out, self.force, power, free)
+        matrices, at = self.system.matrices(values), (self._s(values), self.out, self.force, POWER[self.data.quantity])
+        h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free)
+        if np.any(self._decay[free]):
+            gradient = gradient + frf_slope(matrices, *at)[..., None] * self._decay[free]
+        for reading, numbers in self.readings:
+            own = values[numbers]
+            slopes = reading.slopes(h, own, self.data.s)
+            flat = gradient.reshape(*gradient.shape[:2], -1)
+            gradient = reading.apply(flat, own, self.data.s).reshape(gradient.shape) + slopes @ (numbers[:, None] == free)
+            h = reading.apply(h, own, self.data.s)
+        outputs = len(self.data.outputs)
+        return h[:, :outputs], gradient[:, :outputs]
 
     def gradient_pairs(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, pairs) and its derivatives (lines, pairs, free) at values (parameters,)."""
@@ -103,6 +130,17 @@ class FrfTarget:
         size = self.data.frf.size + len(self.data.s) * len(self.system.coordinates)
         step = max(1, _CHUNK // max(1, size))
         return [slice(first, first + step) for first in range(0, candidates, step)]
+
+
+def frf_target(name: str, data: FrfSet, system: System, points: Mapping[int, Point], noise: Array | None = None) -> FrfTarget:
+    """A set with its prediction by a system, through the readings of the system's effects; InputError for a channel without a point."""
+    measuring = [(effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)]
+    channels = data.outputs
+    for effect, _ in measuring:
+        channels += effect.needed(channels, points)
+    readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
+    out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
+    return FrfTarget(name, data, system, out, force.T, noise, readings)
 
 
 @dataclass(frozen=True, eq=False)

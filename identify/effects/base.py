@@ -3,30 +3,37 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from identify.errors import InputError
+from identify.effects.site import Added, Array, Site
 from identify.registry import Registry, parse_kind
 from identify.robot.description import Robot
-from identify.robot.engine import Engine
+from identify.robot.points import Point
 from identify.robot.posture import Mechanism
-
-Array = NDArray[np.float64]
 
 EFFECTS = Registry(
     "effect",
     "identify.effects",
     {
         "added-mass": "identify.effects.added_mass:AddedMass",
+        "appended-resonator": "identify.effects.appended_resonator:AppendedResonator",
         "base-compliance": "identify.effects.base_compliance:BaseCompliance",
+        "channel-gain": "identify.effects.channel_gain:ChannelGain",
+        "channel-polarity": "identify.effects.channel_polarity:ChannelPolarity",
+        "channel-swap": "identify.effects.channel_swap:ChannelSwap",
+        "hysteretic-damping": "identify.effects.hysteretic_damping:HystereticDamping",
         "joint-compliance": "identify.effects.joint_compliance:JointCompliance",
+        "link-flexibility": "identify.effects.link_flexibility:LinkFlexibility",
         "rotor-inertia": "identify.effects.rotor_inertia:RotorInertia",
+        "sensor-mass": "identify.effects.sensor_mass:SensorMass",
+        "sensor-rotation": "identify.effects.sensor_rotation:SensorRotation",
+        "spring-to-ground": "identify.effects.spring_to_ground:SpringToGround",
+        "time-delay": "identify.effects.time_delay:TimeDelay",
+        "window-decay": "identify.effects.window_decay:WindowDecay",
     },
 )
 
@@ -46,58 +53,19 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one unit of a parameter adds to the matrices over all coordinates, each (n, n), symmetric, or None."""
+    """What one unit of a parameter adds to the matrices over all coordinates, each (n, n), symmetric, or None.
+
+    hysteretic is the imaginary part of the stiffness: damping that does not grow with frequency.
+    """
 
     stiffness: Array | None = None
     damping: Array | None = None
     mass: Array | None = None
-
-
-@dataclass(frozen=True)
-class Site:
-    """A mechanism ready for effects to act on: its engine, and every coordinate by name with its motion in the engine's coordinates.
-
-    shapes (engine coordinates, n) maps all coordinates, those that effects added too, to the engine's.  Where links
-    were detached for the test, their coordinates and frames are absent and contribute nothing.
-    """
-
-    engine: Engine
-    coordinates: tuple[str, ...]
-    shapes: Array
-    mass: Array = field(repr=False)
-    detached: frozenset[str] = frozenset()
-
-    def unit(self, coordinate: str) -> Array:
-        """(n, n) with a single one on the diagonal, at `coordinate`; zero where that is detached."""
-        matrix = np.zeros((len(self.coordinates),) * 2)
-        if coordinate in self.coordinates:
-            index = self.coordinates.index(coordinate)
-            matrix[index, index] = 1.0
-        return matrix
-
-    def inertia(self, coordinate: str) -> float:
-        """The inertia that the coordinate moves when all others are locked, kg or kg m^2."""
-        if coordinate not in self.coordinates:
-            known = ", ".join(dict.fromkeys(name.split(".")[0] for name in self.coordinates))
-            raise InputError("effects", f"coordinate {coordinate} does not exist on this robot", f"one on {known}")
-        index = self.coordinates.index(coordinate)
-        return float(self.mass[index, index])
-
-    def jacobian(self, frame: str, point: Array, where: str) -> Array:
-        """(6, n): motion of a point (3,) of a frame, in the frame's axes, per coordinate."""
-        if frame in self.detached:
-            return np.zeros((6, len(self.coordinates)))
-        return self.engine.jacobian(frame, point, where) @ self.shapes
-
-    def weight_stiffness(self, frame: str, point: Array, where: str) -> Array:
-        """(n, n) per kg: gravity stiffness of a point mass at a point (3,) of a frame."""
-        if frame in self.detached:
-            return np.zeros((len(self.coordinates),) * 2)
-        return self.shapes.T @ self.engine.weight_stiffness(frame, point, where) @ self.shapes
+    hysteretic: Array | None = None
 
 
 class Effect(BaseModel, ABC):
-    """Settings of one effect as written in the config.  The physics is in the four methods; nothing in an effect changes after reading.
+    """Settings of one effect as written in the config.  The physics is in the methods; nothing in an effect changes after reading.
 
     Positions in the config start with `effects.N`; `kind` is the name in the registry.
     """
@@ -111,16 +79,20 @@ class Effect(BaseModel, ABC):
 
     @classmethod
     @abstractmethod
-    def places(cls, robot: Robot) -> Iterator[Self]:
-        """One instance for each place where the effect can sit on a robot, for discovery."""
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """One instance for each place where the effect can sit on a robot and its measurement points (by node), for discovery."""
 
     def attach(self, mechanism: Mechanism, robot: Robot) -> Mechanism:
         """The mechanism with the bodies that this effect adds."""
         return mechanism
 
-    def added_coordinates(self, robot: Robot) -> dict[str, str]:
-        """Further coordinates: name -> the engine coordinate whose motion each repeats (a rotor turns its link), or '' for none."""
-        return {}
+    def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
+        """Further coordinates, such as a rotor that turns its link, or the bending of a link."""
+        return []
+
+    def brought_mass(self, robot: Robot, site: Site) -> Array | None:
+        """Mass matrix (n, n) whatever the parameters: a link's own mass that moves when the link bends."""
+        return None
 
     @abstractmethod
     def released(self, robot: Robot) -> list[str]:

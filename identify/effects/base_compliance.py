@@ -5,13 +5,14 @@ Kobe (IJAT 15-5, 2021, section 4.2) suspects it behind amplitudes that come out 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Literal, Self
 
 from pydantic import Field
 
 from identify.effects.springs import Axis, AxisList, Springs
 from identify.robot.description import Robot
+from identify.robot.points import Point
 
 
 class BaseCompliance(Springs):
@@ -25,8 +26,10 @@ class BaseCompliance(Springs):
         return f"compliance of the base ({', '.join(self.axes)})"
 
     @classmethod
-    def places(cls, robot: Robot) -> Iterator[Self]:
-        """Rocking, turning, sliding and lifting."""
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """Rocking, turning, sliding and lifting; nothing for a base whose inertia is not known, which cannot move."""
+        if robot.links[0].mass == 0:
+            return
         groups: tuple[tuple[Axis, ...], ...] = (("rx", "ry"), ("rz",), ("tx", "ty"), ("tz",))
         for axes in groups:
             yield cls(axes=list(axes))

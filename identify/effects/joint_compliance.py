@@ -5,13 +5,14 @@ UMONS (ICSV25 2018, section 3) uses rz; fast chirp (Eq. 3) adds rx and ry; Kobe 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Literal, Self
 
 from pydantic import Field
 
-from identify.effects.springs import Axis, AxisList, Springs
+from identify.effects.springs import Axis, AxisList, Joints, Springs, joint_coordinates
 from identify.robot.description import Robot
+from identify.robot.points import Point
 
 CLASSES: dict[str, tuple[Axis, ...]] = {"drive": ("rz",), "tilt": ("rx", "ry"), "radial": ("tx", "ty"), "axial": ("tz",)}
 """Axes of a joint by what carries them: the gear, or the bearing in bending, across and along."""
@@ -21,7 +22,7 @@ class JointCompliance(Springs):
     """Springs and dampers between the two links of joints, on some of six axes; z is the joint's own axis."""
 
     kind: Literal["joint-compliance"] = "joint-compliance"
-    joints: Literal["all"] | list[int | str] = Field("all", description="`all`, or joint numbers (from 1) or names")
+    joints: Joints = Field("all", description="`all`, or joint numbers (from 1) or names")
     axes: AxisList = Field(["rz"], min_length=1, description="axes released at each joint")
 
     def sentence(self) -> str:
@@ -33,7 +34,7 @@ class JointCompliance(Springs):
         return f"{what}compliance of {joints} {', '.join(map(str, self.joints))} ({', '.join(self.axes)})"
 
     @classmethod
-    def places(cls, robot: Robot) -> Iterator[Self]:
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every class of axes at every joint."""
         for number in range(1, len(robot.joints) + 1):
             for axes in CLASSES.values():
@@ -41,6 +42,4 @@ class JointCompliance(Springs):
 
     def released(self, robot: Robot) -> list[str]:
         """joint1.rz and so on, joint by joint."""
-        where = "effects.joint-compliance.joints"
-        numbers = range(1, len(robot.joints) + 1) if self.joints == "all" else [robot.joint_number(joint, where) for joint in self.joints]
-        return [f"joint{number}.{axis}" for number in numbers for axis in self.axes]
+        return joint_coordinates(robot, self.joints, self.axes, "effects.joint-compliance.joints")

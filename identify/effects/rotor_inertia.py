@@ -5,16 +5,19 @@ Kobe (IJAT 15-5, 2021, Fig. 8) and Nagoya (two-link) put the gear's spring betwe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from identify.effects.base import Contribution, DampingValues, Effect, Parameter, Site, Values
+from identify.effects.base import Contribution, DampingValues, Effect, Parameter, Values
+from identify.effects.site import Added, Site
 from identify.effects.springs import parameter, spread
 from identify.errors import InputError
 from identify.robot.description import Robot
+from identify.robot.points import Point
+from identify.robot.posture import Mechanism
 
 
 class RotorInertia(Effect):
@@ -43,7 +46,7 @@ class RotorInertia(Effect):
         return f"rotor inertia of joint{'s' if len(self.joints) > 1 else ''} {', '.join(map(str, self.joints))} behind the gear"
 
     @classmethod
-    def places(cls, robot: Robot) -> Iterator[Self]:
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every joint, as an armature of unknown inertia with the common gear ratio of 100."""
         for number in range(1, len(robot.joints) + 1):
             yield cls(joints=[number], gear_ratio=[100.0], inertia=Values(initial=1e-4, bounds=(1e-7, 1.0)))
@@ -55,9 +58,11 @@ class RotorInertia(Effect):
         own = "rotor" if self.holding_stiffness else "rz"
         return [f"joint{number}.{own}" for number in self._numbers(robot)]
 
-    def added_coordinates(self, robot: Robot) -> dict[str, str]:
+    def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
         """A rotor turns its link as the drive coordinate does."""
-        return {f"joint{n}.rotor": f"joint{n}.rz" for n in self._numbers(robot)} if self.holding_stiffness else {}
+        if self.holding_stiffness is None:
+            return []
+        return [Added(f"joint{n}.rotor", robot.links[n].name, {f"joint{n}.rz": 1.0}) for n in self._numbers(robot)]
 
     def released(self, robot: Robot) -> list[str]:
         """The rotors' own coordinates, if they have any."""

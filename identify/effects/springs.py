@@ -1,27 +1,31 @@
-"""A spring and a viscous damper on each of a list of coordinates: the common part of joint and base compliance."""
+"""A spring and a viscous damper on each of a list of coordinates: the common part of joint and base compliance; start values and bounds."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from identify.effects.base import Contribution, DampingValues, Effect, Parameter, Site, Values
+from identify.effects.base import Contribution, DampingValues, Effect, Parameter, Values
+from identify.effects.site import Site
 from identify.errors import InputError
 from identify.robot.description import Robot
 
 Axis = Literal["tx", "ty", "tz", "rx", "ry", "rz"]
+Joints = Literal["all"] | list[int | str]
+T = TypeVar("T", bound=str)
 
 
-def _unique(axes: list[Axis]) -> list[Axis]:
+def unique(axes: list[T]) -> list[T]:
+    """The axes, none of them twice; ValueError otherwise, for pydantic."""
     if len(set(axes)) < len(axes):
         raise ValueError("an axis is named twice")
     return axes
 
 
-AxisList = Annotated[list[Axis], AfterValidator(_unique)]
-_START_HZ = 20.0
+AxisList = Annotated[list[Axis], AfterValidator(unique)]
+START_HZ = 20.0
 """Without a start value, each coordinate on its own resonates here: the middle of where robots do."""
 _SPAN = 1e3
 
@@ -36,7 +40,7 @@ class Springs(Effect):
         """A stiffness and a damping per coordinate, in that order."""
         names = self.released(robot)
         inertia = np.array([site.inertia(name) for name in names])
-        k = spread(self.stiffness, inertia * (2 * np.pi * _START_HZ) ** 2, f"{where}.stiffness")
+        k = spread(self.stiffness, inertia * (2 * np.pi * START_HZ) ** 2, f"{where}.stiffness")
         c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * inertia), f"{where}.damping")
         result = []
         for name, stiffness, damping in zip(names, k, c, strict=True):
@@ -50,6 +54,12 @@ class Springs(Effect):
         """One on the diagonal of K and of C per coordinate."""
         units = [site.unit(name) for name in self.released(robot)]
         return [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
+
+
+def joint_coordinates(robot: Robot, joints: Joints, axes: list[Axis], where: str) -> list[str]:
+    """joint1.rz and so on, joint by joint; an unknown joint is an InputError."""
+    numbers = range(1, len(robot.joints) + 1) if joints == "all" else [robot.joint_number(joint, where) for joint in joints]
+    return [f"joint{number}.{axis}" for number in numbers for axis in axes]
 
 
 def spread(values: Values, default: np.ndarray, where: str) -> np.ndarray:

@@ -26,7 +26,8 @@ class FrfSet:
     """H_ij = X_i / F_j with time convention e^{+j omega t}.
 
     frequency_hz (L,), rising; frf (L, outputs, inputs), complex128, SI, NaN where a pair was not measured;
-    coherence like frf or None; averages behind each FRF or None; window_decay_per_s is the decay sigma of an
+    coherence like frf or None; noise like frf or None: known standard deviation of real or imaginary part; averages behind
+    each FRF or None; window_decay_per_s is the decay sigma of an
     exponential window e^{-sigma t} that was put on force and response (0: none), so that the set samples
     H(sigma + j omega); source says which file it came from, sha256 what was in it.
     """
@@ -37,6 +38,7 @@ class FrfSet:
     inputs: tuple[Channel, ...]
     quantity: Quantity
     coherence: Float | None = None
+    noise: Float | None = None
     averages: int | None = None
     window_decay_per_s: float = 0.0
     source: str = ""
@@ -63,8 +65,8 @@ class FrfSet:
 
     def lines(self, keep: NDArray[np.bool_]) -> FrfSet:
         """The same set on some of its frequency lines."""
-        coherence = None if self.coherence is None else self.coherence[keep]
-        return replace(self, frequency_hz=self.frequency_hz[keep], frf=self.frf[keep], coherence=coherence)
+        coherence, noise = (None if array is None else array[keep] for array in (self.coherence, self.noise))
+        return replace(self, frequency_hz=self.frequency_hz[keep], frf=self.frf[keep], coherence=coherence, noise=noise)
 
     def band(self, low_hz: float, high_hz: float) -> FrfSet:
         """The lines with low <= f <= high."""
@@ -77,6 +79,7 @@ class FrfSet:
             self,
             frf=self.frf[pick],
             coherence=None if self.coherence is None else self.coherence[pick],
+            noise=None if self.noise is None else self.noise[pick],
             outputs=tuple(self.outputs[i] for i in outputs),
             inputs=tuple(self.inputs[i] for i in inputs),
         )

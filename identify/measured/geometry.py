@@ -33,14 +33,16 @@ class Geometry:
 
 
 def displacements(geometry: Geometry, table: ModalTable) -> Complex:
-    """Shapes as vectors in the common frame, (modes, nodes, 3): the translations that were measured, 0 where none was.
+    """Shapes as vectors in the common frame, (modes, nodes, 3): the translations that were measured, others 0; NaN at nodes without any.
 
     A channel against an axis counts negative; rotations are left out, and channels of nodes the geometry does not have.
     """
     if table.shapes is None:
         raise ValueError("the modal table has no shapes")
     where = {node: n for n, node in enumerate(geometry.nodes)}
+    measured = {channel.node for channel in table.channels if 1 <= abs(channel.direction) <= 3}
     local = np.zeros((len(table), len(geometry.nodes), 3), dtype=complex)
+    local[:, [node not in measured for node in geometry.nodes]] = np.nan
     for column, channel in enumerate(table.channels):
         if channel.node in where and 1 <= abs(channel.direction) <= 3:
             local[:, where[channel.node], channel.axis] = channel.sign * table.shapes[:, column]

@@ -25,6 +25,8 @@ _POOLED_FREEDOM = 120
 _ROUNDS, _ITERATIONS, _SETTLED = 3, 200, 1e-3
 _FLOOR, _TINY = 1e-14, 1e-150
 _RARE = 1e-3
+_PRINTED = 5e-7
+"""Files of single precision print a coherence to six digits: a 1 stands for anything above 1 - 5e-7, and half of that is assumed."""
 _Bases = tuple[csr_array, csr_array]
 
 
@@ -45,7 +47,8 @@ def noise_std(frf_set: FrfSet) -> Float:
         i, j = lacking[0]
         raise InputError(where, f"FRF {frf_set.outputs[i]}/{frf_set.inputs[j]} has no coherence", "a coherence for each FRF")
     power = np.abs(frf_set.frf) ** 2
-    line_variance = power * (1 - coherence) / (np.maximum(coherence, 1e-9) * (averages - 1))
+    lost = np.maximum(1 - coherence, _PRINTED / 2)
+    line_variance = power * lost / (np.maximum(coherence, 1e-9) * (averages - 1))
     return np.sqrt(pooled_variance(power, line_variance, 2 * (averages - 1)) / 2)
 
 

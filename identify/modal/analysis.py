@@ -35,7 +35,8 @@ class ModalAnalysis:
     """Modes of an FRF set and all that is needed to judge and to plot them; rows of (m,) follow the table.
 
     table: frequencies, damping (window corrected), shapes at `layout.responses`, standard deviations (spread over orders
-    and noise together); model: poles, participation at `layout.references`, receptance residues and residuals; modes: the cluster behind
+    and noise together); model: poles, participation at `layout.references`, receptance residues and residuals; outside: resonances
+    beyond the band that were fitted with them; modes: the cluster behind
     each mode; rejected: candidates with the reason; seen_*: what the window showed before its correction; mpc (m,), mpd
     (m,) rad: of the final shapes; synthesised (L, responses, references): the model's FRFs; synthesis_error (responses, references):
     RMS error over RMS of the FRF in the band, total_error over all of them; mode_indicator (L, references): CMIF.
@@ -43,6 +44,7 @@ class ModalAnalysis:
 
     table: ModalTable
     model: ModalModel
+    outside: ModalModel
     scaling: Scaling
     modes: tuple[Candidate, ...]
     rejected: tuple[Candidate, ...]
@@ -96,7 +98,7 @@ def _result(frf_set: FrfSet, layout: Layout, diagram: Diagram, verified: Verifie
     noise = _noise(model.poles, verified.covariance)
     spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
     std = np.hypot(spread, noise)
-    synthesised = synthesise(model, layout.s, layout.power)
+    synthesised = synthesise(model, layout.s, layout.power) + synthesise(verified.outside, layout.s, layout.power)
     error, total = synthesis_error(layout.frf, synthesised)
     table = ModalTable(
         frequency, damping, layout.responses, scaling.shapes, std[:, 0], std[:, 1], source=frf_set.source, sha256=frf_set.sha256
@@ -104,6 +106,7 @@ def _result(frf_set: FrfSet, layout: Layout, diagram: Diagram, verified: Verifie
     return ModalAnalysis(
         table=table,
         model=model,
+        outside=verified.outside,
         scaling=scaling,
         modes=tuple(verified.modes),
         rejected=tuple(verified.rejected),

@@ -22,7 +22,7 @@ Complex = NDArray[np.complex128]
 Float = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-_QUICK, _FULL = (6, 1e-4), (15, 1e-6)
+_QUICK, _FULL = (3, 1e-3), (15, 1e-6)
 """Largest number of steps, and the relative fall of the cost that ends them."""
 
 

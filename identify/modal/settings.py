@@ -6,6 +6,9 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+ESTIMATORS = {"plscf": "pLSCF", "lsce": "LSCE"}
+"""How the estimators are written in reports."""
+
 
 class ModalSettings(BaseModel):
     """Settings of `identify.modal.analysis.analyse`; unknown keys are refused.
@@ -23,7 +26,7 @@ class ModalSettings(BaseModel):
     max_order: int | None = Field(None, ge=2, description="largest order; chosen from the number of lines and references where not given")
     max_damping_ratio: float = Field(0.25, gt=0, lt=1, description="poles with more damping are taken as computational")
     cluster_radius: float = Field(0.5, gt=0, description="reach of a cluster over orders: |dlambda|/(zeta omega) + 1 - MAC")
-    min_presence: float = Field(0.35, gt=0, le=1, description="least fraction of the orders in which a physical pole appears")
+    min_presence: float = Field(0.4, gt=0, le=1, description="least fraction of the orders in which a physical pole appears")
     max_frequency_spread: float = Field(0.02, gt=0, description="largest standard deviation over orders of a frequency, relative to it")
     max_damping_spread: float = Field(0.35, gt=0, description="largest standard deviation over orders of a damping ratio, relative to it")
     min_mpc: float = Field(0.5, ge=0, le=1, description="least modal phase collinearity (median over orders)")

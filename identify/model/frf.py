@@ -23,19 +23,20 @@ _TOLERANCE = 1e-9
 
 
 def frf(mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int) -> Complex:
-    """H (..., lines, outputs, inputs) at s (lines,), rad/s; mass, damping, stiffness (..., n, n); out (outputs, n); force (n, inputs)."""
+    """H (..., lines, outputs, inputs) at s (..., lines), rad/s; mass, damping, stiffness (..., n, n); out (outputs, n), force (n, inputs)."""
     eigenvalues, shapes = state_eigen(mass, damping, stiffness)
-    paired = bool(np.all(eigenvalues[..., ::2].imag > 0))  # LAPACK puts conjugate pairs side by side, Im > 0 first
+    # LAPACK puts the conjugate pairs of a real matrix side by side, Im > 0 first.
+    paired = not np.iscomplexobj(stiffness) and bool(np.all(eigenvalues[..., ::2].imag > 0))
     if paired:
         eigenvalues, shapes = eigenvalues[..., ::2], shapes[..., ::2]
-    probe = s[[0, len(s) // 2, -1]]
+    probe = s[..., [0, s.shape[-1] // 2, -1]]
     with np.errstate(all="ignore"):  # a defective system divides by zero here, which the residual notices
         participation = _participation(mass, damping, eigenvalues, shapes, force)
         x = _superpose(shapes, eigenvalues, participation, probe, paired)
     residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
     if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
         return frf_by_solve(mass, damping, stiffness, s, out, force, power)
-    return (s**power)[:, None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
+    return (s**power)[..., None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
 
 
 def _participation(mass: Array, damping: Array, eigenvalues: Complex, shapes: Complex, force: Array) -> Complex:
@@ -51,12 +52,12 @@ def _superpose(shapes: Complex, eigenvalues: Complex, participation: Complex, s:
     residues = residues.reshape(*residues.shape[:-2], outputs * inputs)
     values = eigenvalues[..., None, :]
     if paired:  # R/(s - l) + R*/(s - l*) = (2 Re(R) s - 2 Re(R l*)) / (s^2 - 2 Re(l) s + |l|^2)
-        squared = (s * s)[:, None] - 2 * values.real * s[:, None] + np.abs(values) ** 2
+        squared = (s * s)[..., None] - 2 * values.real * s[..., None] + np.abs(values) ** 2
         constant = -2 * (residues * np.conj(eigenvalues)[..., :, None]).real
         inverse = 1.0 / squared
-        product = s[:, None] * _real_product(inverse, 2 * residues.real) + _real_product(inverse, constant)
+        product = s[..., None] * _real_product(inverse, 2 * residues.real) + _real_product(inverse, constant)
     else:
-        product = (1.0 / (s[:, None] - values)) @ residues
+        product = (1.0 / (s[..., None] - values)) @ residues
     return np.asarray(product.reshape(*product.shape[:-1], outputs, inputs))
 
 
@@ -69,7 +70,7 @@ def _real_product(a: Complex, b: Array) -> Complex:
 
 def dynamic_stiffness(mass: Array, damping: Array, stiffness: Array, s: Complex) -> Complex:
     """Z (..., lines, n, n) = K + s C + s^2 M."""
-    line = s[:, None, None]
+    line = s[..., None, None]
     return np.asarray(stiffness[..., None, :, :] + line * damping[..., None, :, :] + line**2 * mass[..., None, :, :])
 
 
@@ -77,7 +78,7 @@ def frf_by_solve(mass: Array, damping: Array, stiffness: Array, s: Complex, out:
     """The same as `frf` by a solve per line: the independent route, for checks and for defective systems."""
     z = dynamic_stiffness(mass, damping, stiffness, s)
     x = np.linalg.solve(z, np.broadcast_to(force.astype(complex), (*z.shape[:-1], force.shape[1])))
-    return np.asarray((s**power)[:, None, None] * (out @ x))
+    return np.asarray((s**power)[..., None, None] * (out @ x))
 
 
 def frf_and_gradient(
@@ -98,6 +99,18 @@ def frf_and_gradient(
     right = vectors.T @ from_force
     products = left[:, :, None, :] * np.swapaxes(right, 1, 2)[:, None, :, :]
     return scale * (out @ from_force), _sum_by_owner(products, factors.owner[columns], parameters)
+
+
+def frf_slope(matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, power: int) -> Complex:
+    """dH/ds (lines, outputs, inputs) at s (lines,): what another decay of the window would change."""
+    mass, damping, _ = matrices
+    z = dynamic_stiffness(*matrices, s)
+    both = np.concatenate([force, out.T], axis=1).astype(complex)
+    solved = np.linalg.solve(z, np.broadcast_to(both, (len(s), *both.shape)))
+    from_force, to_out = solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
+    line = s[:, None, None]
+    change = to_out @ (damping + 2 * line * mass) @ from_force
+    return np.asarray(power * line ** (power - 1) * (out @ from_force) - line**power * change)
 
 
 def _sum_by_owner(products: Complex, owner: NDArray[np.intp], parameters: NDArray[np.intp]) -> Complex:

@@ -47,7 +47,7 @@ def undamped_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
 def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex, Complex]:
     """Eigenvalues (..., 2n) and the displacement parts (..., n, 2n) of the right eigenvectors of the state matrix for [x, x']."""
     size = mass.shape[-1]
-    state = np.zeros((*mass.shape[:-2], 2 * size, 2 * size))
+    state = np.zeros((*mass.shape[:-2], 2 * size, 2 * size), dtype=stiffness.dtype)
     state[..., :size, size:] = np.eye(size)
     state[..., size:, :] = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     eigenvalues, right = np.linalg.eig(state)
@@ -55,7 +55,10 @@ def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex,
 
 
 def complex_modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
-    """The oscillating modes of one system (n, n); overdamped ones have no frequency and are left out."""
+    """The oscillating modes of one system (n, n); overdamped ones have no frequency and are left out.
+
+    With a complex stiffness (hysteretic damping) only those with Im > 0 are physical: the others belong to negative frequencies.
+    """
     values, right = state_eigen(mass, damping, stiffness)
     kept = np.flatnonzero(values.imag > 1e-9 * np.abs(values))
     kept = kept[np.argsort(np.abs(values[kept]))]

@@ -50,7 +50,7 @@ class GaussNewton(Optimizer):
             callback=step,
         )
         search.costs(result.x[None])
-        return Outcome(bool(result.success), str(result.message).strip("`").rstrip("."))
+        return Outcome(bool(result.success), str(result.message).replace("`", "").rstrip("."))
 
 
 def _compressed(residuals: Array, slopes: Array) -> tuple[Array, Array]:

@@ -52,8 +52,8 @@ def number(value: float, digits: int = 4) -> str:
     power = int(exponent)
     if value == 0:
         return "0"
-    if -3 <= power < digits:
-        return f"{value:.{max(digits - 1 - power, 0)}f}"
+    if -3 <= power < 4:
+        return f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - power, 0)}f}"
     return f"{mantissa}e{power}"
 
 
@@ -71,6 +71,11 @@ def signed(value: float, digits: int = 4) -> str:
 def unit(text: str) -> str:
     """A unit as it is printed: `m/s^2/N` becomes `m/s²/N`, `N m/rad` becomes `N·m/rad`."""
     return text.replace("^2", "²").replace("^3", "³").replace(" ", "·")
+
+
+def sentence(text: str) -> str:
+    """A note as a sentence: a capital in front, a full stop behind."""
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
 
 
 def listed(items: Sequence[str]) -> str:

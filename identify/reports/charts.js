@@ -1,4 +1,4 @@
-// The remaining plots: parameters, MAC, convergence, identifiability.
+// The plots of a fit alone: parameters, convergence, identifiability.
 "use strict";
 
 (() => {
@@ -9,11 +9,11 @@
   draw("parameter-plot", () => {
     const y = parameters.name, common = {y, mode: "markers", type: "scatter"};
     const marks = {size: 9, color: parameters.status.map(s => statusColor[s]), symbol: parameters.status.map(s => statusMark[s])};
-    const below = parameters.value.map((v, i) => v - parameters.low_95[i]), above = parameters.value.map((v, i) => parameters.high_95[i] - v);
+    const reach = limits => parameters.value.map((v, i) => limits[i] === null ? 0 : Math.abs(v - limits[i]));
     const kinds = Object.keys(statusColor).filter(s => parameters.status.includes(s));
     return [[
       {...common, x: parameters.initial, name: "start", marker: {size: 8, symbol: "circle-open", color: color("muted"), line: {width: 1.5}}, hovertemplate: "start<extra>%{y}</extra>"},
-      {...common, x: parameters.value, name: "fitted", marker: marks, showlegend: false, error_x: {type: "data", symmetric: false, array: above, arrayminus: below, color: color("ink"), thickness: 1.5, width: 3}, hovertemplate: "fitted<extra>%{y}</extra>"},
+      {...common, x: parameters.value, name: "fitted", marker: marks, showlegend: false, error_x: {type: "data", symmetric: false, array: reach(parameters.high_95), arrayminus: reach(parameters.low_95), color: color("ink"), thickness: 1.5, width: 3}, hovertemplate: "fitted<extra>%{y}</extra>"},
       {...common, x: parameters.half, xaxis: "x2", marker: marks, showlegend: false, hovertemplate: "± %{x:.2g} %<extra>%{y}</extra>"},
       ...kinds.map(s => ({...common, x: [null], y: [y[0]], name: s, marker: {size: 9, color: statusColor[s], symbol: statusMark[s]}})),
     ], {
@@ -28,19 +28,9 @@
     {x: profile.values, y: profile.rise, mode: "lines+markers", line: {color: PALETTE[0], width: 1.5, simplify: false}, hovertemplate: "%{x:.4g}: %{y:.3g}<extra></extra>"},
   ], {
     height: 260, margin: {l: 56, r: 10, t: 34, b: 48}, showlegend: false,
-    xaxis: profile.log ? logAxis(profile.values, profile.label) : {title: {text: profile.label}},
+    xaxis: profile.log && Math.max(...profile.values) > 10 * Math.min(...profile.values) ? logAxis(profile.values, profile.label) : {title: {text: profile.label}},
     yaxis: {title: {text: "Rise of chi-square (–)"}, range: [0, Math.min(Math.max(...profile.rise, 5), 20)]},
     shapes: [{type: "line", xref: "paper", x0: 0, x1: 1, y0: 3.84, y1: 3.84, line: {color: color("warn"), dash: "dot", width: 1.5}}],
-  }]));
-
-  DATA.measurements.forEach((m, i) => m.mac && draw(`mac-${i}`, () => [[{
-    type: "heatmap", z: m.mac.values, zmin: 0, zmax: 1, colorscale: [[0, color("neutral")], [1, PALETTE[0]]], xgap: 1, ygap: 1,
-    texttemplate: m.mac.values.length <= 16 ? "%{z:.2f}" : "", hovertemplate: "MAC %{z:.3f}<extra></extra>",
-    showscale: m.mac.values.length > 16, colorbar: {title: {text: "MAC (–)", side: "right"}, thickness: 12, outlinewidth: 0},
-  }], {
-    height: 144 + 36 * m.mac.values.length, margin: {l: 70, r: 10, t: 34, b: 60},
-    xaxis: {title: {text: "Model (Hz)"}, tickvals: m.mac.model.map((_, k) => k), ticktext: m.mac.model, showgrid: false, zeroline: false},
-    yaxis: {title: {text: "Measured (Hz)"}, tickvals: m.mac.measured.map((_, k) => k), ticktext: m.mac.measured, autorange: "reversed", showgrid: false, zeroline: false},
   }]));
 
   const best = Math.min(...starts.cost.filter(c => c !== null));
@@ -85,6 +75,4 @@
     height: 420, margin: {l: 64, r: 16, t: 16, b: 48},
     xaxis: {tickangle: -50, showgrid: false}, yaxis: {autorange: "reversed", showgrid: false},
   }]);
-
-  Promise.resolve(FRF && FRF.ready).then(() => { document.documentElement.dataset.ready = Math.round(performance.now()); });
 })();

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
@@ -26,6 +27,8 @@ _STATUS = {"determined": ("#0072b2", "o"), "weak": ("#e69f00", "D"), "not determ
 _DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
 _RISING = LinearSegmentedColormap.from_list("rising", ["#f3f3f1", "#e8903a", "#8c2d04"])
 _MAC = LinearSegmentedColormap.from_list("mac", ["#f3f3f1", "#0072b2"])
+_WIDE = 10.0
+"""Ratio from which a logarithmic axis pays."""
 _STYLE: Any = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
@@ -90,7 +93,7 @@ def parameters(result: Result) -> Figure:
     return figure
 
 
-def gap_map(m: MeasurementResult, frf: FrfComparison) -> Figure:
+def gap_map(name: str, frf: FrfComparison) -> Figure:
     """Band by FRF: RMS residual over noise, or over the measurement where the noise is not known."""
     found, order = pick.gap_map(frf), pick.map_order(frf)
     values = np.maximum(found.values.T[order], 1e-12)
@@ -105,7 +108,7 @@ def gap_map(m: MeasurementResult, frf: FrfComparison) -> Figure:
     axes.grid(False)
     ticks = _first_of_inputs(frf, order)
     axes.set_yticks([row + 0.5 for row in ticks], [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks])
-    axes.set(xlabel="Frequency (Hz)", ylabel="Output / input", ylim=(len(order), 0), title=f"{m.name}")
+    axes.set(xlabel="Frequency (Hz)", ylabel="Output / input", ylim=(len(order), 0), title=name)
     bar = figure.colorbar(mesh, ax=axes, pad=0.01, aspect=30)
     bar.set_label("Residual / noise (1 = noise)" if found.in_noise else "Residual / measured")
     shown = [t for t in (0.001, 0.01, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100) if low <= t * 1.001 and t <= high * 1.001]
@@ -127,33 +130,52 @@ def _first_of_inputs(frf: FrfComparison, order: NDArray[np.intp]) -> list[int]:
     return rows
 
 
-def mac(measurements: Sequence[MeasurementResult]) -> Figure | None:
-    """The MAC matrices, measured by model, three a row; None without any."""
-    found = [(m.name, m.pairs.mac_matrix[:, : pick.shown_modes(m)], m) for m in measurements if m.pairs and m.pairs.mac_matrix is not None]
+@dataclass(frozen=True)
+class Mac:
+    """A MAC matrix (rows, columns) with the frequencies and the names of its sides."""
+
+    name: str
+    values: NDArray[np.float64]
+    rows_hz: NDArray[np.float64]
+    columns_hz: NDArray[np.float64]
+    down: str = "Measured (Hz)"
+    across: str = "Model (Hz)"
+
+
+def pair_mac(m: MeasurementResult) -> Mac | None:
+    """Measured by model; None without shapes of both."""
+    if m.pairs is None or m.pairs.mac_matrix is None:
+        return None
+    shown = pick.shown_modes(m)
+    return Mac(m.name, m.pairs.mac_matrix[:, :shown], m.pairs.measured_frequency_hz, m.modes.frequency_hz[:shown])
+
+
+def mac(found: Sequence[Mac]) -> Figure | None:
+    """MAC matrices, three a row where they are small; None without any."""
     if not found:
         return None
-    columns = min(len(found), 3 if max(matrix.shape[1] for _, matrix, _ in found) <= 8 else 1)
+    columns = min(len(found), 3 if max(one.values.shape[1] for one in found) <= 8 else 1)
     rows = -(-len(found) // columns)
-    height = 0.75 + 0.26 * max(len(matrix) for _, matrix, _ in found)
-    figure = Figure((max(WIDTH_IN * columns / 3, 3.2), height * rows), layout="constrained")
+    height = 0.75 + 0.26 * max(len(one.values) for one in found)
+    wide = min(WIDTH_IN, 0.7 + 0.42 * max(one.values.shape[1] for one in found))
+    figure = Figure((max(WIDTH_IN * columns / 3, wide, 3.2), height * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, (name, matrix, m) in zip(panels, found, strict=False):
-        _mac(axes, matrix, m)
-        axes.set_title(name)
+    for axes, one in zip(panels, found, strict=False):
+        _mac(axes, one)
+        axes.set_title(one.name)
     for axes in panels[len(found) :]:
         axes.set_axis_off()
     return figure
 
 
-def _mac(axes: Axes, matrix: NDArray[np.float64], m: MeasurementResult) -> None:
-    axes.pcolormesh(matrix, vmin=0, vmax=1, cmap=_MAC, edgecolors="white", linewidth=1.0)
+def _mac(axes: Axes, one: Mac) -> None:
+    axes.pcolormesh(one.values, vmin=0, vmax=1, cmap=_MAC, edgecolors="white", linewidth=1.0)
     axes.grid(False)
-    for (row, column), value in np.ndenumerate(matrix):
+    for (row, column), value in np.ndenumerate(one.values):
         axes.text(column + 0.5, row + 0.5, f"{value:.2f}", ha="center", va="center", color="white" if value > 0.5 else INK, fontsize=6.5)
-    axes.set_xticks(np.arange(matrix.shape[1]) + 0.5, [number(hz) for hz in m.modes.frequency_hz[: matrix.shape[1]]], fontsize=7)
-    measured = m.pairs.measured_frequency_hz if m.pairs else np.zeros(0)
-    axes.set_yticks(np.arange(len(matrix)) + 0.5, [number(hz) for hz in measured], fontsize=7)
-    axes.set(xlabel="Model (Hz)", ylabel="Measured (Hz)", ylim=(len(matrix), 0))
+    axes.set_xticks(np.arange(one.values.shape[1]) + 0.5, [number(hz) for hz in one.columns_hz], fontsize=7)
+    axes.set_yticks(np.arange(len(one.values)) + 0.5, [number(hz) for hz in one.rows_hz], fontsize=7)
+    axes.set(xlabel=one.across, ylabel=one.down, ylim=(len(one.values), 0))
 
 
 def profiles(result: Result) -> Figure:
@@ -166,7 +188,8 @@ def profiles(result: Result) -> Figure:
         row = result.parameters.name.index(name)
         axes.plot(curve.values, curve.rise, ".-", color=BLUE)
         axes.axhline(3.84, color=PALETTE[1], ls=":")
-        axes.set(xscale="log" if result.parameters.log[row] else "linear", xlabel=f"{name} ({unit(result.parameters.unit[row])})")
+        wide = bool(result.parameters.log[row]) and curve.values.max() > _WIDE * curve.values.min()
+        axes.set(xscale="log" if wide else "linear", xlabel=f"{name} ({unit(result.parameters.unit[row])})")
         axes.set(ylim=(0, min(max(5.0, float(np.nanmax(curve.rise))), 20.0)), ylabel=f"Rise of chi-square ({NONE})")
     for axes in panels[count:]:
         axes.set_axis_off()

@@ -18,7 +18,7 @@ const FRF = (() => {
     const block = await unpacked.get(key), row = number % size;
     const curve = name => ({magnitude: block[name].magnitude[row].map(v => 10 ** v), phase: wrapped(block[name].phase[row])});
     return {
-      measured: curve("measured"), fitted: curve("fitted"), initial: curve("initial"),
+      measured: curve("measured"), fitted: curve("fitted"), initial: block.initial && curve("initial"),
       band: block.band ? block.band[row].map(v => 10 ** v) : null, coherence: block.coherence ? block.coherence[row] : null,
     };
   }
@@ -46,14 +46,14 @@ const FRF = (() => {
   function traces(c) {
     const x = set.frf.frequency, made = [];
     const styles = {
-      measured: {name: "measured", line: {color: color("measured"), width: 1, simplify: false}, mode: x.length > 400 ? "lines" : "lines+markers", marker: {size: 4.5, color: color("measured")}},
-      initial: {name: "start model", line: {color: color("initial"), width: 1.5, dash: "dash", simplify: false}, mode: "lines", visible: $("frf-initial").checked},
-      fitted: {name: "fitted", line: {color: color("fitted"), width: 2, simplify: false}, mode: "lines"},
+      measured: {line: {color: color("measured"), width: 1, simplify: false}, mode: x.length > 400 ? "lines" : "lines+markers", marker: {size: 4.5, color: color("measured")}},
+      initial: c.initial && {line: {color: color("initial"), width: 1.5, dash: "dash", simplify: false}, mode: "lines", visible: $("frf-initial").checked},
+      fitted: {line: {color: color("fitted"), width: 2, simplify: false}, mode: "lines"},
     };
     for (const phases of [false, true]) {
       if (c.band) made.push(...bandTraces(x, c.fitted, c.band, phases));
-      for (const [name, style] of Object.entries(styles))
-        made.push({...style, x, y: phases ? c[name].phase : c[name].magnitude, yaxis: phases ? "y2" : "y", legendgroup: name, showlegend: !phases, hovertemplate: phases ? "%{y:.1f}°" : "%{y:.3g} " + set.frf.unit});
+      for (const [name, style] of Object.entries(styles).filter(entry => entry[1]))
+        made.push({...style, name: DATA.curves[name], x, y: phases ? c[name].phase : c[name].magnitude, yaxis: phases ? "y2" : "y", legendgroup: name, showlegend: !phases, hovertemplate: phases ? "%{y:.1f}°" : "%{y:.3g} " + set.frf.unit});
     }
     if (c.coherence) made.push({x, y: c.coherence, yaxis: "y3", name: "coherence", mode: "lines", line: {color: color("coherence"), width: 1.5, simplify: false}, hovertemplate: "%{y:.3f}"});
     return made;
@@ -115,7 +115,7 @@ const FRF = (() => {
   $("frf-back").addEventListener("click", () => step(-1));
   $("frf-next").addEventListener("click", () => step(1));
   $("frf-scale").addEventListener("change", show);
-  $("frf-initial").addEventListener("change", show);
+  $("frf-initial")?.addEventListener("change", show);
 
   async function jump(name, number) {
     await pick(name, number);
@@ -141,23 +141,24 @@ const FRF = (() => {
     const top = z.flat().reduce((most, v) => v > most ? v : most, 0), reach = Math.max(Math.log10(4), Math.min(top, 2));
     const limits = map.in_noise ? [-reach, reach] : [-3, Math.max(0, Math.min(top, 1))];
     const ticks = [0.001, 0.01, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100].filter(t => Math.log10(t) >= limits[0] - 1e-9 && Math.log10(t) <= limits[1] + 1e-9);
-    const what = map.in_noise ? "Gap: residual / noise (1 = noise)" : "Residual / measured";
+    const what = map.in_noise ? "Residual / noise (1 = noise)" : "Residual / measured";
     const labels = map.order.map(i => `${output[i]} / ${input[i]}`);
+    const row = Math.min(16, 780 / labels.length);
     draw("gap-plot", () => [[{
       type: "heatmap", x: map.edges, y: labels.map((_, i) => i), z, zmin: limits[0], zmax: limits[1], colorscale: map.in_noise ? noiseScale() : plainScale(),
       text: labels.map(text => map.edges.slice(1).map(() => text)), customdata: z.map(row => row.map(v => 10 ** v)),
       hovertemplate: "%{text}<br>near %{x:.3g} Hz: %{customdata:.3g}<extra></extra>",
       colorbar: {title: {text: what, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
     }], {
-      height: Math.min(900, Math.max(300, 110 + 6 * labels.length)), margin: {l: 110, r: 16, t: 34, b: 48},
+      height: Math.max(260, 110 + row * labels.length), margin: {l: 110, r: 16, t: 34, b: 48},
       xaxis: {title: {text: "Frequency (Hz)"}, showgrid: false},
-      yaxis: {title: {text: "Output / input channel", standoff: 12}, autorange: "reversed", showgrid: false, zeroline: false, ...mapTicks(labels, map.order.map(i => input[i]))},
+      yaxis: {title: {text: "Output / input channel", standoff: 12}, autorange: "reversed", showgrid: false, zeroline: false, ...mapTicks(labels, map.order.map(i => input[i]), Math.ceil(13 / row))},
     }], plot => plot.on("plotly_click", event => jump(mapped.name, mapped.frf.map.order[event.points[0].y])));
   }
 
-  // About forty labels, and always the first of each input.
-  function mapTicks(labels, inputs) {
-    const every = Math.ceil(labels.length / 40), last = inputs.map(input => inputs.lastIndexOf(input));
+  // Every so many rows a label, and always at the first of each input.
+  function mapTicks(labels, inputs, every) {
+    const last = inputs.map(input => inputs.lastIndexOf(input));
     const at = labels.map((_, i) => i).filter(i => {
       const from = i - inputs.indexOf(inputs[i]);
       return from % every === 0 && (from === 0 || last[i] - i >= every - 1);

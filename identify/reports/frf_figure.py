@@ -18,8 +18,8 @@ _COLUMNS = 3
 _ROW_IN, _LEGEND_IN = 2.45, 0.4
 
 
-def overlays(frf: FrfComparison) -> Figure:
-    """The FRFs that `pick.shown_frfs` chooses, three a row."""
+def overlays(frf: FrfComparison, modelled: str = "fitted") -> Figure:
+    """The FRFs that `pick.shown_frfs` chooses, three a row; modelled: what the curve beside the measured one is called."""
     pairs = shown_frfs(frf)
     rows = -(-len(pairs) // _COLUMNS)
     height = _ROW_IN * rows + _LEGEND_IN
@@ -30,7 +30,7 @@ def overlays(frf: FrfComparison) -> Figure:
     )
     for place, pair in enumerate(pairs):
         top, bottom = cells[place].subgridspec(2, 1, height_ratios=[5, 2], hspace=0.08).subplots(sharex=True, squeeze=False).ravel()
-        _overlay(top, bottom, frf, pair)
+        _overlay((top, bottom), frf, pair, modelled)
         if place % _COLUMNS == 0:
             top.set_ylabel(f"Magnitude ({unit(frf.unit)})")
             bottom.set_ylabel("Phase (°)")
@@ -40,13 +40,15 @@ def overlays(frf: FrfComparison) -> Figure:
     return figure
 
 
-def _overlay(top: Axes, bottom: Axes, frf: FrfComparison, pair: int) -> None:
+def _overlay(panels: tuple[Axes, Axes], frf: FrfComparison, pair: int, modelled: str) -> None:
+    top, bottom = panels
     f = frf.frequency_hz
-    measured, fitted, initial = frf.measured[:, pair], frf.fitted[:, pair], frf.initial[:, pair]
+    measured, fitted = frf.measured[:, pair], frf.fitted[:, pair]
     for axes, shape in ((top, np.abs), (bottom, _degrees)):
         axes.plot(f, shape(measured), color=INK, lw=0.5, marker=".", ms=1.8, mew=0, label="measured")
-        axes.plot(f, shape(initial), color=ORANGE, lw=0.8, ls="--", label="start model")
-        axes.plot(f, shape(fitted), color=BLUE, lw=1.0, label="fitted")
+        if frf.initial is not None:
+            axes.plot(f, shape(frf.initial[:, pair]), color=ORANGE, lw=0.8, ls="--", label="start model")
+        axes.plot(f, shape(fitted), color=BLUE, lw=1.0, label=modelled)
     if frf.band_95 is not None:
         half, size = frf.band_95[:, pair], np.abs(fitted)
         top.fill_between(f, np.maximum(size - half, size * 1e-3), size + half, color=BLUE, alpha=0.25, lw=0, label="95 % band")

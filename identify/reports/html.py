@@ -1,4 +1,7 @@
-"""The HTML report: one file that opens from disk without network; the data are embedded once, `page.js` draws them."""
+"""The HTML report: one file that opens from disk without network; the data are embedded once, `page.js` draws them.
+
+`page` is of a fit; what it shares with the page of a modal analysis (`modes_html`) is public.
+"""
 
 from __future__ import annotations
 
@@ -13,34 +16,53 @@ from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 
 from identify.reports import measurement_tables, pick, tables
-from identify.reports.cells import number, unit
+from identify.reports.cells import number, sentence, unit
 from identify.reports.packing import pack, pack_frfs
-from identify.reports.shapes import mode_views
-from identify.results import FrfComparison, MeasurementResult, ProfileCurve, Result
+from identify.reports.shapes import ModeView, mode_views
+from identify.results import FrfComparison, Geometry, MeasurementResult, ProfileCurve, Result
 
 _HERE = Path(__file__).parent
-_EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "charts.js")
+_EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "mac.js")
 """Scripts before and after the plotting library: text, tables and the robot need not wait for it."""
 _MAP_STEP = 1e-3
 """Decades to which the gap map is rounded."""
+STAGES = {
+    "model": "the model at its posture, moving in the chosen mode",
+    "measured": "the measured points, moving in the mode that was measured",
+}
+"""Canvases on which shapes move, and what they show."""
 
 
 def page(result: Result) -> str:
     """The whole page of a fit."""
-    loader = jinja2.FileSystemLoader(_HERE)
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     measurements = list(result.measurements.values())
-    return environment.get_template("report.html.j2").render(
+    measured_shapes = any(m.pairs and m.pairs.measured_shapes is not None for m in measurements)
+    return render(
+        "fit.html.j2",
+        "charts.js",
+        payload(result),
         result=result,
         measurements=measurements,
         sections=_sections(result),
-        measured_shapes=any(m.pairs and m.pairs.measured_shapes is not None for m in measurements),
+        stages=[(kind, about) for kind, about in STAGES.items() if kind == "model" or measured_shapes],
         tables=tables,
+        tiles=tables.tiles(result),
+        provenance=tables.provenance_table(result),
         measurement_tables=measurement_tables,
-        frf_tables=[table for table in map(measurement_tables.frf_table, measurements) if table],
+        frf_tables=[measurement_tables.frf_table(m.name, m.frf) for m in measurements if m.frf],
+    )
+
+
+def render(template: str, script: str, data: dict[str, Any], **context: Any) -> str:
+    """A page from its template, with the common look and scripts, its own script, and the data that the scripts draw."""
+    loader = jinja2.FileSystemLoader(_HERE)
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    return environment.get_template(template).render(
+        **context,
+        sentence=sentence,
         style=_text("report.css"),
-        scripts=[*map(_text, _EARLY), Markup(get_plotlyjs()), *map(_text, _LATE)],
-        data=Markup(_json(payload(result))),
+        scripts=[*map(_text, _EARLY), Markup(get_plotlyjs()), *map(_text, (_LATE[0], script, _LATE[1]))],
+        data=Markup(_json(data)),
     )
 
 
@@ -64,6 +86,7 @@ def payload(result: Result) -> dict[str, Any]:
     names = [name for name, is_free in zip(p.name, free, strict=True) if is_free]
     return {
         "measurements": [_measurement(m) for m in result.measurements.values()],
+        "curves": {"measured": "measured", "initial": "start model", "fitted": "fitted"},
         "parameters": {
             "name": list(p.name),
             "status": list(p.status),
@@ -88,8 +111,8 @@ def _measurement(m: MeasurementResult) -> dict[str, Any]:
     return {
         "name": m.name,
         "use": measurement_tables.use(m),
-        "robot": _robot(m),
-        "frf": None if m.frf is None else _frf(m.frf),
+        "robot": robot_data(m.geometry, m.frf, mode_views(m)),
+        "frf": None if m.frf is None else frf_data(m.frf),
         "mac": _mac(m),
     }
 
@@ -100,9 +123,8 @@ def _profile(result: Result, name: str, curve: ProfileCurve) -> dict[str, Any]:
     return {"label": label, "log": log, "values": curve.values, "rise": curve.rise, "best": result.parameters.value[row]}
 
 
-def _robot(m: MeasurementResult) -> dict[str, Any]:
-    """Geometry and shown modes; shapes as real and imaginary part in thousandths of the largest displacement."""
-    g, frf = m.geometry, m.frf
+def robot_data(g: Geometry, frf: FrfComparison | None, views: list[ModeView]) -> dict[str, Any]:
+    """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest displacement."""
     modes = [
         {
             "label": view.label,
@@ -112,7 +134,7 @@ def _robot(m: MeasurementResult) -> dict[str, Any]:
             "skeleton": _thousandths(view.skeleton),
             "measured_points": _thousandths(view.measured_points),
         }
-        for view in mode_views(m)
+        for view in views
     ]
     return {
         "node": g.nodes,
@@ -120,6 +142,7 @@ def _robot(m: MeasurementResult) -> dict[str, Any]:
         "link": list(g.point_links),
         "points": g.points,
         "skeleton": g.skeleton,
+        "segments": g.segments,
         "measured": [] if frf is None else pick.nodes(frf.output),
         "excited": [] if frf is None else pick.nodes(frf.input),
         "modes": modes,
@@ -130,7 +153,8 @@ def _thousandths(shape: NDArray[np.complex128] | None) -> dict[str, Any] | None:
     return None if shape is None else {part: np.round(1000 * getattr(shape, part)) for part in ("real", "imag")}
 
 
-def _frf(frf: FrfComparison) -> dict[str, Any]:
+def frf_data(frf: FrfComparison) -> dict[str, Any]:
+    """Curves, errors and gap map of an FRF set."""
     gap_map, order = pick.gap_map(frf), pick.map_order(frf)
     with np.errstate(divide="ignore"):
         values = pack(np.log10(gap_map.values.T[order]), _MAP_STEP)
@@ -151,11 +175,8 @@ def _mac(m: MeasurementResult) -> dict[str, Any] | None:
     if m.pairs is None or m.pairs.mac_matrix is None:
         return None
     shown = pick.shown_modes(m)
-    return {
-        "measured": [number(hz) for hz in m.pairs.measured_frequency_hz],
-        "model": [number(hz) for hz in m.modes.frequency_hz[:shown]],
-        "values": m.pairs.mac_matrix[:, :shown],
-    }
+    rows, columns = ([number(hz) for hz in values] for values in (m.pairs.measured_frequency_hz, m.modes.frequency_hz[:shown]))
+    return {"rows": rows, "columns": columns, "down": "Measured (Hz)", "across": "Model (Hz)", "values": m.pairs.mac_matrix[:, :shown]}
 
 
 def _json(value: dict[str, Any]) -> str:

@@ -112,11 +112,8 @@ def error_table(result: Result) -> Table:
     return Table("FRF errors", columns, tuple(rows), note)
 
 
-def frf_table(measurement: MeasurementResult) -> Table | None:
-    """Every FRF of a measurement, worst first; None where it has none."""
-    frf = measurement.frf
-    if frf is None:
-        return None
+def frf_table(name: str, frf: FrfComparison) -> Table:
+    """Every FRF of the measurement of that name, worst first."""
     columns = (
         words("Output"),
         words("Input"),
@@ -139,7 +136,7 @@ def frf_table(measurement: MeasurementResult) -> Table | None:
         )
         for i in worst_first(frf)
     ]
-    return Table(f"FRF errors, {measurement.name}, {frf.quantity}, {band(frf)}", columns, tuple(rows))
+    return Table(f"FRF errors, {name}, {frf.quantity}, {band(frf)}", columns, tuple(rows))
 
 
 def pair_errors(frf: FrfComparison, pair: int) -> str:

@@ -31,7 +31,7 @@ def pack(values: NDArray[np.float64], step: float, order: int = 1) -> dict[str, 
     # Zigzag: small numbers of either sign have zero high bytes.
     bits = ((steps << 1) ^ (steps >> 31)).astype("<u4")
     planes = np.ascontiguousarray(bits).reshape(-1).view(np.uint8).reshape(-1, 4).T
-    data = base64.b64encode(zlib.compress(np.ascontiguousarray(planes).tobytes(), 9)).decode()
+    data = base64.b64encode(zlib.compress(np.ascontiguousarray(planes).tobytes(), 6)).decode()
     return {"n": values.shape[1], "step": step, "order": order, "data": data}
 
 
@@ -45,6 +45,8 @@ def pack_frfs(frf: FrfComparison) -> dict[str, Any]:
 def _pack_block(frf: FrfComparison, pairs: slice) -> dict[str, Any]:
     block: dict[str, Any] = {}
     for name, curve, order in (("measured", frf.measured, 1), ("fitted", frf.fitted, 2), ("initial", frf.initial, 2)):
+        if curve is None:
+            continue
         values = curve[:, pairs]
         block[name] = {
             "magnitude": pack(_decades(np.abs(values)).T, MAGNITUDE_STEP, order),

@@ -2,43 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Any
-
-import typst
-from matplotlib.figure import Figure
-
 from identify.reports import figures, frf_figure, measurement_tables, pick, robot_figure, tables
-from identify.reports.cells import Table, count, listed
-from identify.results import FrfComparison, MeasurementResult, Result
+from identify.reports.cells import count, listed
+from identify.reports.document import Document
+from identify.reports.pick import modes_in_band
+from identify.reports.shapes import mode_views
+from identify.results import FrfComparison, Result
 
-_TEMPLATE = Path(__file__).parent / "report.typ"
 _WORST_ROWS = 10
-
-
-class Document:
-    """A page description in the making: blocks in reading order, and the files of its figures."""
-
-    def __init__(self) -> None:
-        self.blocks: list[dict[str, Any]] = []
-        self.files: dict[str, bytes] = {}
-
-    def add(self, kind: str, text: str, **more: Any) -> None:
-        """A block of text: heading, paragraph, warning or code."""
-        self.blocks.append({"kind": kind, "text": text, **more})
-
-    def table(self, table: Table, heading: bool = False) -> None:
-        """A table, with its title where asked."""
-        columns = [{"heading": c.heading, "unit": c.unit, "numeric": c.numeric} for c in table.columns]
-        title = table.title if heading else ""
-        self.blocks.append({"kind": "table", "title": title, "columns": columns, "rows": table.rows, "note": table.note})
-
-    def figure(self, figure: Figure, caption: str) -> None:
-        """A figure at its own size."""
-        name = f"figure{len(self.files)}.svg"
-        self.files[name] = figures.svg(figure)
-        self.blocks.append({"kind": "figure", "file": name, "width": float(figure.get_figwidth()), "caption": caption})
 
 
 def document(result: Result) -> bytes:
@@ -50,19 +21,12 @@ def document(result: Result) -> bytes:
         _modes(made, result)
         _frfs(made, result)
         _search(made, result)
-    _sources(made, result)
-    head = {"name": result.name, "kind": result.kind, "written": result.provenance.written, "version": result.provenance.identify}
-    data = json.dumps({**head, "blocks": made.blocks}).encode()
-    files: Any = {"main.typ": _TEMPLATE.read_bytes(), "data.json": data, **made.files}
-    return bytes(typst.compile(files, format="pdf", ignore_system_fonts=True))
+    made.sources(result)
+    return made.compile(result)
 
 
 def _opening(made: Document, result: Result) -> None:
-    for sentence in result.verdict:
-        made.add("lead", sentence)
-    for note in result.notes:
-        made.add("warning", note)
-    made.blocks.append({"kind": "tiles", "items": tables.tiles(result)})
+    made.opening(result, tables.tiles(result))
     made.add("paragraph", f"Model: {'; '.join(result.effects)}.")
     made.table(measurement_tables.measurement_table(result))
     measurements = list(result.measurements.values())
@@ -75,13 +39,12 @@ def _parameters(made: Document, result: Result) -> None:
     made.add("heading", "Parameters")
     made.table(tables.parameter_table(result))
     made.figure(figures.parameters(result), "Start and fitted values between their bounds, and the size of the 95 % intervals.")
-    for table in (tables.profile_table(result), tables.published_table(result)):
-        if table is not None:
-            made.table(table, heading=True)
-    if result.profiles:
-        made.figure(
-            figures.profiles(result), "Profile likelihood: rise of chi-square with all other parameters fitted again; dotted: 3.84."
-        )
+    profiles, published = tables.profile_table(result), tables.published_table(result)
+    if profiles is not None:
+        made.table(profiles, heading=True)
+        made.figure(figures.profiles(result), "Profile likelihood: rise of chi-square, all other parameters fitted again; dotted: 3.84.")
+    if published is not None:
+        made.table(published, heading=True)
 
 
 def _modes(made: Document, result: Result) -> None:
@@ -92,13 +55,13 @@ def _modes(made: Document, result: Result) -> None:
     published = tables.published_modes_table(result)
     if published is not None:
         made.table(published, heading=True)
-    mac = figures.mac(measurements)
+    mac = figures.mac([found for found in map(figures.pair_mac, measurements) if found])
     if mac is not None:
         made.figure(mac, "Modal assurance criterion (MAC) of measured and model modes.")
     first = measurements[0]
     caption = f"Modes of the model, {first.name}: at rest (grey) and at both ends of the motion, enlarged"
     caption += "; rings: measured." if first.pairs and first.pairs.measured_shapes is not None else "."
-    made.figure(robot_figure.shapes(first), caption)
+    made.figure(robot_figure.shapes(first.geometry, mode_views(first)[: modes_in_band(first)]), caption)
 
 
 def _frfs(made: Document, result: Result) -> None:
@@ -109,24 +72,28 @@ def _frfs(made: Document, result: Result) -> None:
     made.table(measurement_tables.error_table(result))
     for m, frf in found:
         made.add("subheading", f"{m.name}, {measurement_tables.use(m)}")
-        made.figure(frf_figure.overlays(frf), _chosen(m, frf))
-        worst = measurement_tables.frf_table(m)
-        if worst is not None:
-            made.add("paragraph", f"The {min(_WORST_ROWS, len(worst.rows))} FRFs of {m.name} with the largest error, of {len(worst.rows)}:")
-            made.table(worst.head(_WORST_ROWS))
+        overlays(made, m.name, frf)
     made.add("heading", "Where the model disagrees")
     for m, frf in found:
-        made.figure(figures.gap_map(m, frf), f"Residual by band and FRF, {m.name}.")
+        made.figure(figures.gap_map(m.name, frf), f"Residual by band and FRF, {m.name}.")
 
 
-def _chosen(m: MeasurementResult, frf: FrfComparison) -> str:
+def overlays(made: Document, name: str, frf: FrfComparison, modelled: str = "fitted") -> None:
+    """Chosen FRFs of a measurement, and a table of those with the largest error; modelled names the curve beside the measured one."""
+    made.figure(frf_figure.overlays(frf, modelled), _chosen(name, frf))
+    worst = measurement_tables.frf_table(name, frf)
+    made.add("paragraph", f"The {min(_WORST_ROWS, len(worst.rows))} FRFs of {name} with the largest error, of {len(worst.rows)}:")
+    made.table(worst.head(_WORST_ROWS))
+
+
+def _chosen(name: str, frf: FrfComparison) -> str:
     by = "relative error" if frf.gap is None else "gap"
     pairs = pick.shown_frfs(frf)
     drive = sum(pick.is_drive_point(frf, pair) for pair in pairs)
     parts = [count(drive, "drive point")] if drive else []
     if drive < len(pairs):
         parts.append(f"the {len(pairs) - drive} other FRFs with the largest {by}")
-    return f"{m.name}: {frf.quantity}, {measurement_tables.band(frf)}; {listed(parts)}."
+    return f"{name}: {frf.quantity}, {measurement_tables.band(frf)}; {listed(parts)}."
 
 
 def _search(made: Document, result: Result) -> None:
@@ -140,10 +107,3 @@ def _search(made: Document, result: Result) -> None:
     groups = "; ".join(result.inseparable)
     made.add("paragraph", f"Not separable by these data: {groups}." if groups else "The data separate all free parameters.")
     made.table(tables.direction_table(result))
-
-
-def _sources(made: Document, result: Result) -> None:
-    made.add("heading", "What was asked")
-    made.add("code", result.provenance.config)
-    made.add("heading", "Provenance")
-    made.table(tables.provenance_table(result))

@@ -122,13 +122,14 @@ def half_interval(table: ParameterTable) -> Array:
 
 
 def cost_lines(history: Array) -> list[tuple[int, int, Array, Array]]:
-    """The history as lines (start, stage, evaluations since the start began, best cost of the stage)."""
+    """The history as lines (start, stage, evaluations since the start began, best cost of the stage); failed evaluations left out."""
     lines = []
     for start in np.unique(history[:, 0]):
         done = 0.0
         for stage in np.unique(history[history[:, 0] == start, 1]):
             rows = history[(history[:, 0] == start) & (history[:, 1] == stage)]
-            lines.append((int(start), int(stage), rows[:, 2] + done, rows[:, 3]))
+            known = np.isfinite(rows[:, 3])
+            lines.append((int(start), int(stage), rows[known, 2] + done, rows[known, 3]))
             done += float(rows[-1, 2])
     return lines
 

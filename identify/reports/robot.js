@@ -1,15 +1,16 @@
-// The robot at its posture in 3D on plain canvases, the model and, beside it, the measured shape; turned by dragging, zoomed by the wheel.
+// Shapes in 3D on plain canvases: the model at its posture, the measured points, or both; turned by dragging, zoomed by the wheel.
 "use strict";
 
 (() => {
   const tip = $("robot-tip");
   const stages = ["model", "measured"].map(kind => ({kind, canvas: $(`robot-${kind}`)})).filter(stage => stage.canvas);
+  if (!stages.length) return;
   const home = {azimuth: -0.9, elevation: 0.35, zoom: 1};
   const view = {...home};
   let robot, mode, center, radius, feet, order, canvas, context, playing = true, phase = 0, last = 0;
 
-  const links = [...new Set(DATA.measurements.flatMap(m => m.robot.link))];
-  const linkColor = name => PALETTE[links.indexOf(name) % PALETTE.length];
+  const links = [...new Set(DATA.measurements.flatMap(m => m.robot.link))].filter(Boolean);
+  const linkColor = name => PALETTE[Math.max(links.indexOf(name), 0) % PALETTE.length];
   const add = (a, b, f = 1) => a.map((x, i) => x + f * b[i]);
   const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 
@@ -35,7 +36,8 @@
     order = feet.map((_, i) => i).sort((a, b) => feet[a].segment - feet[b].segment || feet[a].part - feet[b].part);
     $("robot-mode").replaceChildren(...robot.modes.map((m, i) => new Option(m.label, i)));
     $("robot-mode").selectedIndex = Math.min(Math.max(at, 0), robot.modes.length - 1);
-    $("robot-about").textContent = `${DATA.measurements[number].name}, ${DATA.measurements[number].use}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
+    const what = [DATA.measurements[number].name, DATA.measurements[number].use].filter(Boolean).join(", ");
+    $("robot-about").textContent = `${what}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
       + `dashed: at rest. Ringed: where it was excited (${robot.excited.length ? robot.excited.join(", ") : "not told"}).`;
     chooseMode();
   }
@@ -111,6 +113,7 @@
       context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
       floor();
       line(robot.skeleton, color("muted"), 1.5, [5, 6]);
+      for (const ends of robot.segments || []) line(ends.map(i => robot.points[i]), color("line"), 1, [4, 4]);
       stage.spots = stage.kind === "model" ? paintModel() : paintMeasured();
     }
   }
@@ -126,10 +129,10 @@
     return paintPoints(points);
   }
 
-  // Only points were measured: a line joins them in their order along the robot.
+  // Only points were measured: lines join them as the geometry says, or in their order along the robot.
   function paintMeasured() {
-    const points = moved(robot.points, mode.measured_points);
-    if (mode.measured_points) line(order.map(i => points[i]).filter(Boolean), color("ink"), 2);
+    const points = moved(robot.points, mode.measured_points), runs = robot.segments || [order];
+    if (mode.measured_points) for (const run of runs) line(run.map(i => points[i]).filter(Boolean), color("ink"), 2);
     return paintPoints(points);
   }
 
@@ -164,7 +167,8 @@
     if (tip.hidden) return;
     const measured = robot.measured.includes(robot.node[i]) ? "" : "\nwithout FRFs";
     const excited = robot.excited.includes(robot.node[i]) ? "\nexcited here" : "";
-    tip.textContent = `${robot.node[i]} ${robot.name[i]}\non ${robot.link[i]}${measured}${excited}`;
+    const link = robot.link[i] && `\non ${robot.link[i]}`;
+    tip.textContent = `${robot.node[i]} ${robot.name[i]}${link}${measured}${excited}`;
     tip.style.left = `${Math.min(event.clientX - frame.left + 14, frame.width - 130)}px`;
     tip.style.top = `${event.clientY - frame.top + 14}px`;
   }

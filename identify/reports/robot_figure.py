@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from identify.reports.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.measurement_tables import use
-from identify.reports.pick import modes_in_band
-from identify.reports.shapes import mode_views
+from identify.reports.shapes import ModeView
 from identify.results import Geometry, MeasurementResult
 
 Array = NDArray[np.float64]
@@ -27,7 +26,7 @@ _REACH = 0.16
 
 def postures(measurements: Sequence[MeasurementResult]) -> Figure:
     """The robot at its first six postures; points in the colour of their link, with their nodes."""
-    figure, panels = _grid(measurements[:POSTURES])
+    figure, panels = _grid([m.geometry for m in measurements[:POSTURES]])
     links = list(dict.fromkeys(link for m in measurements for link in m.geometry.point_links))
     for axes, m in zip(panels, measurements, strict=False):
         g = m.geometry
@@ -45,16 +44,19 @@ def postures(measurements: Sequence[MeasurementResult]) -> Figure:
     return figure
 
 
-def shapes(m: MeasurementResult) -> Figure:
-    """The modes of the measured band, at most six: at rest (grey) and at both ends; at one end the points, ringed where measured."""
-    views = mode_views(m)[: min(modes_in_band(m), MODES)]
-    figure, panels = _grid([m] * len(views))
-    g = m.geometry
+def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
+    """At most six modes: at rest (grey), the model at both ends; at one end its points, ringed where measured.
+
+    Where only points were measured, lines join them at one end.
+    """
+    views = views[:MODES]
+    figure, panels = _grid([g] * len(views))
     size = _REACH * float(np.ptp(_places(g), axis=0).max())
     for axes, view in zip(panels, views, strict=True):
         _floor(axes, g)
         axes.plot(*_project(g.skeleton), color=MUTED, lw=1.2)
         if view.points is None or view.skeleton is None:
+            _measured_alone(axes, g, view, size)
             continue
         for sign, color in ((1, BLUE), (-1, ORANGE)):
             axes.plot(*_project(g.skeleton + sign * size * view.skeleton.real), "-", color=color, lw=1.5)
@@ -65,19 +67,33 @@ def shapes(m: MeasurementResult) -> Figure:
     return figure
 
 
-def _grid(measurements: Sequence[MeasurementResult]) -> tuple[Figure, list[Axes]]:
+def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> None:
+    if view.measured_points is None:
+        return
+    moved = g.points + size * view.measured_points.real
+    for ends in g.segments if g.segments is not None else ():
+        axes.plot(*_project(g.points[ends]), color=GRID, lw=0.7, zorder=0)
+        axes.plot(*_project(moved[ends]), color=INK, lw=0.7)
+    if g.segments is None:
+        for rest, end in zip(g.points, moved, strict=True):
+            axes.plot(*_project(np.stack([rest, end])), color=BLUE, lw=0.7)
+    axes.plot(*_project(moved), ".", color=BLUE, ms=3)
+    axes.set_title(view.label.replace("damping ", ""))
+
+
+def _grid(geometries: Sequence[Geometry]) -> tuple[Figure, list[Axes]]:
     """Equal panels, three a row, high enough for the highest picture."""
-    boxes = [np.ptp(np.concatenate([_project(_corners(m.geometry)), _project(_places(m.geometry))], axis=1), axis=1) for m in measurements]
+    boxes = [np.ptp(np.concatenate([_project(_corners(g)), _project(_places(g))], axis=1), axis=1) for g in geometries]
     width, height = np.max(boxes, axis=0)
-    columns = min(len(measurements), _COLUMNS)
-    rows = -(-len(measurements) // columns)
+    columns = min(len(geometries), _COLUMNS)
+    rows = -(-len(geometries) // columns)
     across = WIDTH_IN / max(columns, 1.6)
     figure = Figure((across * columns, rows * (min(across * height / width, 2.6) + 0.2) + 0.25), layout="constrained")
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for axes in panels:
         axes.set_axis_off()
         axes.set_aspect("equal")
-    return figure, panels[: len(measurements)]
+    return figure, panels[: len(geometries)]
 
 
 def _places(geometry: Geometry) -> Array:

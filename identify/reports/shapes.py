@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.modes_result import AnalysedMeasurement
 from identify.reports.cells import number, percent
 from identify.reports.pick import mac_of, partner, shown_modes
 from identify.results import MeasurementResult, ModePairs
@@ -44,6 +45,17 @@ def mode_views(m: MeasurementResult) -> list[ModeView]:
     return views
 
 
+def analysed_views(m: AnalysedMeasurement) -> list[ModeView]:
+    """The modes of a modal analysis on its geometry; none where it is not known."""
+    if m.shapes is None:
+        return []
+    views = []
+    for row, shape in enumerate(m.shapes):
+        text = f"{number(m.modes.frequency_hz[row])} Hz, damping {percent(m.modes.damping_ratio[row])} %"
+        views.append(ModeView(f"{row + 1}: {text}", "", text, None, None, shape / _largest(shape)))
+    return views
+
+
 def _model_view(m: MeasurementResult, row: int) -> ModeView:
     places = len(m.geometry.points)
     shape = np.concatenate([m.modes.point_shapes[row], m.modes.skeleton_shapes[row]])
@@ -52,14 +64,17 @@ def _model_view(m: MeasurementResult, row: int) -> ModeView:
     measured_text, measured = "", None
     mode = None if m.pairs is None else partner(m.pairs, row)
     if m.pairs is not None and mode is not None:
-        measured_text = f"{_measured_text(m.pairs, mode)}, MAC {number(mac_of(m.pairs, row))}"
+        mac = mac_of(m.pairs, row)
+        measured_text = _measured_text(m.pairs, mode) + ("" if np.isnan(mac) else f", MAC {number(mac)}")
         if m.pairs.measured_shapes is not None:
             measured = _fitted_to(m.pairs.measured_shapes[mode], shape[:places])
     return ModeView(f"{row + 1}: {text}", text, measured_text, shape[:places], shape[places:], measured)
 
 
 def _measured_text(pairs: ModePairs, mode: int) -> str:
-    return f"{number(pairs.measured_frequency_hz[mode])} Hz, damping {percent(pairs.measured_damping_ratio[mode])} %"
+    ratio = pairs.measured_damping_ratio[mode]
+    damping = "" if np.isnan(ratio) else f", damping {percent(ratio)} %"
+    return f"{number(pairs.measured_frequency_hz[mode])} Hz{damping}"
 
 
 def _largest(shape: Complex) -> complex:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.modes_result import ModesResult
 from identify.reports.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.reports.pick import half_interval
 from identify.results import Result
@@ -151,17 +152,19 @@ def direction_table(result: Result) -> Table:
     return Table("Directions", columns, tuple(rows), note)
 
 
-def provenance_table(result: Result) -> Table:
+def provenance_table(result: Result | ModesResult) -> Table:
     """Versions, times, seed and hashes."""
     p = result.provenance
+    seed = [("Seed", str(result.seed))] if isinstance(result, Result) else []
+    study = [(f"Study {p.config_path}", f"sha256 {p.config_sha256}")] if p.config_path else []
     rows = [
         ("Written", p.written),
         ("Run time", f"{number(result.seconds, 3)} s"),
-        ("Seed", str(result.seed)),
+        *seed,
         ("identify", p.identify),
         ("Python", f"{p.python}, {p.platform}"),
         ("Packages", ", ".join(p.packages)),
-        (f"Study {p.config_path}", f"sha256 {p.config_sha256}"),
+        *study,
         *((name, f"sha256 {digest}") for name, digest in zip(p.input_files, p.input_sha256, strict=True)),
     ]
     return Table("Provenance", (words("What"), words("Value")), tuple(rows))

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from identify import results
 from identify.errors import InputError
-from identify.reports import html, pdf
+from identify.modes_result import ModesResult
+from identify.reports import html, modes_html, modes_pdf, pdf
 
 
 def write_reports(path: Path) -> list[Path]:
@@ -15,10 +16,15 @@ def write_reports(path: Path) -> list[Path]:
 
     The same result gives the same bytes.  Raises InputError for a file that is no result, and where a report cannot be written.
     """
-    result = results.read(path, results.Result)
     page, document = path.with_suffix(".html"), path.with_suffix(".pdf")
-    _write(page, html.page(result).encode())
-    _write(document, pdf.document(result))
+    if results.kind_of(path) == ModesResult.KIND:
+        modes = results.read(path, ModesResult)
+        made = modes_html.page(modes), modes_pdf.document(modes)
+    else:
+        result: results.Result = results.read(path)
+        made = html.page(result), pdf.document(result)
+    _write(page, made[0].encode())
+    _write(document, made[1])
     return [page, document]
 
 

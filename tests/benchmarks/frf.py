@@ -94,7 +94,9 @@ def fits(folder: Path) -> None:
             return float(np.sqrt(np.mean(found.fun**2)))
 
         times = [seconds(exact, 0.1), seconds(differences, 0.1)]
-        print(f"{len(start)} parameters: exact gradients {times[0]:.2f} s (gap {exact():.3f}), finite differences {times[1]:.2f} s ", end="")
+        print(
+            f"{len(start)} parameters: exact gradients {times[0]:.2f} s (gap {exact():.3f}), finite differences {times[1]:.2f} s ", end=""
+        )
         print(f"(gap {differences():.3f}): {times[1] / times[0]:.1f} times faster")
 
 

@@ -74,6 +74,9 @@ def theirs(case: Case, method: str, order: int, window_hz: int | None) -> ModalT
     ema = importlib.import_module("sdypy.EMA")
     frf = case.data.frf.reshape(len(case.data.frequency_hz), -1).T
     low, high = case.band_hz
+    if method == "lsce":
+        # Its sample time does not follow a lower limit, which shifts every pole.
+        low = 0.0
     limit = min(order, len(case.data.frequency_hz) // 4)
     model = ema.Model(frf, case.data.frequency_hz, lower=low, upper=high, pol_order_high=limit, frf_form=case.data.quantity)
     sigma = case.data.window_decay_per_s

@@ -1,4 +1,4 @@
-"""Each kind of effect against physics by hand, and a contract battery over everything registered."""
+"""Kinds of effects on the structure against physics by hand, and what is refused; the contract of all kinds is in test_contract."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.effects.base import EFFECTS, parse_effect
+from identify.effects.base import parse_effect
 from identify.errors import InputError
 from identify.model.modes import undamped_modes
 from identify.model.system import assemble, build_site, list_parameters
-from identify.robot.posture import AXES
 from identify.robot.urdf import read_urdf
 from tests.arms import arm, initial, system
-from tests.robot.random_arm import random_posture
 
 PENDULUM = """<robot name="pendulum">
 <link name="ground"><inertial><origin xyz="0 0 0"/><mass value="50"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -76,32 +74,6 @@ def test_default_start_puts_each_coordinate_alone_at_twenty_hertz(tmp_path: Path
     model, parameters, _ = system(arm(tmp_path), [{"kind": "joint-compliance", "joints": [2]}])
     k = initial(parameters)[0]
     assert np.sqrt(k / model.mass[0, 0]) / (2 * np.pi) == pytest.approx(20.0)
-
-
-@pytest.mark.parametrize("kind", EFFECTS.names())
-def test_every_effect_sits_in_all_its_places(kind: str, tmp_path: Path) -> None:
-    robot = arm(tmp_path)
-    places = list(EFFECTS.get(kind).places(robot))
-    assert places
-    sentences = {place.sentence() for place in places}
-    assert len(sentences) == len(places), "two places with the same sentence cannot be told apart in a report"
-    drive = parse_effect({"kind": "joint-compliance", "axes": ["rz"]})
-    for place in places:
-        effects = [place] if place.kind == "joint-compliance" else [drive, place]
-        site = build_site(robot, random_posture(1), effects)
-        parameters, model = list_parameters(robot, site, effects), assemble(robot, site, effects)
-        assert len(parameters) == len(model.terms["stiffness"])
-        assert {name.split(".")[-1] for name in model.coordinates} <= {*AXES, "rotor"}
-        assert all(p.lower <= p.initial <= p.upper for p in parameters)
-        number = len(parameters) - 1
-        assert number in model.factors.owner, "its parameter enters the model"
-
-
-@pytest.mark.parametrize("kind", EFFECTS.names())
-def test_every_effect_refuses_unknown_options(kind: str, tmp_path: Path) -> None:
-    place = next(iter(EFFECTS.get(kind).places(arm(tmp_path))))
-    with pytest.raises(ValidationError, match="typo"):
-        EFFECTS.get(kind).model_validate({**place.model_dump(), "typo": 1})
 
 
 def test_one_gear_ratio_per_joint() -> None:

@@ -16,6 +16,8 @@ import numpy as np
 from tests.generator import faults, nonlinear, structure
 from tests.generator.arm import Arm
 from tests.generator.effect import Effect, TorqueEffect
+from tests.generator.linear import linearise
+from tests.generator.plant import Plant
 from tests.generator.rigid import Array, frame_with_z
 from tests.generator.spec import TestSpec
 from tests.generator.structure import CLASSES
@@ -68,12 +70,15 @@ class Draw:
         points = [point.name for point in self.arm.points if point.link in ("link2", "link3", "link4", "link5", "link6")]
         return str(self.rng.choice(points)), str(self.rng.choice(list("xyz")))
 
-    def torque_amplitude(self) -> float:
-        """About the torque (N m) in a joint's spring after a usual impact at the tool."""
-        tree, joint = self.tree, self.arm.joints[self.number - 1]
-        lever = np.linalg.norm(tree.pose(6)[1] - tree.pose(self.number)[1]) + np.linalg.norm(self.arm.points[-1].xyz)
-        inertia = tree.outboard_about(f"link{self.number}", joint.axis)
-        return float(_PULSE * self.peak_n * lever * np.sqrt(self.arm.stiffness[self.number - 1] / inertia))
+    def amplitude(self) -> tuple[float, float]:
+        """Largest deflection (rad) and rate (rad/s) of the joint after a usual impact, mean of three directions."""
+        linear = linearise(Plant(self.tree), self.arm.points[-1].name)
+        values, vectors = np.linalg.eig(linear.a)
+        start = np.linalg.solve(vectors, linear.b * _PULSE * self.peak_n)
+        times = np.linspace(0.0, 0.3, 601)
+        motion = np.einsum("sm,tm,md->tsd", vectors, np.exp(np.outer(times, values)), start).real
+        angle, rate = (float(np.abs(motion[:, state]).max(axis=0).mean()) for state in (self.number - 1, self.number + 5))
+        return angle, rate
 
 
 def _base(axes: tuple[str, ...], low: float, high: float) -> Callable[[Draw], Effect]:
@@ -136,13 +141,14 @@ def _rotor(draw: Draw) -> Effect:
 
 
 def _friction(draw: Draw) -> Effect:
-    torque = draw.strength * draw.rng.uniform(0.08, 0.15) * draw.torque_amplitude()
-    return nonlinear.JointFriction(draw.number, torque, 1e-3)
+    angle, rate = draw.amplitude()
+    torque = draw.strength * draw.rng.uniform(0.08, 0.15) * draw.arm.stiffness[draw.number - 1] * angle
+    return nonlinear.JointFriction(draw.number, torque, 0.02 * rate)
 
 
 def _hardening(draw: Draw) -> Effect:
     stiffness = draw.arm.stiffness[draw.number - 1]
-    angle = draw.torque_amplitude() / stiffness
+    angle, _ = draw.amplitude()
     return nonlinear.HardeningStiffness(draw.number, draw.strength * draw.rng.uniform(0.05, 0.12) * stiffness / angle**2)
 
 

@@ -32,4 +32,5 @@ def h1(forces: Array, responses: Array, rate: float) -> Estimate:
     sff, sxx = np.sum(np.abs(f) ** 2, axis=0), np.sum(np.abs(x) ** 2, axis=0)
     sfx = np.sum(f.conj() * x, axis=0)
     coherence = np.divide(np.abs(sfx) ** 2, sff * sxx, out=np.zeros(sfx.shape), where=sxx > 0)
-    return Estimate(np.fft.rfftfreq(forces.shape[1], 1 / rate), sfx / sff, coherence)
+    frequency_hz = np.fft.rfftfreq(forces.shape[1], 1 / rate).astype(np.float64)
+    return Estimate(frequency_hz, sfx / sff, coherence)

@@ -27,17 +27,31 @@ def generate(spec: TestSpec, folder: Path, truth: Path | None = None) -> None:
     plants = [make_plant(spec, posture) for posture in postures]
     linear = [linearise(plant, spec.hammer_points[0]) for plant in plants]
     decay = stated_decay(spec, linear)
-    chain = make_chain(spec, decay, linear)
-    files = []
+    chain = make_chain(spec, decay, plants)
     for (number, plant), (rank, level) in product(enumerate(plants), enumerate(spec.levels)):
-        name = f"posture{number + 1}{f'_level{level:g}' if len(spec.levels) > 1 else ''}.uff"
         frfs = strike_all(spec, plant, chain, level, np.random.default_rng([spec.seed, number, rank, 0xE6]))
-        (folder / name).write_bytes(_universal(spec, frfs))
-        files.append({"file": name, "posture_deg": postures[number].tolist(), "level_n": round(level * spec.peak_n, 6)})
-    (folder / "robot.urdf").write_text(spec.arm.urdf(), encoding="utf-8")
-    (folder / "points.csv").write_text(spec.arm.points_csv(), encoding="utf-8")
-    _write_json(folder / "test.json", _test(spec, files, decay))
-    _write_json(truth or folder.parent / f"{folder.name}.truth.json", _truth(spec, postures, linear))
+        (folder / _name(spec, number, level)).write_bytes(_universal(spec, frfs))
+    for name, text in describe(spec, postures, decay).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    (truth or folder.parent / f"{folder.name}.truth.json").write_text(tell(spec, postures, linear), encoding="utf-8")
+
+
+def describe(spec: TestSpec, postures: Array, decay: float) -> dict[str, str]:
+    """What the user is told: text files by name."""
+    files = [
+        {"file": _name(spec, number, level), "posture_deg": posture.tolist(), "level_n": round(level * spec.peak_n, 6)}
+        for (number, posture), level in product(enumerate(postures), spec.levels)
+    ]
+    return {"robot.urdf": spec.arm.urdf(), "points.csv": spec.arm.points_csv(), "test.json": _json(_test(spec, files, decay))}
+
+
+def tell(spec: TestSpec, postures: Array, linear: list[Linear]) -> str:
+    """The truth as JSON."""
+    return _json(_truth(spec, postures, linear))
+
+
+def _name(spec: TestSpec, number: int, level: float) -> str:
+    return f"posture{number + 1}{f'_level{level:g}' if len(spec.levels) > 1 else ''}.uff"
 
 
 def _universal(spec: TestSpec, frfs: dict[tuple[str, int], Estimate]) -> bytes:
@@ -53,7 +67,8 @@ def _universal(spec: TestSpec, frfs: dict[tuple[str, int], Estimate]) -> bytes:
 
 def _test(spec: TestSpec, files: list[dict[str, Any]], decay: float) -> dict[str, Any]:
     rng = np.random.default_rng([spec.seed, 0xF7])
-    guess = spec.arm.stiffness * np.exp(rng.uniform(*np.log(spec.initial_range), 6))
+    low, high = np.log(spec.initial_range)
+    guess = spec.arm.stiffness * np.exp(rng.uniform(low, high, 6))
     return {
         "files": files,
         "reference": f"fixed accelerometers, hammer at {', '.join(spec.hammer_points)}",
@@ -93,5 +108,5 @@ def _modes(posture: Array, model: Linear) -> dict[str, Any]:
     return {"posture_deg": posture.tolist(), "frequency_hz": (modulus / 2 / np.pi).tolist(), "damping_ratio": ratio.tolist()}
 
 
-def _write_json(path: Path, content: dict[str, Any]) -> None:
-    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+def _json(content: dict[str, Any]) -> str:
+    return json.dumps(content, indent=1) + "\n"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, sin
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tests.generator.rigid import Array, turn
 
@@ -27,14 +27,14 @@ class Impact:
         """When the hammer leaves, s."""
         return self.start + self.width
 
-    def reading(self, time: float) -> float:
-        """What the load cell reads, N."""
-        phase = (time - self.start) / self.width
-        return self.peak * sin(pi * phase) if 0 < phase < 1 else 0.0
+    def reading(self, time: ArrayLike) -> Array:
+        """What the load cell reads, N, at any times (s)."""
+        phase = (np.asarray(time) - self.start) / self.width
+        return np.where((phase > 0) & (phase < 1), self.peak * np.sin(np.pi * phase), 0.0)
 
     def force(self, time: float) -> Array:
         """The force (3,), N."""
-        return self.reading(time) * self.along
+        return np.asarray(self.reading(time) * self.along)
 
 
 def swing(rng: np.random.Generator, axis: int, level: float, error_deg: float, step: float) -> Impact:

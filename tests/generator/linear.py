@@ -12,7 +12,7 @@ from tests.generator.plant import Plant
 from tests.generator.rigid import Array
 
 Complex = NDArray[np.complex128]
-_STEPS = (1e-6, 1e-4, 1e-2)
+_STEPS = (1e-6, 1e-5, 1e-2)
 """Displacement (rad, m), velocity (rad/s, m/s) and force (N): small against what is nonlinear, large against rounding."""
 
 
@@ -42,13 +42,13 @@ class Linear:
         return np.asarray(self.c @ states + self.d)
 
 
-def linearise(plant: Plant, struck: str) -> Linear:
-    """The plant about rest, without its nonlinear torques, struck at a sensor along the sensor's axes."""
+def linearise(plant: Plant, struck: str, torques: bool = False) -> Linear:
+    """The plant about rest, struck at a sensor along the sensor's axes; with its nonlinear torques, if wanted, at their slope at rest."""
     size = plant.model.nv
     columns = []
     for index in range(2 * size + 3):
         step = _STEPS[0] if index < size else _STEPS[1] if index < 2 * size else _STEPS[2]
-        up, down = (_derivative(plant, struck, index, sign * step) for sign in (1, -1))
+        up, down = (_derivative(plant, struck, (index, sign * step), torques) for sign in (1, -1))
         columns.append((up - down) / (2 * step))
     table = np.array(columns).T
     lower, outputs = table[:size], table[size:]
@@ -58,9 +58,9 @@ def linearise(plant: Plant, struck: str) -> Linear:
     return Linear(a, b, outputs[:, : 2 * size], outputs[:, 2 * size :])
 
 
-def _derivative(plant: Plant, struck: str, index: int, value: float) -> Array:
+def _derivative(plant: Plant, struck: str, change: tuple[int, float], torques: bool) -> Array:
     """Generalised accelerations, then sensor readings, with one displacement, velocity or force component off zero."""
-    data, size = plant.data, plant.model.nv
+    data, size, (index, value) = plant.data, plant.model.nv, change
     plant.rest()
     force = np.zeros(3)
     if index < size:
@@ -70,6 +70,6 @@ def _derivative(plant: Plant, struck: str, index: int, value: float) -> Array:
     else:
         force[index - 2 * size] = value
     mujoco.mj_fwdPosition(plant.model, data)
-    plant.strike(struck, lambda time: force)
+    plant.load(struck, force, torques)
     mujoco.mj_forward(plant.model, data)
     return np.concatenate([data.qacc, data.sensordata])

@@ -22,6 +22,10 @@ _JOINT_HZ = np.array([[11, 20], [12, 22], [18, 34], [38, 80], [32, 60], [55, 120
 _ROOT = np.zeros(3)
 
 
+def _vector(x: float, y: float, z: float) -> Array:
+    return np.array([x, y, z])
+
+
 @dataclass(frozen=True)
 class Make:
     """What distinguishes makes: lengths in m, total mass in kg, sense of the six axes, and how link frames are turned."""
@@ -53,12 +57,12 @@ class Make:
     def origins(self) -> Array:
         """Joint positions at zero angles (6, 3), and the tool's end as a seventh."""
         one = np.array([0.0, 0.0, self.base])
-        two = one + [self.shoulder, self.side, self.column]
-        three = two + [0.0, 0.0, self.upper]
-        four = three + [self.rear, -0.7 * self.side, self.elbow]
-        five = four + [self.fore, 0.0, 0.0]
-        six = five + [self.wrist, self.wrist_shift, 0.0]
-        return np.array([one, two, three, four, five, six, six + [self.tool, 0.0, 0.0]])
+        two = one + _vector(self.shoulder, self.side, self.column)
+        three = two + _vector(0.0, 0.0, self.upper)
+        four = three + _vector(self.rear, -0.7 * self.side, self.elbow)
+        five = four + _vector(self.fore, 0.0, 0.0)
+        six = five + _vector(self.wrist, self.wrist_shift, 0.0)
+        return np.array([one, two, three, four, five, six, six + _vector(self.tool, 0.0, 0.0)])
 
 
 _AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
@@ -168,24 +172,24 @@ def _bodies(make: Make, masses: Array) -> list[Inertia]:
     base, carousel, upper, elbow, forearm, wrist, hand = masses
     return [
         cylinder(0.7 * base, _ROOT, one, 1.6 * thick) + box(0.3 * base, [0, 0, 0.02 * make.reach], [5 * thick, 5 * thick, 0.4 * thick]),
-        cylinder(0.55 * carousel, one, one + [0, 0, make.column], 1.4 * thick)
+        cylinder(0.55 * carousel, one, one + _vector(0, 0, make.column), 1.4 * thick)
         + cylinder(0.3 * carousel, two - 1.2 * thick * y, two + 1.2 * thick * y, thick)
-        + box(0.15 * carousel, one + [-1.2 * thick, 0.6 * thick, 0.5 * make.column], [thick, thick, 2 * thick]),
+        + box(0.15 * carousel, one + _vector(-1.2 * thick, 0.6 * thick, 0.5 * make.column), [thick, thick, 2 * thick]),
         box(0.6 * upper, (two + three) / 2 + 0.5 * thick * y, [1.6 * thick, thick, make.upper])
         + cylinder(0.25 * upper, two, two + 1.5 * thick * y, 1.1 * thick)
         + cylinder(0.15 * upper, three - 0.3 * thick * y, three + thick * y, 0.8 * thick),
         box(0.65 * elbow, (three + four) / 2, [make.rear + thick, 1.4 * thick, 1.3 * thick])
-        + box(0.35 * elbow, three + [-1.5 * thick, 0.2 * thick, 0.5 * thick], [1.6 * thick, 1.5 * thick, thick]),
+        + box(0.35 * elbow, three + _vector(-1.5 * thick, 0.2 * thick, 0.5 * thick), [1.6 * thick, 1.5 * thick, thick]),
         cylinder(0.8 * forearm, four, five, 0.6 * thick) + box(0.2 * forearm, five + 0.6 * thick * y, [1.2 * thick, 0.4 * thick, thick]),
         cylinder(0.7 * wrist, five, six, 0.5 * thick) + cylinder(0.3 * wrist, five - 0.5 * thick * y, five + 0.5 * thick * y, 0.4 * thick),
-        cylinder(0.3 * hand, six, six + [0.1 * make.tool, 0, 0], 0.5 * thick)
+        cylinder(0.3 * hand, six, six + _vector(0.1 * make.tool, 0, 0), 0.5 * thick)
         + box(0.7 * hand, 0.45 * six + 0.55 * tool + [0, 0.4 * thick, 0.5 * thick], [0.8 * make.tool, 0.9 * thick, 1.3 * thick]),
     ]
 
 
 def _points(make: Make, names: list[str], turns: list[Array], origins: Array, rng: np.random.Generator) -> tuple[Point, ...]:
     """Two points on the skin of every link; the last, at the tool's end, well off axis 6."""
-    points = []
+    points: list[Point] = []
     for number, name in enumerate(names):
         along = origins[number + 1] - origins[number]
         for which, share in ((1, rng.uniform(0.3, 0.5)), (2, rng.uniform(0.75, 0.95))):

@@ -9,14 +9,13 @@ from tests.generator.chain import Chain
 from tests.generator.effect import MeasurementEffect, StructureEffect, TorqueEffect
 from tests.generator.estimate import Estimate, h1
 from tests.generator.hammer import swing
-from tests.generator.linear import Linear
+from tests.generator.linear import Linear, linearise
 from tests.generator.plant import Plant
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
 from tests.generator.structure import LinkFlexibility
 from tests.generator.tree import at_posture
 
-_PRETRIGGER_S = 0.05
 _REMAINDER = 0.002
 _LEAST_DECAY = 0.692914140326007
 _STABLE = 1.5
@@ -44,13 +43,14 @@ def stated_decay(spec: TestSpec, linear: list[Linear]) -> float:
     if spec.window_decay_per_s is not None:
         return spec.window_decay_per_s
     slowest = min(float(-model.poles.real.max()) for model in linear)
-    return max(_LEAST_DECAY, round(-np.log(_REMAINDER) / spec.duration_s - slowest, 3))
+    return max(_LEAST_DECAY, round(float(-np.log(_REMAINDER)) / spec.duration_s - slowest, 3))
 
 
-def make_chain(spec: TestSpec, decay: float, linear: list[Linear]) -> Chain:
-    """The measurement chain with its hidden faults, sampled finely enough for the fastest pole."""
+def make_chain(spec: TestSpec, decay: float, plants: list[Plant]) -> Chain:
+    """The measurement chain with its hidden faults, sampled finely enough for the fastest pole, that of sticking friction among them."""
+    fastest = max(linearise(plant, spec.hammer_points[0], torques=True).fastest for plant in plants)
     oversampling = spec.oversampling
-    while max(model.fastest for model in linear) / (spec.sample_rate_hz * oversampling) > _STABLE:
+    while fastest / (spec.sample_rate_hz * oversampling) > _STABLE:
         oversampling *= 2
     chain = Chain(spec.sample_rate_hz, spec.duration_s, oversampling, spec.noise_force, spec.noise_response, decay)
     for effect in spec.effects:
@@ -62,24 +62,19 @@ def make_chain(spec: TestSpec, decay: float, linear: list[Linear]) -> Chain:
 def strike_all(spec: TestSpec, plant: Plant, chain: Chain, level: float, rng: np.random.Generator) -> dict[tuple[str, int], Estimate]:
     """FRFs of all sensor channels by (struck point, axis); outputs are x, y, z of each sensor in turn."""
     return {
-        (struck, axis): _strike(spec, plant, chain, struck, axis, level, rng).band(*spec.band_hz)
+        (struck, axis): _strike(spec, plant, chain, (struck, axis), level, rng).band(*spec.band_hz)
         for struck in spec.hammer_points
         for axis in range(3)
     }
 
 
-def _strike(
-    spec: TestSpec, plant: Plant, chain: Chain, struck: str, axis: int, level: float, rng: np.random.Generator
-) -> Estimate:
-    """All averages of one drive direction."""
-    first = round(_PRETRIGGER_S / chain.step)
-    steps, window, names = chain.steps(first), chain.window(), plant.sensors
+def _strike(spec: TestSpec, plant: Plant, chain: Chain, where: tuple[str, int], level: float, rng: np.random.Generator) -> Estimate:
+    """All averages of one drive direction: where names the point and the axis."""
+    times, window, names = chain.step * np.arange(chain.steps), chain.window(), plant.sensors
     forces, responses = [], []
     for _ in range(spec.averages):
-        impact = swing(rng, axis, level * spec.peak_n, spec.direction_error_deg, chain.step)
-        motion = plant.respond(struck, impact.force, impact.end, chain.step, steps)
-        readings = np.array([impact.reading(row * chain.step) for row in range(steps)])
-        forces.append(window * chain.force(readings, first, rng))
-        records = chain.responses(motion, names, first, rng)
-        responses.append(window[:, None] * records.reshape(chain.samples, -1))
+        impact = swing(rng, where[1], level * spec.peak_n, spec.direction_error_deg, chain.step)
+        motion = plant.respond(where[0], impact.force, impact.end, chain.step, chain.steps)
+        forces.append(window * chain.force(impact.reading(times), rng))
+        responses.append(window[:, None] * chain.responses(motion, names, rng).reshape(chain.samples, -1))
     return h1(np.array(forces), np.array(responses), spec.sample_rate_hz)

@@ -8,6 +8,7 @@ RK4 damps a mode of angular frequency w by (w h)^6 / 144 per step h and lowers i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import ceil
 
 import mujoco
 import numpy as np
@@ -30,6 +31,7 @@ class Plant:
         self.sensors = [sensor.name for sensor in tree.sensors]
         self.coordinates = [self.model.joint(number).name for number in range(self.model.nv)]
         self._torques = [(self.coordinates.index(f"joint{effect.joint}.rz"), effect) for effect in torques]
+        self._body_of = {name: int(self.model.site(name).bodyid[0]) for name in self.sensors}
         self._weight = np.zeros((self.model.nbody, 3))
         if weighed:
             self.model.opt.gravity = tree.gravity
@@ -42,12 +44,16 @@ class Plant:
         mujoco.mj_resetData(self.model, self.data)
         self.data.xfrc_applied[:, :3] = self._weight
 
-    def strike(self, sensor: str, force: Force) -> None:
-        """Apply a force at a sensor, for the present state and time of the data."""
-        data, site = self.data, self.data.site(sensor)
-        body = int(self.model.site_bodyid[site.id])
-        world = site.xmat.reshape(3, 3) @ force(data.time)
-        mujoco.mj_applyFT(self.model, data, world, np.zeros(3), site.xpos, body, data.qfrc_applied)
+    def load(self, sensor: str, force: Array | None, torques: bool = True) -> None:
+        """Apply a force (3,), N, at a sensor along its axes, and the nonlinear torques, at the present state of the data."""
+        data = self.data
+        data.qfrc_applied[:] = 0.0
+        if force is not None:
+            site = data.site(sensor)
+            world = site.xmat.reshape(3, 3) @ force
+            mujoco.mj_applyFT(self.model, data, world, np.zeros(3), site.xpos, self._body_of[sensor], data.qfrc_applied)
+        for number, effect in self._torques if torques else ():
+            data.qfrc_applied[number] += effect.torque(data.qpos[number], data.qvel[number])
 
     def respond(self, sensor: str, force: Force, until: float, step: float, steps: int) -> Array:
         """Accelerations (steps, sensors, 3), m/s^2, in sensor axes, row n at time n * step (s), of a force that is zero after `until`.
@@ -58,24 +64,17 @@ class Plant:
         data, model = self.data, self.model
         model.opt.timestep = step
         result = np.empty((steps, model.nsensordata))
-
-        def drive(_model: mujoco.MjModel, _data: mujoco.MjData) -> None:
-            data.qfrc_applied[:] = 0.0
-            if data.time <= until:
-                self.strike(sensor, force)
-            for number, effect in self._torques:
-                data.qfrc_applied[number] += effect.torque(data.qpos[number], data.qvel[number])
-
+        driven = steps if self._torques else min(steps, ceil(until / step) + 2)
         try:
-            mujoco.set_mjcb_control(drive)
+            mujoco.set_mjcb_control(lambda _model, _data: self.load(sensor, force(data.time) if data.time <= until else None))
             for row in range(steps):
-                if data.time > until + step and not self._torques:
+                if row == driven:  # nothing acts from outside any more, and the calls back take time
                     mujoco.set_mjcb_control(None)
                 mujoco.mj_step(model, data)
                 result[row] = data.sensordata
         finally:
             mujoco.set_mjcb_control(None)
-        return (result - result[0]).reshape(steps, -1, 3)
+        return np.asarray(result - result[0]).reshape(steps, -1, 3)
 
     def _preload(self) -> None:
         """Shift the springs' zeros until nothing moves at zero displacement."""

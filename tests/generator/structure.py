@@ -102,6 +102,9 @@ class LinkFlexibility(StructureEffect):
         for sensor in tree.sensors:
             if sensor.part == root:
                 sensor.part, sensor.position = _place(sensor.position, axis, hinges, chain)
+        for strut in tree.struts:
+            if strut.part == root:
+                strut.part, strut.position = _place(strut.position, axis, hinges, chain)
 
     def _hinge(self, name: str, axis: Array) -> list[Dof]:
         stiffness = (self.bending_stiffness, self.bending_stiffness, self.torsion_stiffness)

@@ -52,7 +52,7 @@ class Sensor:
     position: Array
 
 
-@dataclass(frozen=True)
+@dataclass
 class Strut:
     """A spring and damper from a part's point to the floor along a direction in the floor's axes (N/m, N s/m)."""
 

@@ -110,10 +110,17 @@ def test_pairs_that_were_not_measured_have_no_noise_and_do_not_disturb_the_other
     np.testing.assert_allclose(std[:, :, 0], noise_std(noisy)[:, :, 0], rtol=0.01)
 
 
-def test_perfect_coherence_gives_almost_no_noise_but_not_zero() -> None:
+def test_a_coherence_printed_as_one_stands_for_almost_one() -> None:
     whole = some_set(lines=30, coherence=np.ones((30, 3, 2)))
-    std = noise_std(whole)
-    assert np.all(std > 0) and np.all(std < 1e-6 * np.abs(whole.frf))
+    std = noise_std(whole) / np.abs(whole.frf)
+    assert np.all(std > 1e-5) and np.all(std < 1e-3)
+
+
+def test_rounding_of_coherence_to_six_digits_hardly_changes_the_noise() -> None:
+    exact = some_set(lines=200, coherence=1 - 10 ** np.random.default_rng(0).uniform(-7, -5, (200, 3, 2)))
+    rounded = replace(exact, coherence=np.round(np.asarray(exact.coherence), 6))
+    assert np.mean(rounded.coherence == 1) > 0.1
+    assert np.median(np.abs(noise_std(rounded) / noise_std(exact) - 1)) < 0.05
 
 
 @pytest.mark.parametrize("lines", [1, 2, 3])

@@ -113,6 +113,17 @@ def test_criteria_reject_with_their_reason() -> None:
     assert any("explains only" in candidate.reason for candidate in analyse(data, ModalSettings(min_contribution=0.9)).rejected)
 
 
+def test_a_resonance_beyond_the_band_is_no_mode_but_helps_the_fit() -> None:
+    system = chain([12.0, 30.0, 60.0, 88.0], [0.06, 0.05, 0.06, 0.05], seed=5)
+    found = analyse(measure(system, FREQUENCY, [0, 1], noise=0.003))
+    frequency, damping = errors(found, system, slice(0, 3))
+    assert np.max(np.abs(frequency)) < 0.002
+    assert np.max(np.abs(damping)) < 0.03
+    assert found.total_error < 0.01
+    np.testing.assert_allclose(np.abs(found.outside.poles) / (2 * np.pi), [88], rtol=0.01)
+    assert any("beyond the band" in candidate.reason for candidate in found.rejected)
+
+
 def test_unrefined_poles_are_the_medians_of_their_clusters() -> None:
     found = analyse(measure(ROBOT, FREQUENCY, [0, 1, 2], noise=0.01), ModalSettings(refine=False))
     np.testing.assert_allclose(found.model.poles, [mode.pole for mode in found.modes])

@@ -66,15 +66,15 @@ def local_error(found: ModalAnalysis, frf: np.ndarray, pole: complex) -> float:
     return float(np.linalg.norm((found.layout.frf - frf)[near]) / np.linalg.norm(found.layout.frf[near]))
 
 
-def test_aircraft_rebuilding_without_a_mode_misses_it(from_arrays: ModalAnalysis) -> None:
+def test_aircraft_rebuilding_without_a_reference_mode_misses_it(from_arrays: ModalAnalysis) -> None:
     layout, model = from_arrays.layout, from_arrays.model
-    for r, pole in enumerate(model.poles):
+    for r in pair(reference(AIRCRAFT_HZ, AIRCRAFT_PERCENT), from_arrays.table).b:
         poles, participation = np.delete(model.poles, r), np.delete(model.participation, r, axis=0)
         without = synthesise(lsfd(layout, poles, participation, ("lower", "upper")), layout.s, layout.power)
-        error = local_error(from_arrays, from_arrays.synthesised, pole)
+        error = local_error(from_arrays, from_arrays.synthesised, model.poles[r])
         assert error < 0.6
-        assert local_error(from_arrays, without, pole) > 1.25 * error, abs(pole) / 2 / np.pi
-    assert np.min(from_arrays.mpc) > 0.9
+        assert local_error(from_arrays, without, model.poles[r]) > 1.25 * error, abs(model.poles[r]) / 2 / np.pi
+        assert from_arrays.mpc[r] > 0.9
 
 
 def test_aircraft_from_the_universal_file_is_the_same(from_arrays: ModalAnalysis) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -50,10 +50,8 @@ def search(shape: str = "bowl", size: int = 3, budget: int = 6000, **settings: A
 
 def run(kind: str, problem: Search, seed: int = 1, **settings: Any) -> Search:
     optimizer = parse_optimizer({"kind": kind, **settings})
-    try:
+    with contextlib.suppress(Ended):
         optimizer.minimize(problem, np.full(len(problem.lower), 0.1), np.random.default_rng(seed))
-    except Ended:
-        pass
     return problem
 
 
@@ -120,11 +118,12 @@ class TestContract:
 def test_global_methods_find_the_best_of_many_minima_where_a_local_one_does_not(kind: str) -> None:
     def from_afar(kind: str) -> float:
         problem = search("many", 4, 8000)
-        start: Callable[[], np.ndarray] = lambda: np.array([2.2, -2.0, 1.9, 2.3])
-        try:
+
+        def start() -> np.ndarray:
+            return np.array([2.2, -2.0, 1.9, 2.3])
+
+        with contextlib.suppress(Ended):
             parse_optimizer({"kind": kind}).minimize(problem, start(), np.random.default_rng(0))
-        except Ended:
-            pass
         return problem.best_cost
 
     assert from_afar(kind) < 1e-3
@@ -132,11 +131,13 @@ def test_global_methods_find_the_best_of_many_minima_where_a_local_one_does_not(
 
 
 def test_scale_is_its_own_inverse_with_fixed_and_linear_parameters() -> None:
-    scale = Scale((
-        Parameter("k", "N/m", 1e6, 1e4, 1e8),
-        Parameter("m", "kg", 2.0, -5.0, 5.0, log=False),
-        Parameter("fixed", "kg", 7.0, 0.0, 9.0, free=False),
-    ))
+    scale = Scale(
+        (
+            Parameter("k", "N/m", 1e6, 1e4, 1e8),
+            Parameter("m", "kg", 2.0, -5.0, 5.0, log=False),
+            Parameter("fixed", "kg", 7.0, 0.0, 9.0, free=False),
+        )
+    )
     values = np.array([[2e6, -1.5, 7.0], [3e5, 4.0, 7.0]])
     assert scale.to_values(scale.to_x(values)) == pytest.approx(values)
     x = scale.to_x(values[0])

@@ -26,12 +26,14 @@ from identify.results import (
 )
 
 HZ, DAMPING = np.array([12.05, 27.39, 61.5, 187.25]), np.array([0.041, 0.032, 0.0525, 0.081])
-CONFIG = 'schema: identify/1\nname: made_up_arm\n# </script><script>alert("#config")</script> & *stars* $5$ {{ braces }}\nband_hz: [3, 80]\n'
+CONFIG = (
+    'schema: identify/1\nname: made_up_arm\n# </script><script>alert("#config")</script> & *stars* $5$ {{ braces }}\nband_hz: [3, 80]\n'
+)
 _AXES = ("X", "Y", "Z")
 
 
 def frf_result(lines: int = 120, points: int = 6, **changes: Any) -> Result:
-    """A fit to FRFs: one posture fitted, one for validation; one FRF that the model does not move, one parameter fixed, one at its bound."""
+    """A fit to FRFs: one posture for validation, one FRF that the model does not move, one parameter fixed, one at its bound."""
     rng = np.random.default_rng(7)
     measurements = {
         "posture1": _measurement(rng, "posture1", "fit", lines, points),
@@ -64,7 +66,7 @@ def modal_result(**changes: Any) -> Result:
 def large_result(frfs: int = 3000, lines: int = 500) -> Result:
     """As many FRFs as a report must bear, in three measurements."""
     rng = np.random.default_rng(9)
-    points = frfs // 9
+    points = frfs // 27
     names = ("posture1", "posture2", "posture3")
     return _result({name: _measurement(rng, name, "fit", lines, points, inputs=3) for name in names})
 
@@ -82,7 +84,8 @@ def _geometry(points: int) -> Geometry:
     skeleton = np.array([[0, 0, 0], [0, 0, 0.5], [0.2, 0, 0.8], [0.5, 0.1, 1.4], [1.2, 0.2, 1.3]])
     along = np.stack([np.interp(t, np.linspace(0, 1, 5), skeleton[:, axis]) for axis in range(3)], axis=1)
     links = tuple(f"link_{int(4 * x)}" for x in t)
-    return Geometry(np.arange(1, points + 1), tuple(f"p<{i}>" for i in range(1, points + 1)), links, along + [0.05, 0.03, 0.02], skeleton)
+    names = tuple(f"p<{i}>" for i in range(1, points + 1))
+    return Geometry(np.arange(1, points + 1), names, links, along + np.array([0.05, 0.03, 0.02]), skeleton)
 
 
 def _modes(rng: np.random.Generator, points: int, joints: int) -> Modes:
@@ -160,7 +163,11 @@ def _result(measurements: dict[str, MeasurementResult]) -> Result:
         key="key",
         name="made_up_arm",
         seed=3,
-        verdict=("The fit ended at a cost of 1.03 after 1.6 s; 1 of 2 starts led there.", "The model agrees.", "3 of 4 free parameters are determined."),
+        verdict=(
+            "The fit ended at a cost of 1.03 after 1.6 s; 1 of 2 starts led there.",
+            "The model agrees.",
+            "3 of 4 free parameters are determined.",
+        ),
         notes=("only one start found the best minimum, 1 < 2 & more `starts` would tell",),
         effects=("drive compliance of joint 1 (rz)", "appended mass at link_3"),
         cost_kind="frf-least-squares",
@@ -195,7 +202,7 @@ def _parameters() -> ParameterTable:
         free=np.array([True, True, True, False, True]),
         std=np.array([0.011, 0.13, 0.6, np.nan, 0.02]),
         low_95=np.array([1.7954e6, 1518.2, 3.1e7, np.nan, -0.027]),
-        high_95=np.array([1.8745e6, 2527.9, 1.0e8, np.nan, 0.05]),
+        high_95=np.array([1.8746e6, 2527.9, 1.0e8, np.nan, 0.05]),
         status=("determined", "determined", "weak", "fixed", "not determined"),
     )
 

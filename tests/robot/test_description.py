@@ -101,7 +101,7 @@ def test_two_halves_make_a_rod() -> None:
         (1.0, np.array([[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]), "not symmetric"),
         (1.0, np.diag([1, -1, 1.0]), "not all positive"),
         (1.0, np.zeros((3, 3)), "not all positive"),
-        (1.0, np.diag([1, 1, 2.1]), "largest exceeds the sum"),
+        (1.0, np.diag([1, 1, 2.3]), "largest exceeds the sum"),
     ],
 )
 def test_inertias_no_body_has(mass: float, inertia: np.ndarray, sentence: str) -> None:

@@ -1,0 +1,40 @@
+"""What is fixed to a point of a link: the common part of added masses, resonators and springs to the ground."""
+
+from __future__ import annotations
+
+from abc import ABC
+
+import numpy as np
+from pydantic import Field
+
+from identify.effects.base import Effect
+from identify.effects.site import Array
+from identify.robot.description import Robot
+
+
+class Attached(Effect, ABC):
+    """An effect at one point of a link."""
+
+    link: str = Field(description="link or frame that carries it")
+    at_m: tuple[float, float, float] | None = Field(None, description="position in the link's frame; default: the link's centre of mass")
+
+    @property
+    def where(self) -> str:
+        """Place in the config, for errors about the link."""
+        return f"effects.{self.kind}.link"
+
+    def released(self, robot: Robot) -> list[str]:
+        """None: it acts on coordinates that others release."""
+        return []
+
+    def position(self, robot: Robot) -> Array:
+        """(3,) in the link's frame; default: its centre of mass, or the origin of a further frame."""
+        if self.at_m is not None:
+            return np.asarray(self.at_m)
+        return np.zeros(3) if self.link in robot.frames else robot.link(self.link, self.where).centre
+
+    def carried(self, robot: Robot) -> float:
+        """Mass of the link and of all links beyond it, kg, which scales defaults."""
+        link = robot.frames[self.link][0] if self.link in robot.frames else self.link
+        first = robot.links.index(robot.link(link, self.where))
+        return sum(other.mass for other in robot.links[first:])

@@ -1,0 +1,105 @@
+"""A robot at a posture, ready for effects to act on: every coordinate by name, what it moves, and the points of the measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.robot.engine import Engine
+from identify.robot.points import Point
+
+Array = NDArray[np.float64]
+Deformation = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Added:
+    """A coordinate that an effect brings, and what one unit of it moves.
+
+    link: the link it belongs to; it is gone where that link was taken off for a test.
+    engine: the engine's coordinates that follow it, and how far each; those of links taken off do not count.
+    deformation: displacement and rotation (6,) of a point (3,), m, of the link, all in the link's axes, where the link itself deforms.
+    """
+
+    name: str
+    link: str
+    engine: Mapping[str, float] = field(default_factory=dict)
+    deformation: Deformation | None = None
+
+
+@dataclass(frozen=True)
+class Site:
+    """A mechanism with every coordinate by name.
+
+    shapes (engine coordinates, n): motion of the engine's coordinates per coordinate; deformations: the link that a coordinate,
+    by its number, deforms, and how; mass (n, n): the mass matrix before any parameter; points: the measurement points by node.
+    Where links were detached for the test, the names of their coordinates and frames are in `detached`: they contribute nothing.
+    """
+
+    engine: Engine
+    coordinates: tuple[str, ...]
+    shapes: Array
+    mass: Array = field(repr=False)
+    deformations: Mapping[int, tuple[str, Deformation]] = field(default_factory=dict)
+    points: Mapping[int, Point] = field(default_factory=dict)
+    detached: frozenset[str] = frozenset()
+
+    def number(self, coordinate: str) -> int:
+        """Number of a coordinate; one that does not exist is an InputError."""
+        if coordinate in self.coordinates:
+            return self.coordinates.index(coordinate)
+        return self.engine.mechanism.coordinate(coordinate, "effects")  # says why there is none
+
+    def vector(self, coordinate: str) -> Array:
+        """(n,) with a one at `coordinate`; zero where that is detached."""
+        vector = np.zeros(len(self.coordinates))
+        if coordinate not in self.detached:
+            vector[self.number(coordinate)] = 1.0
+        return vector
+
+    def unit(self, coordinate: str) -> Array:
+        """(n, n) with a single one on the diagonal, at `coordinate`; zero where that is detached."""
+        return np.diag(self.vector(coordinate))
+
+    def inertia(self, coordinate: str) -> float:
+        """The inertia that the coordinate moves when all others are locked, kg or kg m^2."""
+        index = self.number(coordinate)
+        return float(self.mass[index, index])
+
+    def jacobian(self, frame: str, point: Array, where: str) -> Array:
+        """(6, n): motion of a point (3,) of a frame, in the frame's axes, per coordinate."""
+        if frame in self.detached:
+            return np.zeros((6, len(self.coordinates)))
+        motion = self.engine.jacobian(frame, point, where) @ self.shapes
+        mechanism = self.engine.mechanism
+        body, pose = mechanism.frame(frame, where)
+        for column, (link, deformation) in self.deformations.items():
+            owner, link_pose = mechanism.frames[link]
+            if owner == body:
+                inside = link_pose[:3, :3].T @ (pose[:3, :3] @ point + pose[:3, 3] - link_pose[:3, 3])
+                turn = pose[:3, :3].T @ link_pose[:3, :3]
+                moved = deformation(inside)
+                motion[:, column] += np.concatenate([turn @ moved[:3], turn @ moved[3:]])
+        return np.asarray(motion)
+
+    def base_jacobian(self, frame: str, point: Array, where: str) -> Array:
+        """(3, n): translation of a point (3,) of a frame, in the base's axes, per coordinate."""
+        if frame in self.detached:
+            return np.zeros((3, len(self.coordinates)))
+        motion = self.jacobian(frame, point, where)[:3]
+        return self.engine.axes(frame) @ motion
+
+    def gravity(self, frame: str) -> Array:
+        """(3,), m/s^2, in the axes of a frame; zero where that is detached."""
+        if frame in self.detached:
+            return np.zeros(3)
+        return self.engine.axes(frame).T @ self.engine.mechanism.gravity
+
+    def weight_stiffness(self, frame: str, point: Array, where: str) -> Array:
+        """(n, n) per kg: gravity stiffness of a point mass at a point (3,) of a frame that does not deform."""
+        if frame in self.detached:
+            return np.zeros((len(self.coordinates),) * 2)
+        return self.shapes.T @ self.engine.weight_stiffness(frame, point, where) @ self.shapes

@@ -1,0 +1,45 @@
+"""What a measurement of a study is read from: a file of FRFs, several repeats of it, or time histories to estimate FRFs from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
+from identify.measured.frf_records import FrfFileOptions
+from identify.measured.frf_set import FrfSet
+from identify.measured.loaders import load_frf_set, load_time_history
+from identify.measured.noise import mean_of_repeats, noise_std_from_repeats
+from identify.measured.units import Kind
+
+
+class Estimation(BaseModel):
+    """How FRFs are estimated from time histories; an exponential window is `window_decay_per_s` of the measurement."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    excitation: Literal["impacts", "random"] = Field("impacts", description="`impacts`: a block per hit; `random`: continuous records")
+    method: Method = Field("h1", description="h1: noise on responses; h2: on forces; hv: on both")
+    force_window_s: float | None = Field(None, gt=0, description="impacts: the force is zero behind this time")
+    segment_s: float = Field(2.0, gt=0, description="random: length of the segments, s")
+    overlap: float = Field(0.5, ge=0, lt=1, description="random: share by which segments overlap")
+    units: dict[Kind, str] = Field({}, description="units that the file leaves open, such as {acceleration: g, force: N}")
+
+
+def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
+    """The FRFs of one measurement; of several repeats of it, the mean, with its noise from their scatter.  InputError as the loaders."""
+    if len(paths) == 1:
+        return _read_one(paths[0], options, estimation)
+    sets = [_read_one(path, options, estimation) for path in paths]
+    return replace(mean_of_repeats(sets), noise=noise_std_from_repeats(sets))
+
+
+def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
+    if estimation is None:
+        return load_frf_set(path, options)
+    history = load_time_history(path, dict(estimation.units), options.format)
+    if estimation.excitation == "random":
+        return frf_from_random(history, estimation.segment_s, estimation.overlap, estimation.method)
+    return frf_from_impacts(history, estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0)

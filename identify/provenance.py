@@ -1,0 +1,51 @@
+"""Where a result comes from: versions, time, what was asked, and the input files with their hashes."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from identify import __version__, results
+from identify.problem import Problem
+from identify.study import StudyFile
+
+_PACKAGES = ("numpy", "scipy", "mujoco", "h5py")
+
+
+def provenance(name: str, text: str, inputs: Sequence[tuple[str, str]]) -> results.Provenance:
+    """Provenance now; name and text of what was asked (no name where there was no config file), inputs: (file, sha256)."""
+    return results.Provenance(
+        identify=__version__,
+        python=sys.version.split()[0],
+        platform=f"{platform.system()} {platform.machine()}",
+        packages=tuple(f"{package} {version(package)}" for package in _PACKAGES),
+        written=datetime.now(UTC).isoformat(timespec="seconds"),
+        config_path=name,
+        config_sha256=hashlib.sha256(text.encode()).hexdigest(),
+        config=text,
+        input_files=tuple(file for file, _ in inputs),
+        input_sha256=tuple(digest for _, digest in inputs),
+    )
+
+
+def provenance_of(problem: Problem) -> results.Provenance:
+    """Provenance of a run of a study."""
+    file = problem.file
+    measured = [(str(m.settings.source), m.target.data.sha256) for m in problem.measurements]
+    return provenance(file.path.name, file.text, [*_robot_inputs(file), *measured])
+
+
+def _robot_inputs(file: StudyFile) -> list[tuple[str, str]]:
+    robot = file.study.robot.urdf or file.study.robot.dh or Path()
+    paths = [robot] + ([file.study.points] if file.study.points else [])
+    return [(str(path), sha256(file.resolve(path))) for path in paths]
+
+
+def sha256(path: Path) -> str:
+    """The sha256 of a file, as hexadecimal digits."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,123 @@
+"""The command line as a user meets it: exit codes, sentences, files; and how fast it answers."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from identify.cli import app
+from identify.results import read
+
+ROOT = Path(__file__).parents[1]
+HEAVY = ("scipy", "matplotlib", "pymoo", "plotly", "mujoco", "h5py", "pandas", "pyswarms")
+
+
+def _identify(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "identify", *words], check=False, cwd=cwd, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The TX200 study fitted through the command line, with reports."""
+    folder = tmp_path_factory.mktemp("run")
+    done = _identify("fit", str(ROOT / "configs" / "umons_tx200.yaml"), "--out", "tx200.h5", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "wrote tx200.html" in done.stdout
+    assert "free parameters are determined" in done.stdout
+    return folder / "tx200.h5"
+
+
+def test_fit_writes_result_and_reports(fitted: Path) -> None:
+    result = read(fitted)
+    assert result.kind == "fit"
+    assert fitted.with_suffix(".html").stat().st_size > 1e5
+    assert fitted.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
+    assert result.provenance.config == (ROOT / "configs" / "umons_tx200.yaml").read_text()
+
+
+def test_compare_sets_results_side_by_side(fitted: Path) -> None:
+    other = fitted.with_name("other.h5")
+    assert (
+        _identify(
+            "fit", str(ROOT / "configs/umons_tx200_rebalanced.yaml"), "--out", other.name, "--no-report", "-q", cwd=fitted.parent
+        ).stdout
+        == ""
+    )
+    shown = _identify("compare", "tx200.h5", "other.h5", cwd=fitted.parent)
+    assert shown.returncode == 0
+    for part in ("tx200", "other", "joint1.rz.stiffness", "12.050 (12.30)", "12.050 (6.50)"):
+        assert part in shown.stdout.replace("\n", " "), part
+
+
+def test_report_again_from_the_result_alone(fitted: Path) -> None:
+    before = fitted.with_suffix(".html").read_bytes()
+    fitted.with_suffix(".html").unlink()
+    assert _identify("report", "tx200.h5", cwd=fitted.parent).returncode == 0
+    assert fitted.with_suffix(".html").read_bytes() == before
+
+
+def test_bad_input_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text(
+        "schema: identify/1\nrobot: {urdf: gone.urdf}\nmeasurements: [{file: gone.uff, posture_deg: [1]}]\n"
+    )
+    done = _identify("fit", "config.yaml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: ")
+    assert "gone.urdf" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "reports").exists()
+
+
+@pytest.mark.parametrize("words", [["fit"], ["fit", "no-such-file.yaml"], ["report", "no.h5"], ["check", "no.yaml"], ["nonsense"]])
+def test_wrong_words_exit_with_2(words: list[str], tmp_path: Path) -> None:
+    done = _identify(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+def test_an_unfinished_fit_exits_with_4(tmp_path: Path) -> None:
+    text = (ROOT / "configs" / "umons_tx200.yaml").read_text().replace("../data", str(ROOT / "data"))
+    (tmp_path / "short.yaml").write_text(text.replace("evaluations: 20000", "evaluations: 50").replace("starts: 10", "starts: 2"))
+    assert _identify("fit", "short.yaml", "--no-report", "-q", cwd=tmp_path).returncode == 4
+    assert not read(tmp_path / "reports" / "umons_tx200.h5").converged
+
+
+def test_overrides_are_used_and_kept_out_of_the_config(tmp_path: Path) -> None:
+    done = _identify("fit", str(ROOT / "configs" / "umons_tx200.yaml"), "--seed", "5", "--starts", "1", "--no-report", "-q", cwd=tmp_path)
+    assert done.returncode in (0, 4)
+    assert read(tmp_path / "reports" / "umons_tx200.h5").seed == 5
+
+
+def test_config_prints_every_key_with_its_meaning() -> None:
+    schema = json.loads(CliRunner().invoke(app, ["config"]).stdout)
+    for name, definition in [("Study", schema), *schema["$defs"].items()]:
+        for key, field in definition.get("properties", {}).items():
+            told = field.get("description") or key in ("kind", "robot", "measurements", "urdf", "mass_kg")
+            assert told, f"{name}.{key} has no description"
+    assert set(schema["properties"]["optimizer"]["kinds"]) >= {"gauss-newton", "hybrid"}
+
+
+def test_help_is_fast_because_it_imports_nothing_heavy() -> None:
+    code = "import sys, identify.cli; print([name for name in sys.modules if name.split('.')[0] in " + repr(HEAVY) + "])"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip() == "[]"
+
+
+def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) -> None:
+    data = ROOT / "data" / "arm_hammer_test"
+    done = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    asked = _identify("check", "config.yaml", cwd=tmp_path)
+    assert asked.returncode == 2
+    assert "posture_deg" in asked.stderr
+    text = (tmp_path / "config.yaml").read_text()
+    assert "FILL IN" in text
+    filled = text.replace("posture_deg: null", "posture_deg: [13.4, 10.2, -1.9, 8.0, 50.0, 8.4]").replace("averages: null", "averages: 4")
+    (tmp_path / "config.yaml").write_text(filled)
+    assert _identify("check", "config.yaml", cwd=tmp_path).returncode == 0
+    again = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
+    assert again.returncode == 2, "an existing config is not overwritten"

@@ -1,0 +1,121 @@
+"""The rules of the house that a machine can check: imports, versions, names, README."""
+
+from __future__ import annotations
+
+import ast
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+import identify
+from identify.costs.base import COSTS
+from identify.effects.base import EFFECTS
+from identify.optimizers.base import OPTIMIZERS
+
+ROOT = Path(__file__).parents[1]
+MODULES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in (ROOT / "identify").rglob("*.py")}
+
+
+def _tracked() -> list[Path]:
+    listed = subprocess.run(["git", "ls-files"], check=False, cwd=ROOT, capture_output=True, text=True)
+    if listed.returncode:
+        pytest.skip("this copy is not a git checkout, so its files cannot be listed")
+    return [ROOT / name for name in listed.stdout.splitlines() if (ROOT / name).is_file()]
+
+
+def test_import_identify_is_ours() -> None:
+    assert Path(identify.__file__).parent == ROOT / "identify"
+    assert version("robot-identify") == identify.__version__
+
+
+def _imports(path: Path) -> set[str]:
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("identify"):
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return {name for name in found if name in MODULES}
+
+
+def test_there_is_no_import_cycle() -> None:
+    graph = {name: _imports(path) for name, path in MODULES.items()}
+    done: set[str] = set()
+
+    def visit(name: str, above: tuple[str, ...]) -> None:
+        assert name not in above, " -> ".join((*above, name))
+        if name not in done:
+            for other in graph.get(name, ()):
+                visit(other, (*above, name))
+            done.add(name)
+
+    for name in graph:
+        visit(name, ())
+
+
+LAYERS = [("robot", "measured"), ("effects",), ("model",), ("costs", "optimizers", "modal"), ("reports",)]
+
+
+def test_arrows_run_downwards_only() -> None:
+    level = {folder: number for number, folders in enumerate(LAYERS) for folder in folders}
+    for name, path in MODULES.items():
+        own = name.split(".")[1] if name.count(".") > 1 else None
+        for other in _imports(path) if own else ():
+            folder = other.split(".")[1] if other.count(".") > 1 else None
+            if folder:
+                assert level[folder] <= level[own], f"{name} imports {other}"  # type: ignore[index]
+
+
+def test_the_lock_has_every_dependency() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    wanted = project["project"]["dependencies"] + project["dependency-groups"]["dev"]
+    locked = set(re.findall(r"^([A-Za-z0-9_.-]+)==", (ROOT / "requirements.lock").read_text(), re.MULTILINE))
+    normal = {name.lower().replace("_", "-").replace(".", "-") for name in locked}
+    for line in wanted:
+        name = re.split(r"[<>=;\[ ]", line)[0].lower().replace("_", "-").replace(".", "-")
+        assert name in normal, name
+
+
+def test_nothing_names_a_machine_or_its_paths() -> None:
+    pattern = re.compile(r"(/(work|farm|root|home)/[a-z.]|/tmp/[a-z]|https?://[^/ ]*(pypi|pythonhosted|npmjs|debian)\b)")
+    for path in _tracked():
+        if path.suffix in (".png", ".uff", ".h5", ".pdf") or path == Path(__file__):
+            continue
+        match = pattern.search(path.read_text(encoding="utf-8", errors="ignore"))
+        assert match is None, f"{path.relative_to(ROOT)}: {match[0] if match else ''}"
+
+
+def test_readme_names_every_kind() -> None:
+    readme = (ROOT / "README.md").read_text()
+    for registry in (EFFECTS, COSTS, OPTIMIZERS):
+        for name in registry.names():
+            assert f"`{name}`" in readme, f"{registry.what} {name}"
+
+
+def test_readme_commands_and_files_exist() -> None:
+    readme = (ROOT / "README.md").read_text()
+    for path in re.findall(r"`((?:configs|tests|data)/[\w/.]+)`", readme) + re.findall(r"!\[[^]]*\]\(([^)]+)\)", readme):
+        assert (ROOT / path).exists(), path
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    for block in re.findall(r"```sh\n(.*?)```", readme, re.DOTALL):
+        for line in block.splitlines():
+            words = shlex.split(line.split("#")[0])
+            if words[:1] == ["make"]:
+                assert words[1] in targets, line
+            elif words[:1] == ["identify"]:
+                shown = subprocess.run([sys.executable, "-m", "identify", words[1], "--help"], check=False, capture_output=True, text=True)
+                assert shown.returncode == 0, line
+                configs = [word for word in words[2:] if word.startswith("configs/")]
+                assert all((ROOT / config).exists() for config in configs), line
+
+
+@pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "configs").glob("*.yaml")))
+def test_every_config_loads(config: str) -> None:
+    from identify.problem import load_problem
+    from identify.study import read_study
+
+    assert load_problem(read_study(ROOT / "configs" / config)).parameters
