@@ -14,18 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from identify.costs.base import Objective
+from identify.costs.base import Objective, parse_cost
 from identify.errors import InputError
+from identify.identifiability import QUIET
 from identify.journal import Journal
 from identify.optimizers.base import Ended, Optimizer, Outcome, Scale, Search
 from identify.problem import Problem
+from identify.study import Study
 
 Array = NDArray[np.float64]
 
 _SAME = 1e-3
 """Relative difference of cost below which two starts are said to have found the same minimum."""
 _ENOUGH = 3
-"""That many starts in the best minimum end the fit early."""
+"""That many starts in the best minimum end the fit early, if the gap is noise."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class Fit:
     @property
     def agreeing(self) -> int:
         """How many starts found the best minimum."""
-        return sum(_same(start.cost, self.cost) for start in self.starts)
+        return _agreeing(self.starts)
 
 
 @dataclass
@@ -82,19 +84,42 @@ def fit(problem: Problem, progress: Progress | None = None) -> Fit:
     study, progress = problem.file.study, progress or Progress()
     objective = study.cost.objective(problem.targets())
     scale = Scale(problem.parameters)
-    stages = [(stage, stage.cost.objective(problem.targets()) if stage.cost else objective) for stage in study.stages]
     check_moves(problem, objective)
     starts: list[Start] = []
+    stages = _with_costs(study.stages, problem, objective)
     for number, x in enumerate(_starting_points(problem, scale)):
         starts.append(_run(number, x, stages, objective, scale, problem, progress))
-        best = min(start.cost for start in starts)
-        if best <= study.target_cost or sum(_same(start.cost, best) for start in starts) >= _ENOUGH:
+        if _settled(starts, study):
             break
+    if study.last_resort and len(starts) > 1 and not _settled(starts, study):
+        x = scale.to_x(min(starts, key=lambda start: start.cost).final)
+        starts.append(_run(len(starts), x, _with_costs(study.last_resort, problem, objective), objective, scale, problem, progress))
     winner = min(starts, key=lambda start: start.cost)
     if not np.isfinite(winner.cost):
         raise InputError("effects", "the model has no solution at any start", "better start values", "set `initial`")
     history = np.array(progress.rows).reshape(-1, 5)
     return Fit(winner.final, winner.cost, tuple(starts), history, time.perf_counter() - progress.began)
+
+
+def _with_costs(stages: Sequence[Optimizer], problem: Problem, objective: Objective) -> list[tuple[Optimizer, Objective]]:
+    """Each stage with what it minimises: its own cost, or the study's."""
+    return [(stage, stage.cost.objective(problem.targets()) if stage.cost else objective) for stage in stages]
+
+
+def _settled(starts: Sequence[Start], study: Study) -> bool:
+    """Whether the best minimum is beyond doubt: at its target, or found by several starts, and no more than noise where that is known.
+
+    A local minimum looks exactly like something missing from the model, so a gap above noise is not believed early.
+    """
+    best = min(start.cost for start in starts)
+    plausible = best <= QUIET or study.cost != parse_cost("frf-least-squares")
+    return best <= study.target_cost or (plausible and _agreeing(starts) >= _ENOUGH)
+
+
+def _agreeing(starts: Sequence[Start]) -> int:
+    """How many starts ended in the best minimum."""
+    best = min(start.cost for start in starts)
+    return sum(_same(start.cost, best) for start in starts)
 
 
 def _run(

@@ -24,4 +24,4 @@ def frf_errors(measured: Complex, modelled: Complex) -> dict[str, Array]:
 
 
 def _over(top: Array, below: Array) -> Array:
-    return np.divide(top, below, out=np.full(top.shape, np.nan), where=below > 0)
+    return np.asarray(np.divide(top, below, out=np.full(top.shape, np.nan), where=below > 0))

@@ -120,11 +120,12 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
         for entry in np.unique(target.pairs[1]):
             blow = target.pairs[1] == entry
             variance += score_variance(e[:, blow], j[:, blow], common[:, blow])
+    variance *= count / max(1, count - len(free))
     for modal in targets.modal:
         residuals, slopes = _modal_residuals(modal, values, free)
         own = (slopes * slope).T @ (slopes * slope)
         information, variance, count = information + own, variance + own, count + residuals.size
-    return information, variance * count / max(1, count - len(free)), count
+    return information, variance, count
 
 
 def score_variance(e: Complex, j: Complex, h: Complex) -> Array:

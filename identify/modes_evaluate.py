@@ -25,11 +25,11 @@ _WHY = (
     ("damping ratio", "with too much damping"),
     ("shape is complex", "with a complex shape"),
     ("refined shape is complex", "with a complex shape"),
-    ("duplicate of", "duplicates"),
+    ("duplicate of", "as duplicate"),
     ("explains only", "that the FRFs do not need"),
     ("not a resonance", "that wander off when refined"),
     ("a resonance beyond", "beyond the band"),
-    ("not chosen", "not chosen"),
+    ("not chosen", "by hand"),
 )
 """How reasons of rejection begin, and what they are in short."""
 

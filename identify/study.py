@@ -125,10 +125,10 @@ class Study(Settings):
         parse_cost("frf-least-squares"), description="how far a model is from the data"
     )
     optimizer: Annotated[list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)] = Field(
-        [], description="stages, one after the other; default: gauss-newton, for FRF least squares on log residuals first"
+        [], description="stages, one after the other; default: gauss-newton on log residuals, then the likelihood; else hybrid"
     )
     modal: ModalSettings = Field(ModalSettings(), description="how modes are found in measured FRFs, for `identify modes` and beside a fit")
-    starts: int = Field(10, ge=1, description="at most this many starts; fewer when three of them agree on the best minimum")
+    starts: int = Field(10, ge=1, description="at most this many starts; fewer when three agree on a minimum that explains the data")
     start_factor: float = Field(3.0, gt=1, description="further starts are drawn within this factor of the initial values")
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
     seed: int = Field(1, ge=0, description="all chance comes from this number")
@@ -147,8 +147,16 @@ class Study(Settings):
         """The optimizers to run, with the default filled in."""
         if self.optimizer:
             return self.optimizer
-        robust = self.cost.kind == "frf-least-squares" and self.cost == parse_cost("frf-least-squares")
-        return [parse_optimizer(dict(stage)) for stage in (_ROBUST_THEN_LIKELY if robust else _ROBUST_THEN_LIKELY[1:])]
+        robust = self.cost == parse_cost("frf-least-squares")
+        return [parse_optimizer(dict(stage)) for stage in _ROBUST_THEN_LIKELY] if robust else [parse_optimizer("hybrid")]
+
+    @property
+    def last_resort(self) -> list[Optimizer]:
+        """The stages of one more start where the default ones did not agree; none where the study chose its optimizer."""
+        if self.optimizer or self.stages == [parse_optimizer("hybrid")]:
+            return []
+        globally = {**_ROBUST_THEN_LIKELY[0], "kind": "hybrid", "evaluations": 4000, "rounds": 1}
+        return [parse_optimizer(globally), parse_optimizer(dict(_ROBUST_THEN_LIKELY[1]))]
 
 
 class StudyFile(Settings):

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -51,21 +52,29 @@ def print_result(result: Result) -> None:
 
 def parameter_table(result: Result) -> Table:
     """Fitted values with their intervals."""
-    table = Table("parameter", "value", "95 % interval", "unit", "from", "data say", title=f"{result.name}: parameters")
-    for column in (1, 2, 4):
-        table.columns[column].justify = "right"
+    table = Table("parameter", "value", "unit", "95 %", "data say", title=f"{result.name}: parameters", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for number, column in enumerate(table.columns):
+        column.no_wrap, column.justify = True, "right" if number in (1, 3) else "left"
     p = result.parameters
     for row, name in enumerate(p.name):
-        interval = f"{p.low_95[row]:.4g} to {p.high_95[row]:.4g}" if p.free[row] else ""
-        table.add_row(name, f"{p.value[row]:.4g}", interval, p.unit[row], f"{p.initial[row]:.4g}", p.status[row])
+        table.add_row(name, f"{p.value[row]:.4g}", p.unit[row], _interval(result, row), p.status[row])
     return table
+
+
+def _interval(result: Result, row: int) -> str:
+    """Half the 95 % interval in per cent of the value where it is narrow, its ends where it is wide."""
+    p = result.parameters
+    if not p.free[row]:
+        return ""
+    half = (p.high_95[row] - p.low_95[row]) / 2 / abs(p.value[row]) if p.value[row] else np.inf
+    return f"± {100 * half:.2g} %" if half < 0.5 else f"{p.low_95[row]:.2g} to {p.high_95[row]:.2g}"
 
 
 def mode_table(measurement: MeasurementResult) -> Table:
     """Modes of the model at one posture, beside the measured ones where there are any."""
     use = "" if measurement.use == "fit" else ", not fitted"
     gap = "" if np.isnan(measurement.gap) else f", gap {measurement.gap:.2f}"
-    table = Table("mode", "Hz", "damping %", "measured Hz", "measured %", "MAC", title=f"{measurement.name}{use}{gap}")
+    table = Table("mode", "Hz", "damping %", "measured Hz", "measured %", "MAC", title=f"{measurement.name}{use}{gap}", box=SIMPLE_HEAD)
     pairs = measurement.pairs
     measured = {} if pairs is None else dict(zip(pairs.model.tolist(), zip(pairs.measured.tolist(), pairs.mac, strict=True), strict=True))
     for row, (frequency, damping) in enumerate(zip(measurement.modes.frequency_hz, measurement.modes.damping_ratio, strict=True)):
@@ -105,7 +114,7 @@ def print_comparison(tables: Sequence[SideBySide]) -> None:
     """The tables of `identify compare`."""
     console = Console()
     for side_by_side in tables:
-        table = Table(*side_by_side.columns, title=side_by_side.title)
+        table = Table(*side_by_side.columns, title=side_by_side.title, box=SIMPLE_HEAD)
         for row in side_by_side.rows:
             table.add_row(*row)
         console.print(table)

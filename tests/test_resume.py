@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from identify.errors import InputError
-from identify.results import Result, Unfinished, is_unfinished, read
+from identify.results import UNFINISHED, Result, Unfinished, kind_of, read
 
 CONFIG = Path(__file__).parents[1] / "configs" / "umons_tx200.yaml"
 KILLS = 20
@@ -59,7 +59,7 @@ def test_killed_twenty_times_and_resumed(config: Path, tmp_path: Path) -> None:
         time.sleep(rng.uniform(0.0, 1.5))
         process.send_signal(signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
         code = process.wait(timeout=60)
-        if disturbed.exists() and is_unfinished(disturbed):
+        if kind_of(disturbed) == UNFINISHED:
             kept.append(len(read(disturbed, Unfinished).costs))
         assert code in (0, 4, 130, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT)
     assert kept == sorted(kept), "no work that was saved is lost"
@@ -81,4 +81,4 @@ def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(config: Path, t
     other = subprocess.run(_command(config, out, "--resume", "--seed", "99"), check=False, capture_output=True, text=True)
     assert other.returncode == 2
     assert "another config, data or version" in other.stderr
-    assert is_unfinished(out), "nothing is lost by the refusal"
+    assert kind_of(out) == UNFINISHED, "nothing is lost by the refusal"

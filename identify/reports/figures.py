@@ -120,12 +120,14 @@ def gap_map(name: str, frf: FrfComparison) -> Figure:
 
 def _first_of_inputs(frf: FrfComparison, order: NDArray[np.intp]) -> list[int]:
     """Rows to label: about twenty-five, evenly spaced within each input."""
-    every, rows = -(-len(order) // 25), []
+    every = -(-len(order) // 25)
+    rows: list[int] = []
     inputs = [frf.input[i] for i in order]
     for row, channel in enumerate(inputs):
         since = row - inputs.index(channel)
         left = len(inputs) - inputs[::-1].index(channel) - 1 - row
-        if since % every == 0 and (since == 0 or left >= every - 1):
+        apart = not rows or row - rows[-1] >= every
+        if apart and since % every == 0 and (since == 0 or left >= every - 1):
             rows.append(row)
     return rows
 

@@ -162,7 +162,7 @@ const FRF = (() => {
     const at = labels.map((_, i) => i).filter(i => {
       const from = i - inputs.indexOf(inputs[i]);
       return from % every === 0 && (from === 0 || last[i] - i >= every - 1);
-    });
+    }).reduce((kept, i) => kept.length && i - kept.at(-1) < every ? kept : [...kept, i], []);
     return {tickvals: at, ticktext: at.map(i => labels[i])};
   }
 

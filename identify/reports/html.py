@@ -24,6 +24,7 @@ from identify.results import FrfComparison, Geometry, MeasurementResult, Profile
 _HERE = Path(__file__).parent
 _EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "mac.js")
 """Scripts before and after the plotting library: text, tables and the robot need not wait for it."""
+_EXCITED = ("where it was excited", "excited here")
 _MAP_STEP = 1e-3
 """Decades to which the gap map is rounded."""
 STAGES = {
@@ -111,7 +112,7 @@ def _measurement(m: MeasurementResult) -> dict[str, Any]:
     return {
         "name": m.name,
         "use": measurement_tables.use(m),
-        "robot": robot_data(m.geometry, m.frf, mode_views(m)),
+        "robot": robot_data(m.geometry, m.frf, mode_views(m), [] if m.frf is None else pick.nodes(m.frf.input), _EXCITED),
         "frf": None if m.frf is None else frf_data(m.frf),
         "mac": _mac(m),
     }
@@ -123,8 +124,11 @@ def _profile(result: Result, name: str, curve: ProfileCurve) -> dict[str, Any]:
     return {"label": label, "log": log, "values": curve.values, "rise": curve.rise, "best": result.parameters.value[row]}
 
 
-def robot_data(g: Geometry, frf: FrfComparison | None, views: list[ModeView]) -> dict[str, Any]:
-    """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest displacement."""
+def robot_data(g: Geometry, frf: FrfComparison | None, views: list[ModeView], ringed: list[int], said: tuple[str, str]) -> dict[str, Any]:
+    """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest displacement.
+
+    ringed: nodes to mark, said: what they are, in the legend and at the point.
+    """
     modes = [
         {
             "label": view.label,
@@ -144,7 +148,7 @@ def robot_data(g: Geometry, frf: FrfComparison | None, views: list[ModeView]) ->
         "skeleton": g.skeleton,
         "segments": g.segments,
         "measured": [] if frf is None else pick.nodes(frf.output),
-        "excited": [] if frf is None else pick.nodes(frf.input),
+        "ring": {"nodes": ringed, "about": said[0], "tip": said[1]},
         "modes": modes,
     }
 

@@ -113,22 +113,22 @@ def error_table(result: Result) -> Table:
 
 
 def frf_table(name: str, frf: FrfComparison) -> Table:
-    """Every FRF of the measurement of that name, worst first."""
+    """Every FRF of the measurement of that name, worst first; with the gap where the noise is known."""
+    gap_column = () if frf.gap is None else (Column("Gap"),)
     columns = (
         words("Output"),
         words("Input"),
-        Column("Gap"),
+        *gap_column,
         Column("Relative error", "%"),
         Column("Area error", "%"),
         Column("FRAC"),
         words("Remark"),
     )
-    gaps = np.full(len(frf.output), np.nan) if frf.gap is None else frf.gap
     rows = [
         (
             frf.output[i],
             frf.input[i],
-            number(gaps[i]),
+            *(() if frf.gap is None else (number(frf.gap[i]),)),
             percent(frf.relative_error[i]),
             percent(frf.area_error[i]),
             number(frf.frac[i]),

@@ -3,10 +3,10 @@
 
 DATA.measurements.forEach((m, i) => {
   const {poles, lines, indicator, unit, modes} = m.diagram;
-  const kinds = {stable: {color: PALETTE[2], symbol: "circle", size: 4.5}, unstable: {color: PALETTE[7], symbol: "circle-open", size: 4}};
+  const kinds = {stable: {color: PALETTE[2], symbol: "circle", size: 4.5}, unstable: {color: PALETTE[7], symbol: "circle-open", size: 3.5, opacity: 0.5}};
   draw(`diagram-${i}`, () => [[
     ...indicator.map((curve, k) => ({
-      x: lines, y: curve, yaxis: "y2", mode: "lines", name: `CMIF ${k + 1}`, line: {color: k ? color("line") : color("muted"), width: 1, simplify: false}, hoverinfo: "skip",
+      x: lines, y: curve, yaxis: "y2", mode: "lines", name: "CMIF", showlegend: k === 0, line: {color: k ? color("line") : color("muted"), width: 1, simplify: false}, hoverinfo: "skip",
     })),
     ...Object.entries(kinds).map(([kind, marker]) => ({
       x: poles[kind].frequency, y: poles[kind].order, customdata: poles[kind].damping, mode: "markers", type: "scatter", name: kind, marker,
@@ -16,7 +16,7 @@ DATA.measurements.forEach((m, i) => {
   ], {
     height: 460, margin: {l: 64, r: 70, t: 40, b: 48}, legend: {orientation: "h", x: 0, y: 1.01, yanchor: "bottom"},
     xaxis: {title: {text: "Frequency (Hz)"}, range: [lines[0], lines.at(-1)]},
-    yaxis: {title: {text: "Model order (–)"}, range: [0, 1.06 * m.diagram.highest], overlaying: "y2", showgrid: false, zeroline: false},
+    yaxis: {title: {text: "Model order (–)"}, range: [0, 1.06 * m.diagram.highest], overlaying: "y2", tickmode: "auto", showgrid: false, zeroline: false},
     yaxis2: {title: {text: `CMIF (${unit})`}, type: "log", side: "right", exponentformat: "power", dtick: 1, tickfont: {size: 10.5}},
     shapes: modes.map(mode => ({type: "line", x0: mode.frequency, x1: mode.frequency, yref: "paper", y0: 0, y1: 1, layer: "below", line: {color: color("fitted"), width: 1, dash: "dot"}})),
   }]);

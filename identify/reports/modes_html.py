@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from identify.modes_result import AnalysedMeasurement, ModesResult
-from identify.reports import measurement_tables, modes_tables, tables
+from identify.reports import measurement_tables, modes_tables, pick, tables
 from identify.reports.cells import number, percent, unit
 from identify.reports.html import STAGES, frf_data, render, robot_data
 from identify.reports.shapes import analysed_views
+from identify.results import Geometry
 
 NO_SHAPES = "Shapes are not drawn: where the measured points are is not known. They are in the modal table and the universal file."
 _SECTIONS = (
@@ -54,11 +55,16 @@ def _measurement(m: AnalysedMeasurement) -> dict[str, Any]:
     return {
         "name": m.name,
         "use": "",
-        "robot": None if m.geometry is None else robot_data(m.geometry, m.frf, analysed_views(m)),
+        "robot": None if m.geometry is None else _robot(m, m.geometry),
         "frf": frf_data(m.frf),
         "mac": _auto_mac(m),
         "diagram": _diagram(m),
     }
+
+
+def _robot(m: AnalysedMeasurement, geometry: Geometry) -> dict[str, Any]:
+    shaped = robot_data(geometry, m.frf, analysed_views(m), pick.nodes(m.modes.references), ("references", "reference"))
+    return {**shaped, "measured": pick.nodes([*m.frf.output, *m.frf.input])}
 
 
 def _auto_mac(m: AnalysedMeasurement) -> dict[str, Any] | None:

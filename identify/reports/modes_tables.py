@@ -10,7 +10,7 @@ from identify.reports.measurement_tables import band, pair_name
 from identify.reports.pick import worst_first
 
 DIAGRAM_NOTE = (
-    "Poles of every model order over the complex mode indicator function (CMIF; right axis). Stable: in a cluster of poles "
+    "Poles of every model order over the complex mode indicator function (CMIF). Stable: in a cluster of poles "
     "that is present in enough orders. Dotted lines: the chosen modes."
 )
 
@@ -35,24 +35,27 @@ def measurement_table(result: ModesResult) -> Table:
         words("Measurement"),
         words("Joint angles", "°"),
         words("FRFs"),
-        words("References"),
-        Column("Window decay", "1/s"),
+        Column("Decay", "1/s"),
         Column("Modes"),
-        Column("Error of rebuilt FRFs", "%"),
+        Column("Error", "%"),
     )
     rows = [
         (
             m.name,
             ", ".join(f"{angle:.1f}" for angle in m.posture_deg) or "not told",
             f"{count(len(m.frf.output), 'FRF')} ({m.frf.quantity}), {band(m.frf)}",
-            ", ".join(m.modes.references),
             number(m.frf.window_decay_per_s),
             str(len(m.modes.frequency_hz)),
             percent(m.total_error),
         )
         for m in result.measurements.values()
     ]
-    return Table("Measurements", columns, tuple(rows))
+    references = dict.fromkeys(", ".join(m.modes.references) for m in result.measurements.values())
+    note = (
+        f"Decay: of the exponential window on force and response. Error: of the FRFs rebuilt from the modes. "
+        f"References: {'; '.join(references)}."
+    )
+    return Table("Measurements", columns, tuple(rows), note)
 
 
 def mode_table(m: AnalysedMeasurement) -> Table:

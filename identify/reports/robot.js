@@ -38,7 +38,7 @@
     $("robot-mode").selectedIndex = Math.min(Math.max(at, 0), robot.modes.length - 1);
     const what = [DATA.measurements[number].name, DATA.measurements[number].use].filter(Boolean).join(", ");
     $("robot-about").textContent = `${what}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
-      + `dashed: at rest. Ringed: where it was excited (${robot.excited.length ? robot.excited.join(", ") : "not told"}).`;
+      + `dashed: at rest. Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not told"}).`;
     chooseMode();
   }
 
@@ -132,6 +132,8 @@
   // Only points were measured: lines join them as the geometry says, or in their order along the robot.
   function paintMeasured() {
     const points = moved(robot.points, mode.measured_points), runs = robot.segments || [order];
+    // Without lines, how far each point has moved.
+    if (mode.measured_points && !runs.length) points.forEach((p, i) => p && line([robot.points[i], p], color("muted"), 1.5));
     if (mode.measured_points) for (const run of runs) line(run.map(i => points[i]).filter(Boolean), color("ink"), 2);
     return paintPoints(points);
   }
@@ -139,7 +141,7 @@
   function paintPoints(points) {
     return points.map((point, i) => {
       const spot = project(point || robot.points[i]);
-      if (robot.excited.includes(robot.node[i])) disc(spot, 9, "transparent", color("ink"));
+      if (robot.ring.nodes.includes(robot.node[i])) disc(spot, 9, "transparent", color("ink"));
       disc(spot, 5, point ? linkColor(robot.link[i]) : "transparent", point ? color("sheet") : linkColor(robot.link[i]));
       return spot;
     });
@@ -166,7 +168,7 @@
     tip.hidden = !(distances[i] < 14);
     if (tip.hidden) return;
     const measured = robot.measured.includes(robot.node[i]) ? "" : "\nwithout FRFs";
-    const excited = robot.excited.includes(robot.node[i]) ? "\nexcited here" : "";
+    const excited = robot.ring.nodes.includes(robot.node[i]) ? `\n${robot.ring.tip}` : "";
     const link = robot.link[i] && `\non ${robot.link[i]}`;
     tip.textContent = `${robot.node[i]} ${robot.name[i]}${link}${measured}${excited}`;
     tip.style.left = `${Math.min(event.clientX - frame.left + 14, frame.width - 130)}px`;

@@ -87,7 +87,8 @@ def test_gap_is_one_where_only_noise_is_left(tmp_path: Path) -> None:
 def test_eigenfrequency_is_eq_2_of_umons(tmp_path: Path) -> None:
     data, parameters = targets(tmp_path)
     modal = data.modal[0]
-    table = ModalTable([*modal.data.frequency_hz[:3], 0.1, -0.2, 0.3], [*modal.data.damping_ratio[:3], 0.01, 0.0, -0.02])
+    shifts = np.array([0.1, -0.2, 0.3]), np.array([0.01, 0.0, -0.02])
+    table = ModalTable(modal.data.frequency_hz[:3] + shifts[0], modal.data.damping_ratio[:3] + shifts[1])
     cost = parse_cost({"kind": "eigenfrequency", "conditions": [{"mode": 4, "above_hz": 1000.0}]})
     found = cost.objective(Targets(modal=(ModalTarget("m", table, modal.system),))).costs(initial(parameters)[None])[0]
     missing = 1000.0 - modal.data.frequency_hz[3]

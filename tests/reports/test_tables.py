@@ -25,8 +25,9 @@ def _all(result: Result) -> list[Table]:
         measurement_tables.measurement_table,
         measurement_tables.error_table,
     )
-    one = (measurement_tables.mode_table, measurement_tables.frf_table)
-    made = [make(result) for make in run] + [make(m) for make in one for m in result.measurements.values()]
+    measurements = list(result.measurements.values())
+    made = [make(result) for make in run] + [measurement_tables.mode_table(m) for m in measurements]
+    made += [measurement_tables.frf_table(m.name, m.frf) for m in measurements if m.frf]
     return [table for table in made if table is not None]
 
 
@@ -74,7 +75,6 @@ def test_frf_errors_worst_first_with_remarks() -> None:
     m = frf_result().measurements["posture1"]
     assert m.frf is not None and m.frf.gap is not None
     table = measurement_tables.frf_table(m.name, m.frf)
-    assert table is not None
     gaps = [float(row[2]) for row in table.rows]
     assert gaps == sorted(gaps, reverse=True)
     assert gaps[0] == pytest.approx(m.frf.gap.max(), rel=5e-4)

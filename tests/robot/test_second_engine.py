@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from identify.model.frf import frf
 from identify.robot.engine import Engine
 from identify.robot.posture import at_posture
 from identify.robot.urdf import read_urdf
@@ -48,6 +49,21 @@ def test_mass_gravity_and_jacobians_equal_the_second_engine(arm: tuple[Engine, R
     for frame in engine.mechanism.frames:
         point = rng.uniform(-1, 1, 3)
         assert relative(engine.jacobian(frame, point), reference.jacobian(frame, point)) < 1e-8
+
+
+def test_frfs_equal_those_of_the_second_engine(arm: tuple[Engine, Reference]) -> None:
+    """All 42 coordinates on springs and dampers: Z^-1 by the other engine's matrices, assembled and inverted here."""
+    engine, reference = arm
+    rng, size = np.random.default_rng(5), 6 * len(engine.mechanism.bodies)
+    stiffness, damping = 10 ** rng.uniform(5, 7, size), 10 ** rng.uniform(1, 3, size)
+    frames, s = list(engine.mechanism.frames), 0.7 + 2j * np.pi * np.linspace(1, 100, 25)
+    points = [(frames[-1], rng.uniform(-0.5, 0.5, 3)), (frames[len(frames) // 2], rng.uniform(-0.5, 0.5, 3))]
+    ours, theirs = (np.vstack([side.jacobian(link, at)[:3] for link, at in points]) for side in arm)
+    found = frf(engine.mass_matrix(), np.diag(damping), np.diag(stiffness) + engine.gravity_stiffness(), s, ours, ours.T, 2)
+    constant = np.diag(stiffness) + reference.gravity_stiffness()
+    mass = reference.mass_matrix()
+    expected = np.array([line**2 * theirs @ np.linalg.inv(constant + line * np.diag(damping) + line**2 * mass) @ theirs.T for line in s])
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_drive_rotations_alone_are_the_rigid_arm(arm: tuple[Engine, Reference]) -> None:

@@ -1,0 +1,227 @@
+"""Link flexibility against cantilevers in closed form and against a chain of many rigid pieces built directly in MuJoCo."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.spatial.transform import Rotation
+
+from identify.effects.base import parse_effect
+from identify.effects.beam import slices
+from identify.errors import InputError
+from identify.model.frf import frf_by_solve
+from identify.model.modes import undamped_modes
+from identify.model.system import System, assemble, build_site, list_parameters
+from identify.robot.description import Link, Robot
+from identify.robot.urdf import read_urdf
+from tests.arms import arm, initial
+
+LENGTH, EI, EI2, GJ, DRIVES = 1.0, 3e5, 4.5e5, 2e5, 8e5
+ROD, LOAD = (30.0, 0.04), (40.0, (0.2, 0.1, 0.3), (1.5, 1.2, 0.9))
+URDF = """<robot name="two">
+<link name="base_link"/>
+<link name="beam"><inertial><origin xyz="0 0 0.5"/><mass value="{m}"/>
+<inertia ixx="{i}" iyy="{i}" izz="{t}" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="load"><inertial><origin xyz="{c[0]} {c[1]} {c[2]}"/><mass value="{load}"/>
+<inertia ixx="{j[0]}" iyy="{j[1]}" izz="{j[2]}" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j1" type="continuous"><parent link="base_link"/><child link="beam"/><origin xyz="0 0 0.4"/><axis xyz="0 1 0"/></joint>
+<joint name="j2" type="continuous"><parent link="beam"/><child link="load"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
+</robot>"""
+POSTURE = np.array([0.0, 0.9])
+FLEXIBLE = {"kind": "link-flexibility", "link": "beam", "bending": {"initial": [EI, EI2]}, "torsion": {"initial": GJ}}
+JOINTS = {"kind": "joint-compliance", "stiffness": {"initial": DRIVES}}
+
+
+def _robot(folder: Path, rod: float = ROD[0], load: float = LOAD[0], centre: tuple[float, ...] = LOAD[1]) -> Robot:
+    """A uniform rod that carries a block, without gravity; `rod` and `load` are their masses."""
+    across = rod * ROD[1] ** 2
+    text = URDF.format(m=rod, i=rod * LENGTH**2 / 12 + across, t=2 * across, load=load, c=centre, j=[load / LOAD[0] * j for j in LOAD[2]])
+    path = folder / "two.urdf"
+    path.write_text(text)
+    return replace(read_urdf(path), gravity=np.zeros(3))
+
+
+def _model(robot: Robot, effects: list[dict[str, Any]], detached: str | None = None) -> tuple[System, np.ndarray]:
+    parsed = [parse_effect(effect) for effect in effects]
+    values = initial(list_parameters(robot, build_site(robot, POSTURE, parsed), parsed))
+    return assemble(robot, build_site(robot, POSTURE, parsed, detached), parsed), values
+
+
+def _frequencies(robot: Robot, effects: list[dict[str, Any]]) -> np.ndarray:
+    model, values = _model(robot, effects)
+    mass, _, stiffness = model.matrices(values)
+    return undamped_modes(mass, stiffness)[0]
+
+
+def _chain(pieces: int, share: float, flexible: bool = True) -> tuple[mujoco.MjModel, np.ndarray]:
+    """The same arm with the rod cut into rigid pieces; and the stiffness of its hinges (coordinates,)."""
+    hinges = LENGTH * (0.5 + share * ((np.arange(pieces) + 0.5) / pieces - 0.5))
+    edges = np.array([0.0, *hinges, LENGTH])
+    stiffness = [DRIVES]
+    text = '<body pos="0 0 0.4"><joint axis="0 1 0"/>' + _piece(0.0, edges[0], edges[1])
+    for number in range(1, pieces + 1):
+        text += f'<body pos="0 0 {edges[number] - edges[number - 1]:.12g}">'
+        if flexible:
+            text += "".join(f'<joint axis="{axis}"/>' for axis in ("0 1 0", "1 0 0", "0 0 1"))
+            stiffness += [bend * pieces / (share * LENGTH) for bend in (EI, EI2, GJ)]
+        text += _piece(0.0, edges[number], edges[number + 1])
+    text += f'<body name="load" pos="0 0 {LENGTH - edges[-2]:.12g}" quat="{np.cos(0.45)} 0 {np.sin(0.45)} 0"><joint axis="0 1 0"/>'
+    text += f'<inertial pos="{_words(LOAD[1])}" mass="{LOAD[0]}" diaginertia="{_words(LOAD[2])}"/></body>' + "</body>" * (pieces + 1)
+    model = mujoco.MjModel.from_xml_string(f'<mujoco><option gravity="0 0 0"/><worldbody>{text}</worldbody></mujoco>')
+    return model, np.array([*stiffness, DRIVES])
+
+
+def _piece(start: float, begin: float, end: float) -> str:
+    mass, length = ROD[0] * (end - begin) / LENGTH, end - begin
+    across = mass * (ROD[1] ** 2 + length**2 / 12)
+    inertia = f"{across:.12g} {across:.12g} {2 * mass * ROD[1] ** 2:.12g}"
+    return f'<inertial pos="0 0 {start + length / 2:.12g}" mass="{mass:.12g}" diaginertia="{inertia}"/>'
+
+
+def _words(values: tuple[float, ...]) -> str:
+    return " ".join(map(str, values))
+
+
+def _chain_frfs(model: mujoco.MjModel, stiffness: np.ndarray, s: complex) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies, and receptance (6, 3) at s from forces at a point of the load to it and to a point of the rod at 0.6 m."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    load = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "load")
+    rod = max(body for body in range(1, load) if data.xpos[body][2] <= 0.4 + 0.6)
+    rows = []
+    for body, place in ((load, data.xpos[load] + Rotation.from_rotvec([0, 0.9, 0]).apply([0.1, 0.2, 0.3])), (rod, [0.05, 0.0, 1.0])):
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, jacobian, None, np.asarray(place), body)
+        rows.append(jacobian)
+    both = np.vstack(rows)
+    z = np.diag(stiffness) + s**2 * mass
+    return np.sqrt(scipy.linalg.eigh(np.diag(stiffness), mass, eigvals_only=True)) / (2 * np.pi), both @ np.linalg.solve(z, rows[0].T)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.7])
+def test_frequencies_and_frfs_are_those_of_a_fine_chain(share: float, tmp_path: Path) -> None:
+    robot = _robot(tmp_path)
+    s = 6.0 + 2j * np.pi * np.array([4.0, 11.0, 25.0])
+    chain = _chain(40, share)
+    expected = _chain_frfs(*chain, s[0])[0]
+    model, values = _model(robot, [JOINTS, {**FLEXIBLE, "flexible_share": share}])
+    mass, damping, stiffness = model.matrices(values)
+    found = undamped_modes(mass, stiffness)[0]
+    assert found[:4] == pytest.approx(expected[:4], rel=0.005)
+    assert found[4] == pytest.approx(expected[4], rel=0.05)
+    rigid = _frequencies(robot, [JOINTS])
+    assert abs(rigid[0] / expected[0] - 1) > 0.05, "the flexibility matters"
+    rows = np.vstack([model.base_jacobian("load", np.array([0.1, 0.2, 0.3])), model.base_jacobian("beam", np.array([0.05, 0.0, 0.6]))])
+    h = frf_by_solve(mass, 0 * damping, stiffness, s, rows, rows[:3].T, 0)
+    for line, at in enumerate(s):
+        other = _chain_frfs(*chain, at)[1]
+        assert np.abs(h[line] - other).max() < 0.03 * np.abs(other).max()
+
+
+def test_four_pieces_are_roughly_a_beam(tmp_path: Path) -> None:
+    """The hidden truth elsewhere is a chain of few pieces, whose hinges are spread less than a beam's flexibility."""
+    expected = _chain_frfs(*_chain(3, 1.0), 1j)[0]
+    found = _frequencies(_robot(tmp_path), [JOINTS, {**FLEXIBLE, "flexible_share": 1.0}])
+    assert found[:4] == pytest.approx(expected[:4], rel=0.05)
+
+
+def _held(robot: Robot, rod_only: bool = False) -> np.ndarray:
+    return _frequencies(robot, [{**FLEXIBLE, "flexible_share": 1.0}])[: 3 if rod_only else None]
+
+
+def test_light_cantilever_with_a_heavy_end_in_closed_form(tmp_path: Path) -> None:
+    """Bending sqrt(3 EI / (m L^3)) in both planes; a block with its centre at the end, almost without inertia of its own."""
+    robot = _robot(tmp_path, rod=1e-3, load=100.0, centre=(0.0, 0.0, 0.0))
+    small = replace(robot.links[2], inertia=1e-6 * np.eye(3))
+    robot = replace(robot, links=(*robot.links[:2], small))
+    found = _held(robot)[:2]
+    expected = np.sqrt(3 * np.array([EI, EI2]) / (100.0 * LENGTH**3)) / (2 * np.pi)
+    assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_twisting_in_closed_form(tmp_path: Path) -> None:
+    """sqrt(GJ / (L I)) of a dumb-bell across the end of a light rod."""
+    robot = _robot(tmp_path, rod=1e-3, load=1.0, centre=(0.0, 0.0, 0.0))
+    wide = replace(robot.links[2], inertia=np.diag([25.0, 25.0, 50.0 - 1e-9]))
+    turned = Rotation.from_rotvec([0, -POSTURE[1], 0]).as_matrix()
+    robot = replace(robot, links=(*robot.links[:2], replace(wide, inertia=turned @ wide.inertia @ turned.T)))
+    expected = np.sqrt(GJ / (LENGTH * 50.0)) / (2 * np.pi)
+    assert np.abs(_held(robot) / expected - 1).min() < 1e-4
+
+
+def test_bare_cantilever_by_its_own_mass(tmp_path: Path) -> None:
+    """1.8751^2 sqrt(EI / (m L^3)) / 2 pi; one element of cubic shapes is 0.5 % above."""
+    robot = _robot(tmp_path, rod=30.0, load=1e-4, centre=(0.0, 0.0, 0.0))
+    thin = replace(robot.links[1], inertia=np.diag([2.5, 2.5, 1e-4]))
+    robot = replace(robot, links=(robot.links[0], thin, robot.links[2]))
+    expected = 1.87510407**2 * np.sqrt(np.array([EI, EI2]) / (30.0 * LENGTH**3)) / (2 * np.pi)
+    assert np.sort(_held(robot))[:2] == pytest.approx(expected, rel=0.006)
+
+
+def test_slices_are_the_body() -> None:
+    rng = np.random.default_rng(3)
+    second = rng.normal(size=(3, 3))
+    second = second @ second.T + 0.1 * np.eye(3)
+    body = Link("any", 7.0, rng.normal(size=3), np.trace(second) * np.eye(3) - second)
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    parts = list(slices(body, axis))
+    assert sum(mass for mass, _, _ in parts) == pytest.approx(7.0)
+    assert sum(mass * centre for mass, centre, _ in parts) == pytest.approx(7.0 * body.centre)
+    total = np.zeros((3, 3))
+    for mass, centre, inertia in parts:
+        d = centre - body.centre
+        total += inertia + mass * (d @ d * np.eye(3) - np.outer(d, d))
+        assert np.linalg.eigvalsh(0.5 * np.trace(inertia) * np.eye(3) - inertia).min() > -1e-9, "each is a body"
+    assert total == pytest.approx(body.inertia)
+
+
+def test_stiff_link_is_a_rigid_link(tmp_path: Path) -> None:
+    robot = _robot(tmp_path)
+    stiff = {**FLEXIBLE, "bending": {"initial": 1e13}, "torsion": {"initial": 1e13}}
+    assert _frequencies(robot, [JOINTS, stiff])[:2] == pytest.approx(_frequencies(robot, [JOINTS]), rel=1e-5)
+
+
+def test_what_lies_beyond_may_be_taken_off(tmp_path: Path) -> None:
+    model, values = _model(_robot(tmp_path), [JOINTS, FLEXIBLE], detached="load")
+    bare, bare_values = _model(_robot(tmp_path, load=1e-9), [JOINTS, FLEXIBLE])
+    mass, _, stiffness = model.matrices(values)
+    assert model.coordinates[0] == "joint1.rz"
+    assert len(model.coordinates) == 6
+    found, expected = undamped_modes(mass, stiffness)[0], undamped_modes(*[bare.matrices(values)[part] for part in (0, 2)])[0]
+    assert found[:3] == pytest.approx(expected[:3], rel=1e-4)
+    assert len(values) == len(bare_values)
+
+
+def test_default_start_is_twenty_hertz_with_all_else_held(tmp_path: Path) -> None:
+    stiff = {"kind": "link-flexibility", "link": "beam", "bending": {"initial": 1e13, "bounds": [1, 1e14]}}
+    found = _frequencies(_robot(tmp_path), [stiff])
+    assert found[0] == pytest.approx(20.0, rel=1e-3)
+
+
+def test_the_first_plane_is_that_of_the_joint(tmp_path: Path) -> None:
+    """The joint turns about y: a soft first plane lets the load swing along x."""
+    soft = {**FLEXIBLE, "bending": {"initial": [EI, 1e12]}, "torsion": {"initial": 1e12}}
+    model, values = _model(_robot(tmp_path), [soft])
+    mass, _, stiffness = model.matrices(values)
+    end = model.base_jacobian("beam", np.array([0.0, 0.0, LENGTH])) @ undamped_modes(mass, stiffness)[1][0]
+    assert abs(end[0]) > 100 * np.linalg.norm(end[1:])
+
+
+def test_links_without_length_are_refused_and_no_place(tmp_path: Path) -> None:
+    robot = arm(tmp_path)
+    assert [place.link for place in parse_effect(FLEXIBLE).places(robot, {})] == [f"link{number}" for number in range(1, 6)]  # type: ignore[attr-defined]
+    met = replace(robot.joints[3], origin=np.eye(4))
+    wrist = replace(robot, joints=(*robot.joints[:3], met, *robot.joints[4:]))
+    assert "link3" not in [place.link for place in parse_effect(FLEXIBLE).places(wrist, {})]  # type: ignore[attr-defined]
+    effects = [parse_effect({"kind": "link-flexibility", "link": "link3"})]
+    with pytest.raises(InputError, match="link3 has no length"):
+        build_site(wrist, np.zeros(6), effects)
