@@ -72,9 +72,7 @@ def run_modes(
         pairs = [analysed(one, settings) for one in measured]
     kept = [one for _, one in pairs]
     seconds = time.perf_counter() - begun
-    result = ModesResult(
-        results.LAYOUT, "modes", name, verdict(kept), tuple(notes), seconds, {one.name: one for one in kept}, came_from
-    )
+    result = ModesResult(results.LAYOUT, "modes", name, verdict(kept), tuple(notes), seconds, {one.name: one for one in kept}, came_from)
     results.write(result, path)
     written = [path]
     for (found, _), one, table in zip(pairs, measured, tables, strict=True):

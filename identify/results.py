@@ -230,6 +230,21 @@ def unfinished(key: str, costs: Array) -> Unfinished:
     return Unfinished(LAYOUT, UNFINISHED, key, costs)
 
 
+def check_writable(path: Path) -> None:
+    """Raise an InputError where a result cannot be written; what is at `path` stays."""
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        aside.touch()
+        aside.unlink()
+    except OSError as error:
+        raise _not_written(path, error) from error
+
+
+def _not_written(path: Path, error: OSError) -> InputError:
+    return InputError(str(path), f"cannot be written ({error})", "a folder with room", "choose another with `--out`")
+
+
 def write(result: Any, path: Path) -> None:
     """Write a result whole: aside, flushed, renamed.  Raises InputError where the folder cannot be written."""
     aside = path.with_name(f".{path.name}.{os.getpid()}")
@@ -243,7 +258,7 @@ def write(result: Any, path: Path) -> None:
     except OSError as error:
         with contextlib.suppress(OSError):
             aside.unlink()
-        raise InputError(str(path), f"cannot be written ({error})", "a folder with room", "choose another with `--out`") from error
+        raise _not_written(path, error) from error
 
 
 def read(path: Path, kind: type[T] = Result) -> T:  # type: ignore[assignment]

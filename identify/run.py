@@ -48,7 +48,7 @@ def run_fit(
                 return done, path
             progress.journal.remembered = _remembered(path, key)
         progress.journal.save = lambda costs: results.write(results.unfinished(key, costs), path)
-        progress.journal.flush()
+        results.check_writable(path)  # now, not after an hour; an older result stays until this run has something to save
         try:
             found = fit(problem, progress)
         except KeyboardInterrupt:

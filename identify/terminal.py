@@ -52,7 +52,8 @@ def print_result(result: Result) -> None:
 
 def parameter_table(result: Result) -> Table:
     """Fitted values with their intervals."""
-    table = Table("parameter", "value", "unit", "95 %", "data say", title=f"{result.name}: parameters", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    title, tight = f"{result.name}: parameters", (0, 1, 0, 0)
+    table = Table("parameter", "value", "unit", "95 %", "data say", title=title, box=SIMPLE_HEAD, pad_edge=False, padding=tight)
     for number, column in enumerate(table.columns):
         column.no_wrap, column.justify = True, "right" if number in (1, 3) else "left"
     p = result.parameters

@@ -111,6 +111,16 @@ def test_a_folder_that_cannot_be_written_loses_nothing(result: tuple[Result, Pat
     assert read(result[1]).cost == result[0].cost
 
 
+def test_a_run_that_fails_leaves_an_older_result_alone(result: tuple[Result, Path], tmp_path: Path) -> None:
+    text = (ROOT / "configs" / "umons_tx200.yaml").read_text().replace("../data", str(ROOT / "data"))
+    (tmp_path / "config.yaml").write_text(text.replace("centre_m: [0.01, 0, 0.06]", "centre_m: [0, 0, 0.06]"))
+    write(result[0], tmp_path / "r.h5")
+    with pytest.raises(InputError, match="no measured data can move joint6"):
+        run_fit(tmp_path / "config.yaml", tmp_path / "r.h5", {})
+    assert read(tmp_path / "r.h5").cost == result[0].cost
+    assert [path.name for path in tmp_path.iterdir() if path.suffix not in (".h5", ".yaml")] == []
+
+
 def test_same_seed_same_result_and_history_counts(tmp_path: Path) -> None:
     problem = load_problem(read_study(ROOT / "configs" / "umons_tx200.yaml"))
     progress = Progress()

@@ -15,6 +15,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.model.frf import frf, frf_and_gradient, frf_slope
+from identify.model.record import rest_and_gradient
 from identify.model.system import System
 from identify.robot.points import Point
 
@@ -43,6 +44,7 @@ class FrfTarget:
 
     out (channels, n), force (n, inputs): the channels in the system's coordinates; those of out are the set's outputs, then what
     readings need besides.  readings: what effects of the measurement do to the FRFs, with the numbers of their parameters.
+    record: length of the records behind the FRFs, s, where the response may not have died out (`identify.model.record`), or None.
     """
 
     name: str
@@ -52,6 +54,7 @@ class FrfTarget:
     force: Array
     noise: Array | None = None
     readings: tuple[tuple[Reading, NDArray[np.intp]], ...] = ()
+    record: float | None = None
 
     @property
     def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -82,7 +85,7 @@ class FrfTarget:
 
     def predict(self, values: Array) -> Complex:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
-        h = frf(*self.system.matrices(values), self._s(values), self.out, self.force, POWER[self.data.quantity])
+        h = frf(*self.system.matrices(values), self._s(values), self.out, self.force, POWER[self.data.quantity], self._ends)
         for reading, numbers in self.readings:
             h = reading.apply(h, values[..., numbers], self.data.s)
         return h[..., : len(self.data.outputs), :]
@@ -90,6 +93,11 @@ class FrfTarget:
     def _s(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect corrects the window's decay."""
         return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
+
+    @property
+    def _ends(self) -> float | None:
+        """The record, but not with hysteretic damping, which has no free motion in time."""
+        return None if np.any(self.system.terms["hysteretic"]) else self.record
 
     @cached_property
     def _decay(self) -> Array:
@@ -108,8 +116,13 @@ class FrfTarget:
         """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
         matrices, at = self.system.matrices(values), (self._s(values), self.out, self.force, POWER[self.data.quantity])
         h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free)
-        if np.any(self._decay[free]):
-            gradient = gradient + frf_slope(matrices, *at)[..., None] * self._decay[free]
+        corrected = np.any(self._decay[free])
+        slope = frf_slope(matrices, *at) if corrected else np.zeros_like(h)
+        rest = rest_and_gradient(matrices, self.system.factors, at, self._ends, free) if self._ends else None
+        if rest is not None:
+            h, gradient, slope = h - rest.value, gradient - rest.gradient, slope - rest.slope
+        if corrected:
+            gradient = gradient + slope[..., None] * self._decay[free]
         for reading, numbers in self.readings:
             own = values[numbers]
             slopes = reading.slopes(h, own, self.data.s)
@@ -140,7 +153,14 @@ def frf_target(name: str, data: FrfSet, system: System, points: Mapping[int, Poi
         channels += effect.needed(channels, points)
     readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
     out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
-    return FrfTarget(name, data, system, out, force.T, noise, readings)
+    return FrfTarget(name, data, system, out, force.T, noise, readings, _record(data))
+
+
+def _record(data: FrfSet) -> float | None:
+    """One over the spacing of lines where an exponential window says that the FRFs are those of blows."""
+    if data.window_decay_per_s <= 0 or len(data.frequency_hz) < 2:
+        return None
+    return float(1 / np.diff(data.frequency_hz).min())
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.effects.attached import Attached
+from identify.effects.attached import AttachedMass
 from identify.effects.base import Contribution, DampingValues, Parameter, Values
 from identify.effects.site import Added, Site
 from identify.effects.springs import START_HZ, parameter, spread
@@ -20,10 +20,10 @@ _SHARE = 0.02
 """Without a start value the body has this share of the mass that the link carries."""
 
 
-class AppendedResonator(Attached):
-    """A point mass with one coordinate u of its own, along an axis of the link; across it, it goes with the link.
+class AppendedResonator(AttachedMass):
+    """A point mass or a rigid body with one coordinate u of its own, along an axis of the link; otherwise it goes with the link.
 
-    Its inertia is m (J_a + e_u)' (J_a + e_u) + m sum of J_b' J_b over the two other axes b, with J the rows of the link point's
+    A point's inertia is m (J_a + e_u)' (J_a + e_u) + m sum of J_b' J_b over the two other axes b, with J the rows of the link point's
     Jacobian and e_u the row that picks u; the weight's gravity stiffness includes the coupling of u with the link's rotations.
     """
 
@@ -35,15 +35,16 @@ class AppendedResonator(Attached):
 
     def sentence(self) -> str:
         """For example: appended resonator on link3 along y."""
-        return f"appended resonator on {self.link} along {self.axis}"
+        return f"appended resonator{'' if self.extent == 'point' else ' (mass, centre, inertia)'} on {self.link} along {self.axis}"
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """Each axis at the centre of mass of every moving link."""
+        """Along each axis of every moving link: a point at the centre of mass, and a body anywhere."""
         axes: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
         for link in robot.links[1:]:
             for axis in axes:
                 yield cls(link=link.name, axis=axis)
+                yield cls(link=link.name, axis=axis, extent="body")
 
     @property
     def _coordinate(self) -> str:
@@ -58,7 +59,7 @@ class AppendedResonator(Attached):
         return [self._coordinate]
 
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """Mass, stiffness, damping."""
+        """Mass, stiffness, damping; of a body then the moments."""
         mass = spread(self.mass, np.array([_SHARE * self.carried(robot)]), f"{where}.mass")
         k = spread(self.stiffness, mass * (2 * np.pi * START_HZ) ** 2, f"{where}.stiffness")
         c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * mass), f"{where}.damping")
@@ -67,16 +68,11 @@ class AppendedResonator(Attached):
             parameter(f"{name}.mass", "kg", float(mass[0]), self.mass, f"{where}.mass"),
             parameter(f"{name}.stiffness", "N/m", float(k[0]), self.stiffness, f"{where}.stiffness"),
             parameter(f"{name}.damping", "N s/m", float(c[0]), self.damping, f"{where}.damping"),
+            *self.moments(robot, name, where),
         ]
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """A unit mass with its weight, a unit spring, a unit damper."""
-        point, axis = self.position(robot), "xyz".index(self.axis)
-        jacobian, own = site.jacobian(self.link, point, self.where), site.vector(self._coordinate)
-        moved = jacobian[:3].copy()
-        moved[axis] += own
-        # The weight's potential -g . (point + u a) has the mixed derivative -g . (w x a) = -w . (a x g), with w the link's rotation.
-        coupling = np.outer(np.cross(np.eye(3)[axis], site.gravity(self.link)) @ jacobian[3:], own)
-        weight = site.weight_stiffness(self.link, point, self.where) - coupling - coupling.T
-        unit = site.unit(self._coordinate)
-        return [Contribution(mass=moved.T @ moved, stiffness=weight), Contribution(stiffness=unit), Contribution(damping=unit)]
+        """A unit mass with its weight, a unit spring, a unit damper; of a body then the moments."""
+        own, unit = site.vector(self._coordinate), site.unit(self._coordinate)
+        mass, *moments = self.inertial(robot, site, np.outer(np.eye(3)["xyz".index(self.axis)], own))
+        return [mass, Contribution(stiffness=unit), Contribution(damping=unit), *moments]

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC
+from itertools import combinations_with_replacement
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from identify.effects.base import Effect
-from identify.effects.site import Array
+from identify.effects.base import Contribution, Effect, Parameter, Values
+from identify.effects.site import Array, Site
+from identify.effects.springs import parameter, spread
 from identify.robot.description import Robot
+
+_PAIRS = tuple(combinations_with_replacement(range(3), 2))
+_REACH = {"moment": 0.05, "second_moment": 0.01}
+"""Default bounds per mass of the whole arm, m and m^2: a twentieth of it on a lever of 1 m, a quarter of it on one of 0.2 m."""
 
 
 class Attached(Effect, ABC):
@@ -38,3 +45,55 @@ class Attached(Effect, ABC):
         link = robot.frames[self.link][0] if self.link in robot.frames else self.link
         first = robot.links.index(robot.link(link, self.where))
         return sum(other.mass for other in robot.links[first:])
+
+
+class AttachedMass(Attached, ABC):
+    """A point mass at a place that is known, or a rigid body whose centre and inertia are identified too; both with their weight.
+
+    A body adds, about `at_m`, its first moments int r dm (its centre is `at_m` + moment / mass) and its second moments int r r' dm,
+    in which its inertia matrix is linear.  Bounds below zero let it correct what is stated too large; nothing else keeps it physical.
+    """
+
+    extent: Literal["point", "body"] = Field("point", description="`body`: nine more parameters, for centre and inertia")
+    mass: Values = Field(Values(), description="kg")
+    moment: Values = Field(Values(initial=0.0), description="first moments x, y, z, kg m; default bounds from the arm's mass")
+    second_moment: Values = Field(Values(initial=0.0), description="second moments xx, xy, xz, yy, yz, zz, kg m^2; default bounds likewise")
+
+    def moments(self, robot: Robot, name: str, where: str) -> list[Parameter]:
+        """First and second moments of a body; nothing for a point."""
+        if self.extent == "point":
+            return []
+        result, arm = [], sum(link.mass for link in robot.links)
+        seconds = ["xyz"[i] + "xyz"[j] for i, j in _PAIRS]
+        for what, axes, unit in (("moment", ["x", "y", "z"], "kg m"), ("second_moment", seconds, "kg m^2")):
+            values: Values = getattr(self, what)
+            values = values if values.bounds else values.model_copy(update={"bounds": (-_REACH[what] * arm, _REACH[what] * arm)})
+            starts = spread(values, np.zeros(len(axes)), f"{where}.{what}")
+            names = [f"{name}.{what}_{axis}" for axis in axes]
+            result += [parameter(n, unit, start, values, f"{where}.{what}", log=False) for n, start in zip(names, starts, strict=True)]
+        return result
+
+    def inertial(self, robot: Robot, site: Site, own: Array) -> list[Contribution]:
+        """Inertia and gravity stiffness per unit of mass and of each moment.
+
+        own (3, n): motion of the mass against the link, in the link's axes.  The inertia is int (v + w x r)^2 dm, sorted by powers of r.
+        The weight's potential -g . (point + own q) couples own motion and rotation w: its mixed derivative is -w . (own x g).
+        """
+        point = self.position(robot)
+        jacobian = site.jacobian(self.link, point, self.where)
+        here = site.weight_stiffness(self.link, point, self.where)
+        v, coupling = jacobian[:3] + own, _twice(jacobian[3:], np.cross(own.T, site.gravity(self.link)).T)
+        result = [Contribution(mass=v.T @ v, stiffness=here - coupling)]
+        if self.extent == "point":
+            return result
+        turning = [np.cross(jacobian[3:].T, axis).T for axis in np.eye(3)]  # w x r for r along each axis
+        for axis, moved in zip(np.eye(3), turning, strict=True):
+            there = site.weight_stiffness(self.link, point + axis, self.where)
+            result.append(Contribution(mass=_twice(v, moved), stiffness=there - here))
+        return result + [Contribution(mass=_twice(turning[i], turning[j]) / (2 if i == j else 1)) for i, j in _PAIRS]
+
+
+def _twice(a: Array, b: Array) -> Array:
+    """a' b + b' a, (n, n)."""
+    product = a.T @ b
+    return product + product.T

@@ -33,7 +33,7 @@ class LinkFlexibility(Effect):
     kind: Literal["link-flexibility"] = "link-flexibility"
     link: str = Field(description="a link between two joints")
     flexible_share: float = Field(
-        0.7, gt=0, le=1, description="share of the length, in the middle, that deforms: the joints' housings at both ends are stiff"
+        1.0, gt=0, le=1, description="share of the length, in the middle, that deforms; less where the joints' housings are stiff"
     )
     bending: Values = Field(Values(), description="EI, or one per plane, N m^2; default start: 20 Hz with what it carries, all else held")
     bending_damping: DampingValues = Field(DampingValues(), description="EI', N m^2 s")

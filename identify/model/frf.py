@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.model.modes import state_eigen
+from identify.model.record import lasts, rest_by_exponential
 from identify.model.system import Factors
 
 Array = NDArray[np.float64]
@@ -22,8 +23,13 @@ _TOLERANCE = 1e-9
 """Largest relative residual |Z x - B| / |B| of the modal route before every line is solved instead."""
 
 
-def frf(mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int) -> Complex:
-    """H (..., lines, outputs, inputs) at s (..., lines), rad/s; mass, damping, stiffness (..., n, n); out (outputs, n), force (n, inputs)."""
+def frf(
+    mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int, record: float | None = None
+) -> Complex:
+    """H (..., lines, outputs, inputs) at s (..., lines), rad/s; mass, damping, stiffness (..., n, n); out (outputs, n), force (n, inputs).
+
+    record: seconds after which the records that it was estimated from ended (`identify.model.record`), or None.
+    """
     eigenvalues, shapes = state_eigen(mass, damping, stiffness)
     # LAPACK puts the conjugate pairs of a real matrix side by side, Im > 0 first.
     paired = not np.iscomplexobj(stiffness) and bool(np.all(eigenvalues[..., ::2].imag > 0))
@@ -35,8 +41,13 @@ def frf(mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, f
         x = _superpose(shapes, eigenvalues, participation, probe, paired)
     residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
     if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
-        return frf_by_solve(mass, damping, stiffness, s, out, force, power)
-    return (s**power)[..., None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
+        rest = 0.0 if record is None else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
+        return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
+    h = (s**power)[..., None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
+    if record is None or not lasts(eigenvalues, s, record):
+        return h
+    left = participation * (eigenvalues**power * np.exp(eigenvalues * record))[..., None]
+    return h - np.exp(-s * record)[..., None, None] * _superpose(out @ shapes, eigenvalues, left, s, paired)
 
 
 def _participation(mass: Array, damping: Array, eigenvalues: Complex, shapes: Complex, force: Array) -> Complex:

@@ -18,7 +18,7 @@ class GaussNewton(Optimizer):
     """Minimises the sum of squared residuals of the cost; steps are damped as in Levenberg-Marquardt, so it never moves uphill."""
 
     kind: Literal["gauss-newton"] = "gauss-newton"
-    evaluations: int = Field(100, ge=1, description="largest number of steps, per start")
+    evaluations: int = Field(400, ge=1, description="budget of evaluations, per start; a step takes two")
     tolerance: float = Field(1e-10, gt=0, description="relative change of the sum of squares, or of x, below which it is done")
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:

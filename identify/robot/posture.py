@@ -61,10 +61,16 @@ class Mechanism:
         if name in names:
             return names.index(name)
         if name.startswith("base."):
-            raise InputError(where, f"coordinate {name!r} moves the base, which has no inertia",
-                             fix="give the base link its mass and inertia in the robot file")
-        raise InputError(where, f"unknown coordinate {name!r}", f"BODY.AXIS, BODY one of {', '.join(body.name for body in self.bodies)}, "
-                         f"AXIS one of {', '.join(AXES)}")
+            raise InputError(
+                where,
+                f"coordinate {name!r} moves the base, which has no inertia",
+                fix="give the base link its mass and inertia in the robot file",
+            )
+        raise InputError(
+            where,
+            f"unknown coordinate {name!r}",
+            f"BODY.AXIS, BODY one of {', '.join(body.name for body in self.bodies)}, AXIS one of {', '.join(AXES)}",
+        )
 
 
 def at_posture(robot: Robot, posture: Array) -> Mechanism:

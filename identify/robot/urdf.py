@@ -151,8 +151,9 @@ def _check(body: Link, written: UrdfLink, joint: UrdfJoint | None = None) -> Non
 def _only(leaving: list[UrdfJoint]) -> UrdfJoint:
     if len(leaving) > 1:
         names = ", ".join(repr(joint.name) for joint in leaving)
-        raise InputError(leaving[1].where, f"the arm branches into the joints {names}", "a serial arm",
-                         'write type="fixed" for joints that are locked')
+        raise InputError(
+            leaving[1].where, f"the arm branches into the joints {names}", "a serial arm", 'write type="fixed" for joints that are locked'
+        )
     return leaving[0]
 
 

@@ -12,15 +12,19 @@ import pytest
 import scipy.linalg
 from scipy.spatial.transform import Rotation
 
-from identify.effects.base import parse_effect
+from identify.effects.base import EFFECTS, parse_effect
 from identify.effects.beam import slices
 from identify.errors import InputError
 from identify.model.frf import frf_by_solve
 from identify.model.modes import undamped_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Link, Robot
+from identify.robot.dh import read_dh
 from identify.robot.urdf import read_urdf
 from tests.arms import arm, initial
+from tests.robot.random_arm import general_arm, random_posture, write
+
+ROOT = Path(__file__).parents[2]
 
 LENGTH, EI, EI2, GJ, DRIVES = 1.0, 3e5, 4.5e5, 2e5, 8e5
 ROD, LOAD = (30.0, 0.04), (40.0, (0.2, 0.1, 0.3), (1.5, 1.2, 0.9))
@@ -225,3 +229,27 @@ def test_links_without_length_are_refused_and_no_place(tmp_path: Path) -> None:
     effects = [parse_effect({"kind": "link-flexibility", "link": "link3"})]
     with pytest.raises(InputError, match="link3 has no length"):
         build_site(wrist, np.zeros(6), effects)
+
+
+@pytest.mark.parametrize("make", ["urdf", "dh"])
+def test_both_sides_of_the_far_joint_move_alike(make: str, tmp_path: Path) -> None:
+    """At the next joint's origin the deformed link and the link beyond are one: nothing aligned, and frames at the far ends."""
+    robot = read_urdf(write(tmp_path, general_arm(2))) if make == "urdf" else read_dh(ROOT / "data" / "umons_tx200" / "robot.yaml")
+    places = list(EFFECTS.get("link-flexibility").places(robot, {}))
+    assert len(places) >= 3
+    for place in places:
+        site = build_site(robot, random_posture(4), [place])
+        mechanism = site.engine.mechanism
+        number = [link.name for link in robot.links].index(place.link)
+        body, pose = mechanism.frames[place.link]
+        here = pose[:3, :3].T @ (mechanism.bodies[body + 1].pose[:3, 3] - pose[:3, 3])
+        beyond = mechanism.frames[robot.links[number + 1].name][1]
+        there = -beyond[:3, :3].T @ beyond[:3, 3]
+        sides = []
+        for link, point in ((place.link, here), (robot.links[number + 1].name, there)):
+            turn, motion = site.engine.axes(link), site.jacobian(link, point, "points")[:, -5:]
+            sides.append(np.vstack([turn @ motion[:3], turn @ motion[3:]]))
+        assert sides[0] == pytest.approx(sides[1], abs=1e-9)
+        assert np.linalg.matrix_rank(sides[0]) == 5
+        near = -pose[:3, :3].T @ pose[:3, 3]
+        assert not site.jacobian(place.link, near, "points")[:, -5:].any(), "the near end is held"

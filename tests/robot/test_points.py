@@ -55,8 +55,14 @@ finite = st.floats(-1e3, 1e3)
 
 
 @settings(max_examples=50, deadline=None)
-@given(rows=st.lists(st.tuples(st.integers(1, 10**6), st.text(st.characters(exclude_categories=["C", "Z"]), max_size=8), *[finite] * 6),
-                     min_size=1, max_size=8, unique_by=lambda row: row[0]))
+@given(
+    rows=st.lists(
+        st.tuples(st.integers(1, 10**6), st.text(st.characters(exclude_categories=["C", "Z"]), max_size=8), *[finite] * 6),
+        min_size=1,
+        max_size=8,
+        unique_by=lambda row: row[0],
+    )
+)
 def test_what_is_written_is_read(rows: list[tuple[float | str, ...]]) -> None:
     text = io.StringIO()
     writer = csv.writer(text)

@@ -66,8 +66,11 @@ def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
 @given(roll=angles, pitch=angles, yaw=angles)
 def test_rpy_turns_joint_origins_and_inertias(roll: float, pitch: float, yaw: float) -> None:
     origin = f'<origin xyz="0.1 0.2 0.3" rpy="{roll!r} {pitch!r} {yaw!r}"/>'
-    text = robot(BASE, ARM.replace('<mass value="2"/>', f'{origin}<mass value="2"/>').replace('ixx="1"', 'ixx="1.5"'),
-                 HINGE.replace("<axis", f"{origin}<axis"))
+    text = robot(
+        BASE,
+        ARM.replace('<mass value="2"/>', f'{origin}<mass value="2"/>').replace('ixx="1"', 'ixx="1.5"'),
+        HINGE.replace("<axis", f"{origin}<axis"),
+    )
     with tempfile.TemporaryDirectory() as folder:
         arm = read_urdf(write(Path(folder), text))
     turn = turned(roll, pitch, yaw)
@@ -90,8 +93,13 @@ def test_what_a_fixed_joint_holds_is_merged_and_stays_a_frame(tmp_path: Path) ->
 
 
 def test_a_joint_may_leave_a_merged_link(tmp_path: Path) -> None:
-    text = robot(BASE, ARM, '<link name="flange"/>', fixed("base", "flange", '<origin xyz="0 0 1"/>'),
-                 HINGE.replace('parent link="base"', 'parent link="flange"').replace("<axis", '<origin xyz="0 2 0"/><axis'))
+    text = robot(
+        BASE,
+        ARM,
+        '<link name="flange"/>',
+        fixed("base", "flange", '<origin xyz="0 0 1"/>'),
+        HINGE.replace('parent link="base"', 'parent link="flange"').replace("<axis", '<origin xyz="0 2 0"/><axis'),
+    )
     arm = read_urdf(write(tmp_path, text))
     assert (arm.joints[0].parent, arm.links[0].name) == ("base", "base")
     assert arm.joints[0].origin[:3, 3] == pytest.approx([0, 2, 1])
@@ -111,8 +119,15 @@ def test_world_above_the_base_becomes_a_frame_and_turns_gravity(tmp_path: Path, 
 def test_the_base_is_the_first_link_with_inertia(tmp_path: Path) -> None:
     """As in the files of a well-known arm: world, base_link without inertia, and its inertia in a link of its own."""
     hinge = HINGE.replace('"base"', '"base_inertia"')
-    parts = ['<link name="world"/><link name="base_link"/><link name="side"/>', BASE.replace('"base"', '"base_inertia"'), ARM, hinge,
-             fixed("world", "base_link"), fixed("base_link", "base_inertia"), fixed("base_link", "side")]
+    parts = [
+        '<link name="world"/><link name="base_link"/><link name="side"/>',
+        BASE.replace('"base"', '"base_inertia"'),
+        ARM,
+        hinge,
+        fixed("world", "base_link"),
+        fixed("base_link", "base_inertia"),
+        fixed("base_link", "side"),
+    ]
     arm = read_urdf(write(tmp_path, robot(*parts)))
     assert arm.links[0].name == "base_inertia"
     assert set(arm.frames) == {"world", "base_link", "side"}
@@ -226,8 +241,11 @@ def test_a_file_cut_anywhere_is_refused(data: st.DataObject) -> None:
 @given(data=st.data(), junk=st.sampled_from(["", "x", "nan", "inf", "1,5", "1e999"]))
 def test_junk_in_place_of_any_number_is_refused(data: st.DataObject, junk: str) -> None:
     words = industrial_arm(2).split('"')
-    numbers = [place for place, word in enumerate(words) if place % 2 and word[:1] in "-0123456789." and "effort" not in words[place - 1]
-               and "velocity" not in words[place - 1]]
+    numbers = [
+        place
+        for place, word in enumerate(words)
+        if place % 2 and word[:1] in "-0123456789." and "effort" not in words[place - 1] and "velocity" not in words[place - 1]
+    ]
     words[data.draw(st.sampled_from(numbers))] = junk
     with tempfile.TemporaryDirectory() as folder, pytest.raises(InputError, match=r"robot\.urdf line"):
         read_urdf(write(Path(folder), '"'.join(words)))

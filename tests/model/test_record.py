@@ -1,0 +1,95 @@
+"""FRFs of records that end too early: against a plain sum over time, two routes, and exact gradients."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.effects.base import parse_effect
+from identify.model.frf import frf, frf_by_solve
+from identify.model.record import rest_and_gradient, rest_by_exponential
+from tests.arms import ALL_EFFECTS, arm, initial, system
+from tests.targets import model, predictor
+
+S = 0.5 + 2j * np.pi * np.array([4.0, 9.0, 17.0, 33.0])
+T = 0.4
+
+
+@pytest.mark.parametrize("power", [0, 1, 2])
+def test_frf_of_a_short_record_is_the_sum_over_that_record(power: int) -> None:
+    m, c, k = 2.0, 3.0, 2.0 * (2 * np.pi * 9) ** 2
+    speed, decay = np.sqrt(k / m - (c / m / 2) ** 2), c / m / 2
+    t = np.arange(0, T, 1e-5) + 5e-6
+    x = np.exp(-decay * t) * np.sin(speed * t) / (m * speed)
+    v = np.exp(-decay * t) * (np.cos(speed * t) - decay / speed * np.sin(speed * t)) / m
+    motion = {0: x, 1: v, 2: -(c * v + k * x) / m}[power]
+    expected = np.array([np.sum(motion * np.exp(-s * t)) * 1e-5 for s in S]) + (1 / m if power == 2 else 0)  # the blow itself
+    matrices = [np.array([[value]]) for value in (m, c, k)]
+    found = frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), power, T)[:, 0, 0]
+    assert found == pytest.approx(expected, rel=1e-5)
+    assert np.abs(frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), power)[:, 0, 0] / expected - 1).max() > 0.1
+
+
+@pytest.mark.parametrize("power", [0, 1, 2])
+def test_modes_and_matrix_exponentials_agree_for_a_population(power: int, tmp_path: Path) -> None:
+    arm_model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    population = initial(parameters) * np.exp(0.2 * np.random.default_rng(0).normal(size=(3, len(parameters))))
+    matrices, out = arm_model.matrices(population), arm_model.jacobian("link6", np.zeros(3))
+    cut = frf(*matrices, S, out, out.T, power, T)
+    whole, rest = frf_by_solve(*matrices, S, out, out.T, power), rest_by_exponential(*matrices, S, out, out.T, power, T)
+    assert cut == pytest.approx(whole - rest, rel=1e-7, abs=1e-9 * np.abs(whole).max())
+    assert np.abs(rest).max() > 1e-3 * np.abs(whole).max()
+
+
+def test_a_defective_system_takes_the_exponential() -> None:
+    matrices = [np.array([[value]]) for value in (1.0, 20.0, 100.0)]  # critically damped
+    z = S + 10
+    expected = 1 / z**2 - np.exp(-0.2 * z) * (0.2 / z + 1 / z**2)  # the integral of t e^(-zt) to 0.2
+    assert frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), 0, 0.2)[:, 0, 0] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("power", [0, 1, 2])
+def test_gradients_are_exact(power: int, tmp_path: Path) -> None:
+    arm_model, parameters, _ = system(arm(tmp_path, seed=4), ALL_EFFECTS, seed=4)
+    values, numbers = initial(parameters), np.random.default_rng(0).permutation(len(parameters))[:15]
+    out, force = arm_model.jacobian("link6", np.array([0.1, 0.2, 0.3])), arm_model.jacobian("link2", np.zeros(3)).T[:, :2]
+
+    def rest(moved: np.ndarray, s: np.ndarray = S) -> np.ndarray:
+        return rest_by_exponential(*arm_model.matrices(moved), s, out, force, power, T)
+
+    found = rest_and_gradient(arm_model.matrices(values), arm_model.factors, (S, out, force, power), T, numbers)
+    assert found is not None
+    assert found.value == pytest.approx(rest(values), rel=1e-8, abs=1e-9 * np.abs(found.value).max())
+    for column, number in enumerate(numbers):
+        step = 1e-4 * values[number] * (np.arange(len(values)) == number)
+        eight = (8 * (rest(values + step) - rest(values - step)) - (rest(values + 2 * step) - rest(values - 2 * step))) / 12 / step.max()
+        scale = np.abs(eight).max() + 1e-9 * np.abs(found.value).max() / values[number]
+        assert np.abs(found.gradient[..., column] - eight).max() < 1e-5 * scale, parameters[number].name
+    slope = (rest(values, S + 1e-4) - rest(values, S - 1e-4)) / 2e-4
+    assert found.slope == pytest.approx(slope, rel=1e-6, abs=1e-6 * np.abs(slope).max())
+
+
+def test_a_response_that_dies_out_is_left_alone(tmp_path: Path) -> None:
+    arm_model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    at = (S + 40.0, np.eye(len(arm_model.coordinates)), np.eye(len(arm_model.coordinates)), 2)
+    assert rest_and_gradient(arm_model.matrices(initial(parameters)), arm_model.factors, at, 2.0, np.arange(3)) is None
+    matrices = arm_model.matrices(initial(parameters))
+    assert np.array_equal(frf(*matrices, *at, 2.0), frf(*matrices, *at))
+
+
+def test_targets_know_their_record_where_blows_were_windowed(tmp_path: Path) -> None:
+    effects = [parse_effect({"kind": "joint-compliance"}), parse_effect({"kind": "window-decay", "error": {"initial": 0.3}})]
+    arm_system, parameters = model(arm(tmp_path), effects)
+    target, values = predictor(arm_system, lines=40, band=(4.0, 43.0)), initial(parameters)
+    assert target.record == pytest.approx(1.0)
+    h, gradient = target.gradient(values, np.arange(len(values)))
+    assert h == pytest.approx(target.predict(values), rel=1e-8)
+    whole = replace(target, record=None).predict(values)
+    assert np.abs(h - whole).max() > 1e-3 * np.abs(whole).max()
+    step = np.zeros(len(values))
+    step[-1] = 1e-4
+    assert gradient[..., -1] == pytest.approx((target.predict(values + step) - target.predict(values - step)) / 2e-4, rel=1e-5)
+    assert predictor(arm_system, lines=1).record is None

@@ -1,0 +1,43 @@
+"""The true effect, added to the config, closes the gap on simulated hammer tests made outside this project."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from identify.run import run_fit
+from tests.hidden import truth, write_config
+
+CASES = {
+    "absorber_l3_101": ["{kind: appended-resonator, link: link3, axis: y}"],
+    "base_and_tilt_101": ["{kind: base-compliance, axes: [rx, ry]}", "{kind: joint-compliance, joints: [3], axes: [rx, ry]}"],
+    "base_rocking_101": ["{kind: base-compliance, axes: [rx, ry]}"],
+    "delay_101": ["{kind: time-delay}"],
+    "payload_101": ["{kind: added-mass, link: link6, extent: body}"],
+    "polarity_101": ['{kind: channel-polarity, channel: "link5_2:+Y"}'],
+    "radial_j2_101": ["{kind: joint-compliance, joints: [2], axes: [tx, ty]}"],
+    "tilt_j2_101": ["{kind: joint-compliance, joints: [2], axes: [rx, ry]}"],
+    "tilt_j3_102": ["{kind: joint-compliance, joints: [3], axes: [rx, ry]}"],
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_true_effect_leaves_noise_and_the_true_stiffness(case: str, tmp_path: Path) -> None:
+    lines = [f"  - {effect}" for effect in CASES[case]]
+    result, _ = run_fit(write_config(case, tmp_path, extra="\n".join([*lines, "starts: 1"])), tmp_path / "r.h5", {})
+    value = dict(zip(result.parameters.name, result.parameters.value, strict=True))
+    assert result.gap < 1.2
+    assert result.gap_validation < 1.4
+    assert [value[f"joint{n}.rz.stiffness"] for n in range(1, 7)] == pytest.approx(truth(case)["k"], rel=0.01)
+    if case == "delay_101":
+        assert value["responses.delay"] == pytest.approx(truth(case)["effects"][0]["seconds"], rel=0.01)
+    if case == "payload_101":
+        assert value["link6.mass"] == pytest.approx(truth(case)["effects"][0]["mass_kg"], rel=0.005)
+
+
+@pytest.mark.parametrize("wrong", ["joints: [3], axes: [rx, ry]", "joints: [2], axes: [tx, ty]"])
+def test_a_wrong_effect_does_not(wrong: str, tmp_path: Path) -> None:
+    extra = f"  - {{kind: joint-compliance, {wrong}}}\nstarts: 1"
+    result, _ = run_fit(write_config("tilt_j2_101", tmp_path, extra=extra), tmp_path / "r.h5", {})
+    assert result.gap > 10
