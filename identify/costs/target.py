@@ -15,7 +15,6 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.model.frf import frf, frf_and_gradient, frf_slope
-from identify.model.record import rest_and_gradient
 from identify.model.system import System
 from identify.robot.points import Point
 
@@ -115,14 +114,9 @@ class FrfTarget:
     def gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
         matrices, at = self.system.matrices(values), (self._s(values), self.out, self.force, POWER[self.data.quantity])
-        h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free)
-        corrected = np.any(self._decay[free])
-        slope = frf_slope(matrices, *at) if corrected else np.zeros_like(h)
-        rest = rest_and_gradient(matrices, self.system.factors, at, self._ends, free) if self._ends else None
-        if rest is not None:
-            h, gradient, slope = h - rest.value, gradient - rest.gradient, slope - rest.slope
-        if corrected:
-            gradient = gradient + slope[..., None] * self._decay[free]
+        h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self._ends)
+        if np.any(self._decay[free]):
+            gradient = gradient + frf_slope(matrices, *at, self._ends)[..., None] * self._decay[free]
         for reading, numbers in self.readings:
             own = values[numbers]
             slopes = reading.slopes(h, own, self.data.s)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.model.modes import state_eigen
-from identify.model.record import lasts, rest_by_exponential
+from identify.model.record import Ending, ending, lasting, rest_by_exponential
 from identify.model.system import Factors
 
 Array = NDArray[np.float64]
@@ -44,9 +44,9 @@ def frf(
         rest = 0.0 if record is None else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
         return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
     h = (s**power)[..., None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
-    if record is None or not lasts(eigenvalues, s, record):
+    if record is None or not (lasts := lasting(eigenvalues, s, record)[..., None]).any():
         return h
-    left = participation * (eigenvalues**power * np.exp(eigenvalues * record))[..., None]
+    left = participation * (lasts * eigenvalues**power * np.exp(lasts * eigenvalues * record))[..., None]
     return h - np.exp(-s * record)[..., None, None] * _superpose(out @ shapes, eigenvalues, left, s, paired)
 
 
@@ -93,35 +93,55 @@ def frf_by_solve(mass: Array, damping: Array, stiffness: Array, s: Complex, out:
 
 
 def frf_and_gradient(
-    matrices: tuple[Array, Array, Array], factors: Factors, s: Complex, out: Array, force: Array, power: int, parameters: NDArray[np.intp]
+    matrices: tuple[Array, Array, Array],
+    factors: Factors,
+    s: Complex,
+    out: Array,
+    force: Array,
+    power: int,
+    parameters: NDArray[np.intp],
+    record: float | None = None,
 ) -> tuple[Complex, Complex]:
     """H (lines, outputs, inputs) and dH/dp (lines, outputs, inputs, p) for the parameters whose numbers are given, p of them.
 
-    One solve a line for [B, S'] serves all: Z is symmetric.
+    One solve a line for [B, S'] serves all: Z is symmetric.  record as for `frf`.
     """
-    z = dynamic_stiffness(*matrices, s)
-    both = np.concatenate([force, out.T], axis=1).astype(complex)
-    solved = np.linalg.solve(z, np.broadcast_to(both, (len(s), *both.shape)))
-    from_force, to_out = solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
-    scale = (s**power)[:, None, None]
+    end = None if record is None else ending(matrices, factors, s, force, record, parameters)
+    moved, to_out = _solve_both(matrices, s, out, force, end)
+    motion = [(s**k)[:, None, None] * moved + (0.0 if end is None else end.motion(s, k)) for k in range(3)]
     columns = np.flatnonzero(np.isin(factors.owner, parameters))
-    vectors = factors.vectors[:, columns]
-    left = -scale * (to_out @ vectors) * (s[:, None] ** factors.power[columns] * factors.weight[columns])[:, None, :]
-    right = vectors.T @ from_force
+    vectors, powers = factors.vectors[:, columns], factors.power[columns]
+    left = -(s**power)[:, None, None] * (to_out @ vectors) * factors.weight[columns]
+    right = np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
+    for k in range(3):
+        right[:, powers == k] = vectors[:, powers == k].T @ motion[k]
     products = left[:, :, None, :] * np.swapaxes(right, 1, 2)[:, None, :, :]
-    return scale * (out @ from_force), _sum_by_owner(products, factors.owner[columns], parameters)
+    gradient = _sum_by_owner(products, factors.owner[columns], parameters)
+    if end is not None:
+        gradient = gradient + end.gradient(matrices[0], matrices[1], s, out, to_out, power)
+    return out @ motion[power], gradient
 
 
-def frf_slope(matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, power: int) -> Complex:
+def frf_slope(
+    matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, power: int, record: float | None = None
+) -> Complex:
     """dH/ds (lines, outputs, inputs) at s (lines,): what another decay of the window would change."""
     mass, damping, _ = matrices
-    z = dynamic_stiffness(*matrices, s)
-    both = np.concatenate([force, out.T], axis=1).astype(complex)
-    solved = np.linalg.solve(z, np.broadcast_to(both, (len(s), *both.shape)))
-    from_force, to_out = solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
+    nothing = Factors(np.zeros((len(mass), 0)), np.zeros(0, int), np.zeros(0), np.zeros(0, int))
+    end = None if record is None else ending(matrices, nothing, s, force, record, np.zeros(0, dtype=int))
+    moved, to_out = _solve_both(matrices, s, out, force, end)
     line = s[:, None, None]
-    change = to_out @ (damping + 2 * line * mass) @ from_force
-    return np.asarray(power * line ** (power - 1) * (out @ from_force) - line**power * change)
+    change = -to_out @ (damping + 2 * line * mass) @ moved
+    slope = line**power * change + power * line ** (power - 1) * (out @ moved)
+    return np.asarray(slope if end is None else slope + end.slope(mass, damping, s, out, to_out, power))
+
+
+def _solve_both(matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, end: Ending | None) -> tuple[Complex, Complex]:
+    """X (lines, n, inputs), the transform of the displacements, and S Z^-1 (lines, outputs, n), by one solve a line."""
+    load = np.broadcast_to(force, (len(s), *force.shape)) if end is None else force - end.load(matrices[0], matrices[1], s)
+    both = np.concatenate([load, np.broadcast_to(out.T, (len(s), *out.T.shape))], axis=2)
+    solved = np.asarray(np.linalg.solve(dynamic_stiffness(*matrices, s), both), dtype=complex)
+    return solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
 
 
 def _sum_by_owner(products: Complex, owner: NDArray[np.intp], parameters: NDArray[np.intp]) -> Complex:

@@ -1,12 +1,13 @@
-"""What an FRF lacks whose record ended before the response had died out, and its exact sensitivities.
+"""What FRFs look like whose records ended before the response had died out, and the exact sensitivities of that.
 
-A record of length T, begun by the blow, sees an impulse response only up to T.  The rest is the free motion from the displacement
-x(T) and velocity v(T) that a unit impulse leaves, so that the FRF of the record is H(s) less
+A record of length T, begun by the blow, sees the impulse response only up to T.  What it ends with, the displacement x(T) and
+velocity v(T), is missing from the transform:
 
-    R(s) = e^(-sT) S Y_p(s),   Y_k = s^k X - s^(k-1) x(T) - s^(k-2) v(T),   Z(s) X = (s M + C) x(T) + M v(T)
+    Z(s) X = F - e^(-sT) ((s M + C) x(T) + M v(T)),   H_k = s^k X + e^(-sT) (s^(k-1) x(T) + s^(k-2) v(T))
 
-where terms with negative powers of s do not exist.  An exponential window makes R small; it is e^-5 of H at a resonance of 10 Hz with 2 %
-damping after 1.6 s with a window of 2 / s.
+with k = 0, 1, 2 for displacement, velocity and acceleration; terms with negative powers of s do not exist.  An exponential window
+makes the difference small: e^-5 of H at a resonance of 10 Hz with 2 % damping after 1.6 s with a window of 2 / s.  A model that
+grows faster than the window decays, such as one with a negative mass, has no transform at s, and nothing is taken off.
 """
 
 from __future__ import annotations
@@ -24,110 +25,113 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 NEGLIGIBLE = 1e-4
-"""Relative size of the rest, at a resonance, below which it is not computed."""
+"""Size of what is missing relative to H, at a resonance, below which it is not computed."""
 
 
 @dataclass(frozen=True)
-class Rest:
-    """R (lines, outputs, inputs), its derivatives with respect to parameters (..., p), and dR/ds."""
+class Ending:
+    """Where a unit blow at each input has led after `record` seconds: x, v (n, inputs); slopes (2, n, inputs, p) of both by parameters."""
 
-    value: Complex
-    gradient: Complex
-    slope: Complex
+    record: float
+    x: Array
+    v: Array
+    slopes: Array
+
+    def load(self, mass: Array, damping: Array, s: Complex) -> Complex:
+        """(lines, n, inputs): what is taken off the force."""
+        line = s[:, None, None]
+        return np.asarray(np.exp(-line * self.record) * ((line * mass + damping) @ self.x + mass @ self.v))
+
+    def motion(self, s: Complex, power: int) -> Complex | float:
+        """(lines, n, inputs): what is added to s^power X."""
+        line = s[:, None, None]
+        if power == 0:
+            return 0.0
+        return np.asarray(np.exp(-line * self.record) * (self.x if power == 1 else line * self.x + self.v))
+
+    def slope(self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int) -> Complex:
+        """(lines, outputs, inputs): derivative with respect to s of what the ending does to H."""
+        line = s[:, None, None]
+        change = line**power * (to_out @ (self.record * ((line * mass + damping) @ self.x + mass @ self.v) - mass @ self.x))
+        if power == 1:
+            change = change - self.record * (out @ self.x)
+        if power == 2:
+            change = change + out @ (self.x - self.record * (line * self.x + self.v))
+        return np.asarray(np.exp(-line * self.record) * change)
+
+    def gradient(self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int) -> Complex:
+        """(lines, outputs, inputs, p): what H changes by as x(T) and v(T) do; to_out (lines, outputs, n) is S Z^-1."""
+        line = s[:, None, None]
+        of_x = line ** (power - 1) * out * (power > 0) - line**power * (to_out @ (line * mass + damping))
+        of_v = out * (power == 2) - line**power * (to_out @ mass)
+        both = np.concatenate([of_x, of_v], axis=2) * np.exp(-line * self.record)
+        flat = both.reshape(-1, both.shape[2])
+        ends = self.slopes.reshape(both.shape[2], -1)
+        product = flat.real @ ends + 1j * (flat.imag @ ends)
+        return np.asarray(product.reshape(*to_out.shape[:2], *self.slopes.shape[2:]))
 
 
-def lasts(eigenvalues: Complex, s: Complex, record: float) -> bool:
-    """Whether any motion with these eigenvalues lasts beyond the record, as seen through the window that s implies."""
-    return bool(np.exp((eigenvalues.real.max() - s.real.min()) * record) > NEGLIGIBLE)
+def lasting(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_]:
+    """Whether motions with eigenvalues (..., r) last beyond the record as seen through the window that s (..., lines) implies, (...)."""
+    growth = eigenvalues.real.max(axis=-1) - s.real.min(axis=-1)
+    return np.asarray((growth < 0) & (growth * record > np.log(NEGLIGIBLE)))
+
+
+def ending(
+    matrices: tuple[Array, Array, Array], factors: Factors, s: Complex, force: Array, record: float, parameters: NDArray[np.intp]
+) -> Ending | None:
+    """The ending with its slopes for the parameters whose numbers are given; None where the response has died out."""
+    mass, damping, _ = matrices
+    eigenvalues, shapes = state_eigen(*matrices)
+    if not lasting(eigenvalues, s, record):
+        return None
+    norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
+    participation = shapes.T @ force / norm[:, None]
+    decayed = np.exp(eigenvalues * record)[:, None] * participation
+    columns = np.flatnonzero(np.isin(factors.owner, parameters))
+    owned = (factors.owner[columns, None] == parameters).astype(float)
+    slopes = [_slopes((eigenvalues, shapes, norm), participation, record, factors, columns, rate) for rate in (0, 1)]
+    moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
+    x, v = np.split(moved.real, 2, axis=1)
+    return Ending(record, x, v, np.array([(shapes @ slope).real.reshape(*x.shape, -1) @ owned for slope in slopes]))
+
+
+def _slopes(
+    modes: tuple[Complex, Complex, Complex], participation: Complex, record: float, factors: Factors, columns: NDArray[np.intp], rate: int
+) -> Complex:
+    """Derivatives (modes, inputs * columns) of the modal parts of x(T), or of v(T) with rate 1, for unit changes of Z by each column.
+
+    x(T) is the integral of e^(zT) Z(z)^-1 F / 2 pi j around all eigenvalues; so its change is minus the sum over pairs of
+    modes of residues times the divided difference of z^(k + rate) e^(zT), with k the power of s of the column.
+    """
+    eigenvalues, shapes, norm = modes
+    result = np.zeros((len(eigenvalues), participation.shape[1], len(columns)), dtype=complex)
+    apart = eigenvalues[:, None] - eigenvalues
+    near = np.abs(apart) < 1e-7 * np.abs(eigenvalues)
+    for k in np.unique(factors.power[columns]):
+        chosen = columns[factors.power[columns] == k]
+        value = eigenvalues ** (k + rate) * np.exp(eigenvalues * record)
+        tangent = value * (record + (k + rate) / eigenvalues)
+        divided = np.where(near, tangent[:, None], (value[:, None] - value) / np.where(near, 1.0, apart))
+        modal = shapes.T @ factors.vectors[:, chosen]
+        driven = divided @ (participation[:, :, None] * modal[:, None, :]).reshape(len(eigenvalues), -1)
+        driven = driven.reshape(-1, participation.shape[1], len(chosen))
+        result[..., factors.power[columns] == k] = -driven * (modal / norm[:, None] * factors.weight[chosen])[:, None, :]
+    return result.reshape(len(eigenvalues), -1)
 
 
 def rest_by_exponential(
     mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int, record: float
 ) -> Complex:
-    """R (..., lines, outputs, inputs) for a population (..., n, n) by matrix exponentials: any system, defective or not."""
+    """What is missing from H (..., lines, outputs, inputs), for a population (..., n, n), by matrix exponentials: defective systems too."""
     size = mass.shape[-1]
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
-    moved = scipy.linalg.expm(record * np.concatenate([upper, lower], axis=-2))[..., size:] @ np.linalg.solve(mass, force)
+    state = np.concatenate([upper, lower], axis=-2)
+    lasts = lasting(np.linalg.eigvals(state), s, record)[..., None, None]
+    moved = lasts * scipy.linalg.expm(record * lasts * state)[..., size:] @ np.linalg.solve(mass, force)
     x, v = moved[..., :size, :], moved[..., size:, :]
     line = s[..., None, None]
     m, c, k, x, v = (matrix[..., None, :, :] for matrix in (mass, damping, stiffness, x, v))
-    free = np.linalg.solve(k + line * c + line**2 * m, (line * m + c) @ x + m @ v)
-    return np.asarray(np.exp(-line * record) * (out @ _later(free, x, v, line, power)))
-
-
-def rest_and_gradient(
-    matrices: tuple[Array, Array, Array],
-    factors: Factors,
-    at: tuple[Complex, Array, Array, int],
-    record: float,
-    parameters: NDArray[np.intp],
-) -> Rest | None:
-    """R at (s (lines,), out, force, power) with its derivatives for the parameters whose numbers are given; None where it is negligible."""
-    (mass, damping, stiffness), (s, out, force, power) = matrices, at
-    eigenvalues, shapes = state_eigen(*matrices)
-    if not lasts(eigenvalues, s, record):
-        return None
-    columns = np.flatnonzero(np.isin(factors.owner, parameters))
-    vectors, owned = factors.vectors[:, columns], (factors.owner[columns, None] == parameters).astype(float)
-    norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
-    participation = shapes.T @ force / norm[:, None]
-    decayed = np.exp(eigenvalues * record)[:, None] * participation
-    x, v = (shapes @ decayed).real, (shapes @ (eigenvalues[:, None] * decayed)).real
-    dx, dv = (_end_slopes(eigenvalues, shapes, norm, participation, record, factors, columns, rate) @ owned for rate in (0, 1))
-    line = s[:, None, None]
-    z = stiffness + line * damping + line**2 * mass
-    solved = np.linalg.solve(z, np.concatenate([(line * mass + damping) @ x + mass @ v, np.broadcast_to(out.T, (len(s), *out.T.shape))], 2))
-    free, to_out = np.asarray(solved[:, :, : force.shape[1]]), np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
-    left, right = (to_out @ vectors) * factors.weight[columns], np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
-    for k in range(3):
-        chosen = factors.power[columns] == k
-        right[:, chosen] = vectors[:, chosen].T @ _later(free, x, v, line, k)
-    d_free = np.einsum("lon,nij->loij", to_out @ (line * mass + damping), dx) + np.einsum("lon,nij->loij", to_out @ mass, dv)
-    d_free = d_free - (left[:, :, None, :] * np.swapaxes(right, 1, 2)[:, None]) @ owned
-    d_x, d_v = (np.einsum("on,nij->oij", out, slopes) for slopes in (dx, dv))
-    gradient = _later(np.asarray(d_free, dtype=complex), d_x, d_v, line[..., None], power)
-    value = out @ _later(free, x, v, line, power)
-    d_ds = to_out @ (mass @ x - (damping + 2 * line * mass) @ free)
-    slope = line**power * d_ds - record * value
-    if power:
-        slope = slope + power * line ** (power - 1) * (out @ free) - (out @ x if power == 2 else 0.0)
-    scale = np.exp(-line * record)
-    return Rest(scale * value, scale[..., None] * gradient, scale * slope)
-
-
-def _later(free: Complex, x: Array, v: Array, line: Complex, power: int) -> Complex:
-    """Transform of the free motion's displacement, velocity or acceleration (power 0, 1, 2) from that of its displacement."""
-    if power == 0:
-        return free
-    return line * free - x if power == 1 else line**2 * free - line * x - v
-
-
-def _end_slopes(
-    eigenvalues: Complex,
-    shapes: Complex,
-    norm: Complex,
-    participation: Complex,
-    record: float,
-    factors: Factors,
-    columns: NDArray[np.intp],
-    rate: int,
-) -> Array:
-    """Derivatives (n, inputs, columns) of x(T), or of v(T) with rate 1, for unit changes of Z by each column.
-
-    x(T) = 1/(2 pi j) of the integral of e^(zT) Z(z)^-1 F around all eigenvalues; so its change is minus the sum over pairs of
-    modes of residues times the divided difference of z^(k + rate) e^(zT), with k the power of s of the column.
-    """
-    modal = shapes.T @ factors.vectors[:, columns]
-    near = np.abs(eigenvalues[:, None] - eigenvalues) < 1e-7 * np.abs(eigenvalues[:, None])
-    apart = np.where(near, 1.0, eigenvalues[:, None] - eigenvalues)
-    result = np.zeros((shapes.shape[0], participation.shape[1], len(columns)))
-    for k in range(3):
-        chosen = np.flatnonzero(factors.power[columns] == k)
-        value = eigenvalues ** (k + rate) * np.exp(eigenvalues * record)
-        tangent = value * (record + (k + rate) / eigenvalues)
-        divided = np.where(near, tangent[:, None], (value[:, None] - value) / apart)
-        driven = np.einsum("rq,qc,qi->ric", divided, modal[:, chosen], participation)
-        weighed = modal[:, chosen] / norm[:, None] * factors.weight[columns[chosen]]
-        result[..., chosen] = -np.einsum("nr,rc,ric->nic", shapes, weighed, driven).real
-    return result
+    free = line**power * np.linalg.solve(k + line * c + line**2 * m, (line * m + c) @ x + m @ v)
+    return np.asarray(np.exp(-line * record) * (out @ (free - (0.0, x, line * x + v)[power])))

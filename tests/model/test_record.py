@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from identify.effects.base import parse_effect
-from identify.model.frf import frf, frf_by_solve
-from identify.model.record import rest_and_gradient, rest_by_exponential
+from identify.model.frf import frf, frf_and_gradient, frf_by_solve, frf_slope
+from identify.model.record import ending, rest_by_exponential
 from tests.arms import ALL_EFFECTS, arm, initial, system
 from tests.targets import model, predictor
 
@@ -57,27 +57,29 @@ def test_gradients_are_exact(power: int, tmp_path: Path) -> None:
     values, numbers = initial(parameters), np.random.default_rng(0).permutation(len(parameters))[:15]
     out, force = arm_model.jacobian("link6", np.array([0.1, 0.2, 0.3])), arm_model.jacobian("link2", np.zeros(3)).T[:, :2]
 
-    def rest(moved: np.ndarray, s: np.ndarray = S) -> np.ndarray:
-        return rest_by_exponential(*arm_model.matrices(moved), s, out, force, power, T)
+    def cut(moved: np.ndarray, s: np.ndarray = S) -> np.ndarray:
+        matrices = arm_model.matrices(moved)
+        return frf_by_solve(*matrices, s, out, force, power) - rest_by_exponential(*matrices, s, out, force, power, T)
 
-    found = rest_and_gradient(arm_model.matrices(values), arm_model.factors, (S, out, force, power), T, numbers)
-    assert found is not None
-    assert found.value == pytest.approx(rest(values), rel=1e-8, abs=1e-9 * np.abs(found.value).max())
+    matrices = arm_model.matrices(values)
+    h, gradient = frf_and_gradient(matrices, arm_model.factors, S, out, force, power, numbers, T)
+    whole = frf_and_gradient(matrices, arm_model.factors, S, out, force, power, numbers)[1]
+    assert h == pytest.approx(cut(values), rel=1e-8, abs=1e-9 * np.abs(h).max())
+    assert np.abs(gradient - whole).max() > 1e-3 * np.abs(gradient).max()
     for column, number in enumerate(numbers):
         step = 1e-4 * values[number] * (np.arange(len(values)) == number)
-        eight = (8 * (rest(values + step) - rest(values - step)) - (rest(values + 2 * step) - rest(values - 2 * step))) / 12 / step.max()
-        scale = np.abs(eight).max() + 1e-9 * np.abs(found.value).max() / values[number]
-        assert np.abs(found.gradient[..., column] - eight).max() < 1e-5 * scale, parameters[number].name
-    slope = (rest(values, S + 1e-4) - rest(values, S - 1e-4)) / 2e-4
-    assert found.slope == pytest.approx(slope, rel=1e-6, abs=1e-6 * np.abs(slope).max())
+        near, far = (cut(values + size * step) - cut(values - size * step) for size in (1, 2))
+        expected = (8 * near - far) / 12 / step.max()
+        assert np.abs(gradient[..., column] - expected).max() < 1e-5 * np.abs(expected).max(), parameters[number].name
+    slope = (cut(values, S + 1e-4) - cut(values, S - 1e-4)) / 2e-4
+    assert frf_slope(matrices, S, out, force, power, T) == pytest.approx(slope, rel=1e-6, abs=1e-6 * np.abs(slope).max())
 
 
 def test_a_response_that_dies_out_is_left_alone(tmp_path: Path) -> None:
     arm_model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
-    at = (S + 40.0, np.eye(len(arm_model.coordinates)), np.eye(len(arm_model.coordinates)), 2)
-    assert rest_and_gradient(arm_model.matrices(initial(parameters)), arm_model.factors, at, 2.0, np.arange(3)) is None
-    matrices = arm_model.matrices(initial(parameters))
-    assert np.array_equal(frf(*matrices, *at, 2.0), frf(*matrices, *at))
+    matrices, unit = arm_model.matrices(initial(parameters)), np.eye(len(arm_model.coordinates))
+    assert ending(matrices, arm_model.factors, S + 40.0, unit, 2.0, np.arange(3)) is None
+    assert np.array_equal(frf(*matrices, S + 40.0, unit, unit, 2, 2.0), frf(*matrices, S + 40.0, unit, unit, 2))
 
 
 def test_targets_know_their_record_where_blows_were_windowed(tmp_path: Path) -> None:
@@ -93,3 +95,15 @@ def test_targets_know_their_record_where_blows_were_windowed(tmp_path: Path) -> 
     step[-1] = 1e-4
     assert gradient[..., -1] == pytest.approx((target.predict(values + step) - target.predict(values - step)) / 2e-4, rel=1e-5)
     assert predictor(arm_system, lines=1).record is None
+
+
+def test_an_unstable_model_has_no_rest_and_spoils_no_population() -> None:
+    """A negative mass, as an optimizer may try, beside a sound model."""
+    mass, damping, stiffness = (np.array(values)[:, None, None] for values in ([2.0, -2.0], [3.0, 3.0], [900.0, 900.0]))
+    one = np.ones((1, 1))
+    together = frf(mass, damping, stiffness, S, one, one, 2, T)
+    apart = [frf(mass[n], damping[n], stiffness[n], S, one, one, 2, T) for n in range(2)]
+    assert together == pytest.approx(np.array(apart), rel=1e-12)
+    assert apart[1] == pytest.approx(frf(mass[1], damping[1], stiffness[1], S, one, one, 2), rel=1e-12)
+    assert np.abs(apart[0] / frf(mass[0], damping[0], stiffness[0], S, one, one, 2) - 1).max() > 0.01
+    assert rest_by_exponential(mass, damping, stiffness, S, one, one, 2, T)[1] == pytest.approx(0)
