@@ -41,3 +41,13 @@ def test_a_wrong_effect_does_not(wrong: str, tmp_path: Path) -> None:
     extra = f"  - {{kind: joint-compliance, {wrong}}}\nstarts: 1"
     result, _ = run_fit(write_config("tilt_j2_101", tmp_path, extra=extra), tmp_path / "r.h5", {})
     assert result.gap > 10
+
+
+def test_a_beam_stands_for_a_chain_of_segments(tmp_path: Path) -> None:
+    """The truth is a chain of four; at least 85 % of what is above noise must go, on fitted and on validation data."""
+    gaps = []
+    for extra in ("", "  - {kind: link-flexibility, link: link2}\n"):
+        result, _ = run_fit(write_config("link2_flex_101", tmp_path, extra=extra + "starts: 1"), tmp_path / "r.h5", {})
+        gaps.append((result.gap, result.gap_validation))
+    for before, after in zip(*gaps, strict=True):
+        assert after - 1 < 0.15 * (before - 1)
