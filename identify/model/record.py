@@ -110,8 +110,9 @@ def _slopes(
     near = np.abs(apart) < 1e-7 * np.abs(eigenvalues)
     for k in np.unique(factors.power[columns]):
         chosen = columns[factors.power[columns] == k]
-        value = eigenvalues ** (k + rate) * np.exp(eigenvalues * record)
-        tangent = value * (record + (k + rate) / eigenvalues)
+        order, decayed = k + rate, np.exp(eigenvalues * record)
+        value = eigenvalues**order * decayed
+        tangent = record * value + order * eigenvalues ** max(order - 1, 0) * decayed
         divided = np.where(near, tangent[:, None], (value[:, None] - value) / np.where(near, 1.0, apart))
         modal = shapes.T @ factors.vectors[:, chosen]
         driven = divided @ (participation[:, :, None] * modal[:, None, :]).reshape(len(eigenvalues), -1)

@@ -107,3 +107,18 @@ def test_an_unstable_model_has_no_rest_and_spoils_no_population() -> None:
     assert apart[1] == pytest.approx(frf(mass[1], damping[1], stiffness[1], S, one, one, 2), rel=1e-12)
     assert np.abs(apart[0] / frf(mass[0], damping[0], stiffness[0], S, one, one, 2) - 1).max() > 0.01
     assert rest_by_exponential(mass, damping, stiffness, S, one, one, 2, T)[1] == pytest.approx(0)
+
+
+def test_gradient_with_a_coordinate_that_nothing_holds(tmp_path: Path) -> None:
+    """A damper alone lets the base drift for ever: an eigenvalue of zero."""
+    effects = [{"kind": "joint-compliance"}, {"kind": "base-compliance", "axes": ["tx"]}]
+    arm_model, parameters, _ = system(arm(tmp_path), effects)
+    values, out = initial(parameters), arm_model.jacobian("link6", np.zeros(3))[:3]
+    values[-2] = 0.0
+    free = np.array([1, 12, 13])
+    h, gradient = frf_and_gradient(arm_model.matrices(values), arm_model.factors, S, out, out.T, 2, free, T)
+    assert h == pytest.approx(frf(*arm_model.matrices(values), S, out, out.T, 2, T), rel=1e-7, abs=1e-9 * np.abs(h).max())
+    step = 1e-3 * values * (np.arange(14) == 13)
+    expected = [frf(*arm_model.matrices(values + sign * step), S, out, out.T, 2, T) for sign in (1, -1)]
+    slope = (expected[0] - expected[1]) / (2 * step.max())
+    assert gradient[..., 2] == pytest.approx(slope, abs=1e-4 * np.abs(slope).max())
