@@ -14,7 +14,8 @@ from identify import __version__, results
 from identify.problem import Problem
 from identify.study import StudyFile
 
-_PACKAGES = ("numpy", "scipy", "mujoco", "h5py")
+_PACKAGES = ("numpy", "scipy", "mujoco", "h5py", "pymoo", "pyswarms")
+"""What computes: a run resumed with another version of any of these would not be the same run."""
 
 
 def provenance(name: str, text: str, inputs: Sequence[tuple[str, str]]) -> results.Provenance:

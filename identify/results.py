@@ -6,9 +6,7 @@ aside, flushed to disk and renamed, so that it is whole at every moment.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import os
 import types
 import typing
 from dataclasses import dataclass
@@ -19,6 +17,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from identify import whole
 from identify.errors import InputError
 
 Array = NDArray[np.float64]
@@ -26,6 +25,7 @@ Complex = NDArray[np.complex128]
 Texts = tuple[str, ...]
 LAYOUT = 1
 UNFINISHED = "unfinished"
+_ELSEWHERE = "choose another with `--out`"
 _KINDS = {"fit": "a finished fit", "modes": "a modal analysis", UNFINISHED: "an interrupted run"}
 T = TypeVar("T")
 
@@ -232,33 +232,17 @@ def unfinished(key: str, costs: Array) -> Unfinished:
 
 def check_writable(path: Path) -> None:
     """Raise an InputError where a result cannot be written; what is at `path` stays."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside.touch()
-        aside.unlink()
-    except OSError as error:
-        raise _not_written(path, error) from error
-
-
-def _not_written(path: Path, error: OSError) -> InputError:
-    return InputError(str(path), f"cannot be written ({error})", "a folder with room", "choose another with `--out`")
+    whole.check_writable(path, _ELSEWHERE)
 
 
 def write(result: Any, path: Path) -> None:
-    """Write a result whole: aside, flushed, renamed.  Raises InputError where the folder cannot be written."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    """Write a result whole.  Raises InputError where the folder cannot be written."""
+
+    def fill(aside: Path) -> None:
         with h5py.File(aside, "w") as file:
             _write_group(file, result)
-        with aside.open("rb+") as file:
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            aside.unlink()
-        raise _not_written(path, error) from error
+
+    whole.write_whole(path, fill, _ELSEWHERE)
 
 
 def read(path: Path, kind: type[T] = Result) -> T:  # type: ignore[assignment]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
+from functools import partial
 from pathlib import Path
 
 from identify import results
-from identify.errors import InputError
 from identify.modes_result import ModesResult
 from identify.reports import html, modes_html, modes_pdf, pdf
+from identify.whole import write_whole
 
 
 def write_reports(path: Path) -> list[Path]:
@@ -23,19 +23,6 @@ def write_reports(path: Path) -> list[Path]:
     else:
         result: results.Result = results.read(path)
         made = html.page(result), pdf.document(result)
-    _write(page, made[0].encode())
-    _write(document, made[1])
+    for target, content in ((page, made[0].encode()), (document, made[1])):
+        write_whole(target, partial(Path.write_bytes, data=content), "move the result file there")
     return [page, document]
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write aside and rename, so that a report is whole or not there."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        aside.write_bytes(content)
-        os.replace(aside, path)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise InputError(
-            str(path), f"cannot be written ({error})", "a folder with room and permission", "move the result file there"
-        ) from error
