@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from identify.costs.target import FrfTarget, Targets
+from identify.costs.target import FrfTarget, Targets, share_bench
 from identify.errors import InputError
 from identify.registry import Registry, parse_kind
 
@@ -60,22 +60,23 @@ class FrfObjective(Objective, Generic[CostOfFrf]):
     def __init__(self, cost: CostOfFrf, targets: Targets) -> None:
         if not targets.frf:
             raise InputError("cost", f"{cost.kind} compares FRFs, and no measurement to be fitted has any", "`measurements` with `file`")
-        self.cost, self.targets = cost, targets.frf
+        self.cost, self.targets = cost, share_bench(targets.frf)
 
     def costs(self, candidates: Array) -> Array:
-        """The sum over measurements, a chunk of the population at a time."""
+        """The sum over measurements, a chunk of the population at a time, so that what they share is computed once."""
         total = np.full(len(candidates), np.inf)
         possible = np.flatnonzero(np.isfinite(candidates).all(axis=1))
         total[possible] = 0.0
         with np.errstate(all="ignore"):  # a candidate whose model has no solution costs infinity
-            for target in self.targets:
-                for part in target.chunks(len(possible)):
+            for part in min((target.chunks(len(possible)) for target in self.targets), key=lambda parts: -len(parts)):
+                for target in self.targets:
                     total[possible[part]] += self.sums(target, candidates[possible[part]])
         return self.finish(np.where(np.isnan(total), np.inf, total))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
         """Those of all measurements in a row."""
-        parts = [self.parts(target, values, free) for target in self.targets]
+        with np.errstate(all="ignore"):  # where the model has no solution they are not finite, which optimizers look for
+            parts = [self.parts(target, values, free) for target in self.targets]
         return np.concatenate([r for r, _ in parts]), np.concatenate([j for _, j in parts])
 
     def finish(self, total: Array) -> Array:

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.costs.blow import Bench, Blow, blow_on
 from identify.effects.measurement import MeasurementEffect, Reading
 from identify.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
-from identify.model.frf import frf, frf_and_gradient, frf_slope
+from identify.model.frf import frf, frf_and_gradient, frf_slope, gradient_with
+from identify.model.impact import Impact
+from identify.model.struck import frf_struck
 from identify.model.system import System
 from identify.robot.points import Point
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+_CHANGE = 1e-3
+"""Change of s, rad/s, for derivatives of nonlinear FRFs."""
 _CHUNK = 100_000
 """Complex numbers worked on at a time for a population: what stays in a processor's cache."""
 
@@ -44,6 +49,7 @@ class FrfTarget:
     out (channels, n), force (n, inputs): the channels in the system's coordinates; those of out are the set's outputs, then what
     readings need besides.  readings: what effects of the measurement do to the FRFs, with the numbers of their parameters.
     record: length of the records behind the FRFs, s, where the response may not have died out (`identify.model.record`), or None.
+    blow: what must be simulated of a nonlinear system, on a bench that may serve other sets too.
     """
 
     name: str
@@ -54,6 +60,8 @@ class FrfTarget:
     noise: Array | None = None
     readings: tuple[tuple[Reading, NDArray[np.intp]], ...] = ()
     record: float | None = None
+    blow: Blow | None = None
+    bench: Bench | None = None
 
     @property
     def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -84,10 +92,36 @@ class FrfTarget:
 
     def predict(self, values: Array) -> Complex:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
-        h = frf(*self.system.matrices(values), self._s(values), self.out, self.force, POWER[self.data.quantity], self._ends)
+        h = self._linear(values) if self.blow is None else self._struck(self.blow, values)
         for reading, numbers in self.readings:
             h = reading.apply(h, values[..., numbers], self.data.s)
-        return h[..., : len(self.data.outputs), :]
+        return self._at_once(h[..., : len(self.data.outputs), :])
+
+    def _at_once(self, h: Complex) -> Complex:
+        """With forces that act together, their joint response in place of that of the first (..., inputs)."""
+        if self.data.together is None:
+            return h
+        mixed = h.copy()
+        mixed[..., 0] = h @ np.array(self.data.together)
+        return mixed
+
+    def _linear(self, values: Array) -> Complex:
+        return frf(*self.system.matrices(values), self._s(values), self.out, self.force, POWER[self.data.quantity], self._ends)
+
+    def _struck(self, blow: Blow, values: Array) -> Complex:
+        """What the blow of a hammer measures of a nonlinear system."""
+        flat = values.reshape(-1, values.shape[-1])
+        s = self._s(flat)
+        struck = self._simulated.each(blow, flat, s)
+        lines = np.broadcast_to(s, (len(flat), s.shape[-1]))
+        models = zip(*self.system.matrices(flat), lines, struck, strict=True)
+        h = [frf_struck((m, c, k), line, self.out, self.force, POWER[self.data.quantity], one) for m, c, k, line, one in models]
+        return np.array(h).reshape(*values.shape[:-1], *h[0].shape)
+
+    @cached_property
+    def _simulated(self) -> Bench:
+        """The bench that it shares, or one of its own."""
+        return self.bench or Bench([blow for blow in (self.blow,) if blow is not None])
 
     def _s(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect corrects the window's decay."""
@@ -114,9 +148,13 @@ class FrfTarget:
     def gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
         matrices, at = self.system.matrices(values), (self._s(values), self.out, self.force, POWER[self.data.quantity])
-        h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self._ends)
+        if self.blow is None:
+            h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self._ends)
+        else:
+            struck = self._simulated.struck(self.blow, values, self._s(values), free)
+            h, gradient = gradient_with(struck, matrices, self.system.factors, *at, free)
         if np.any(self._decay[free]):
-            gradient = gradient + frf_slope(matrices, *at, self._ends)[..., None] * self._decay[free]
+            gradient = gradient + self._slope(values)[..., None] * self._decay[free]
         for reading, numbers in self.readings:
             own = values[numbers]
             slopes = reading.slopes(h, own, self.data.s)
@@ -124,7 +162,18 @@ class FrfTarget:
             gradient = reading.apply(flat, own, self.data.s).reshape(gradient.shape) + slopes @ (numbers[:, None] == free)
             h = reading.apply(h, own, self.data.s)
         outputs = len(self.data.outputs)
-        return h[:, :outputs], gradient[:, :outputs]
+        turned = self._at_once(np.swapaxes(gradient[:, :outputs], 2, 3))
+        return self._at_once(h[:, :outputs]), np.swapaxes(turned, 2, 3)
+
+    def _slope(self, values: Array) -> Complex:
+        """(lines, outputs, inputs): dH/ds."""
+        matrices, power = self.system.matrices(values), POWER[self.data.quantity]
+        if self.blow is None:
+            return frf_slope(matrices, self._s(values), self.out, self.force, power, self._ends)
+        either = [self._s(values) + change for change in (_CHANGE, -_CHANGE)]
+        struck = [self._simulated.each(self.blow, values[None], s)[0] for s in either]
+        up, down = (frf_struck(matrices, s, self.out, self.force, power, one) for s, one in zip(either, struck, strict=True))
+        return np.asarray((up - down) / (2 * _CHANGE))
 
     def gradient_pairs(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, pairs) and its derivatives (lines, pairs, free) at values (parameters,)."""
@@ -139,7 +188,24 @@ class FrfTarget:
         return [slice(first, first + step) for first in range(0, candidates, step)]
 
 
-def frf_target(name: str, data: FrfSet, system: System, points: Mapping[int, Point], noise: Array | None = None) -> FrfTarget:
+def share_bench(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
+    """The same targets; the blows on nonlinear systems are simulated together."""
+    blows = [target.blow for target in targets if target.blow is not None]
+    if not blows:
+        return tuple(targets)
+    bench = Bench(blows)
+    return tuple(replace(target, bench=bench) for target in targets)
+
+
+def frf_target(
+    name: str,
+    data: FrfSet,
+    system: System,
+    points: Mapping[int, Point],
+    noise: Array | None = None,
+    record: float | None = None,
+    impact: Impact | None = None,
+) -> FrfTarget:
     """A set with its prediction by a system, through the readings of the system's effects; InputError for a channel without a point."""
     measuring = [(effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)]
     channels = data.outputs
@@ -147,10 +213,11 @@ def frf_target(name: str, data: FrfSet, system: System, points: Mapping[int, Poi
         channels += effect.needed(channels, points)
     readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
     out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
-    return FrfTarget(name, data, system, out, force.T, noise, readings, _record(data))
+    blow = blow_on(name, data, system, force.T, impact)
+    return FrfTarget(name, data, system, out, force.T, noise, readings, record, blow)
 
 
-def _record(data: FrfSet) -> float | None:
+def record_length(data: FrfSet) -> float | None:
     """One over the spacing of lines where an exponential window says that the FRFs are those of blows."""
     if data.window_decay_per_s <= 0 or len(data.frequency_hz) < 2:
         return None

@@ -28,10 +28,16 @@ class AddedMass(AttachedMass):
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """On every moving link: a point at the centre of mass, and a body anywhere."""
+        """On every moving link, as a body; the mass may be negative, where the description says too much."""
+        whole = sum(link.mass for link in robot.links)
         for link in robot.links[1:]:
-            yield cls(link=link.name)
-            yield cls(link=link.name, extent="body")
+            if link.mass > 0:
+                reach = (-round(link.mass / 2, 3), round(link.mass + 0.1 * whole, 3))
+                yield cls(link=link.name, extent="body", mass=Values(initial=round(0.02 * link.mass, 6), bounds=reach))
+
+    def forms(self) -> list[Self]:
+        """A point at the link's centre of mass."""
+        return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
 
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
         """The mass; of a body then the moments."""

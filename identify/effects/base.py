@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -25,12 +25,16 @@ EFFECTS = Registry(
         "channel-gain": "identify.effects.channel_gain:ChannelGain",
         "channel-polarity": "identify.effects.channel_polarity:ChannelPolarity",
         "channel-swap": "identify.effects.channel_swap:ChannelSwap",
+        "hardening-stiffness": "identify.effects.hardening_stiffness:HardeningStiffness",
         "hysteretic-damping": "identify.effects.hysteretic_damping:HystereticDamping",
         "joint-compliance": "identify.effects.joint_compliance:JointCompliance",
+        "joint-friction": "identify.effects.joint_friction:JointFriction",
         "link-flexibility": "identify.effects.link_flexibility:LinkFlexibility",
+        "load-cell": "identify.effects.load_cell:LoadCell",
         "rotor-inertia": "identify.effects.rotor_inertia:RotorInertia",
         "sensor-mass": "identify.effects.sensor_mass:SensorMass",
         "sensor-rotation": "identify.effects.sensor_rotation:SensorRotation",
+        "servo": "identify.effects.servo:Servo",
         "spring-to-ground": "identify.effects.spring_to_ground:SpringToGround",
         "time-delay": "identify.effects.time_delay:TimeDelay",
         "window-decay": "identify.effects.window_decay:WindowDecay",
@@ -71,6 +75,8 @@ class Effect(BaseModel, ABC):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    needs_levels: ClassVar[bool] = False
+    """Whether only blows of different strength can tell it from a linear effect."""
     kind: str
 
     @abstractmethod
@@ -81,6 +87,16 @@ class Effect(BaseModel, ABC):
     @abstractmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """One instance for each place where the effect can sit on a robot and its measurement points (by node), for discovery."""
+
+    def forms(self) -> list[Self]:
+        """Simpler and richer forms of the same thing in the same place, for discovery to choose from; none by default."""
+        return []
+
+    @property
+    def changes_site(self) -> bool:
+        """Whether it brings bodies, coordinates or mass of its own; one that does not acts on the site of the others."""
+        bringing = ("attach", "added_coordinates", "brought_mass")
+        return any(getattr(type(self), name) is not getattr(Effect, name) for name in bringing)
 
     def attach(self, mechanism: Mechanism, robot: Robot) -> Mechanism:
         """The mechanism with the bodies that this effect adds."""

@@ -34,6 +34,10 @@ class BaseCompliance(Springs):
         for axes in groups:
             yield cls(axes=list(axes))
 
+    def forms(self) -> list[Self]:
+        """Each of its axes alone."""
+        return [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
+
     def released(self, robot: Robot) -> list[str]:
         """base.rx and so on."""
         return [f"base.{axis}" for axis in self.axes]

@@ -40,6 +40,10 @@ class JointCompliance(Springs):
             for axes in CLASSES.values():
                 yield cls(joints=[number], axes=list(axes))
 
+    def forms(self) -> list[Self]:
+        """Each of its axes alone."""
+        return [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
+
     def released(self, robot: Robot) -> list[str]:
         """joint1.rz and so on, joint by joint."""
         return joint_coordinates(robot, self.joints, self.axes, "effects.joint-compliance.joints")

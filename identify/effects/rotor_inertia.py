@@ -9,18 +9,18 @@ from collections.abc import Iterator, Mapping
 from typing import Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from identify.effects.base import Contribution, DampingValues, Effect, Parameter, Values
+from identify.effects.base import Contribution, DampingValues, Parameter, Values
+from identify.effects.geared import Geared
 from identify.effects.site import Added, Site
 from identify.effects.springs import parameter, spread
-from identify.errors import InputError
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
 
 
-class RotorInertia(Effect):
+class RotorInertia(Geared):
     """Rotors of some joints.  Without `holding_stiffness` a rotor turns with its link's drive coordinate (rigid gear, armature).
 
     With it, a rotor is a coordinate of its own, `joint2.rotor`: the angle of the gear output that the rotor's turning
@@ -29,21 +29,12 @@ class RotorInertia(Effect):
     """
 
     kind: Literal["rotor-inertia"] = "rotor-inertia"
-    joints: list[int | str] = Field(min_length=1, description="joint numbers (from 1) or names")
-    gear_ratio: list[float] = Field(min_length=1, description="motor turns per joint turn, one per joint")
-    inertia: Values = Field(Values(fixed=True), description="on the motor side, kg m^2; from a data sheet, so fixed by default")
     holding_stiffness: Values | None = Field(None, description="N m/rad at the gear output; makes each rotor a coordinate of its own")
     holding_damping: DampingValues = Field(DampingValues(), description="N m s/rad at the gear output")
 
-    @model_validator(mode="after")
-    def _one_ratio_per_joint(self) -> Self:
-        if len(self.gear_ratio) != len(self.joints):
-            raise ValueError(f"gear_ratio: {len(self.gear_ratio)} ratios for {len(self.joints)} joints; expected one per joint")
-        return self
-
     def sentence(self) -> str:
         """For example: rotor inertia of joints 1, 2 behind their gears."""
-        return f"rotor inertia of joint{'s' if len(self.joints) > 1 else ''} {', '.join(map(str, self.joints))} behind the gear"
+        return f"rotor inertia of {self.which} behind the gear"
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -51,18 +42,15 @@ class RotorInertia(Effect):
         for number in range(1, len(robot.joints) + 1):
             yield cls(joints=[number], gear_ratio=[100.0], inertia=Values(initial=1e-4, bounds=(1e-7, 1.0)))
 
-    def _numbers(self, robot: Robot) -> list[int]:
-        return [robot.joint_number(joint, "effects.rotor-inertia.joints") for joint in self.joints]
-
     def _coordinates(self, robot: Robot) -> list[str]:
         own = "rotor" if self.holding_stiffness else "rz"
-        return [f"joint{number}.{own}" for number in self._numbers(robot)]
+        return [f"joint{number}.{own}" for number in self.numbers(robot)]
 
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
         """A rotor turns its link as the drive coordinate does."""
         if self.holding_stiffness is None:
             return []
-        return [Added(f"joint{n}.rotor", robot.links[n].name, {f"joint{n}.rz": 1.0}) for n in self._numbers(robot)]
+        return [Added(f"joint{n}.rotor", robot.links[n].name, {f"joint{n}.rz": 1.0}) for n in self.numbers(robot)]
 
     def released(self, robot: Robot) -> list[str]:
         """The rotors' own coordinates, if they have any."""
@@ -70,16 +58,10 @@ class RotorInertia(Effect):
 
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
         """Inertia per rotor, then holding stiffness and damping per rotor."""
-        if self.inertia.initial is None:
-            raise InputError(f"{where}.inertia", "no `initial`", "the rotor inertia in kg m^2 from the motor's data sheet")
-        names = self._coordinates(robot)
-        inertia = spread(self.inertia, np.zeros(len(names)), f"{where}.inertia")
-        stems = [name.split(".")[0] for name in names]
-        result = [
-            parameter(f"{s}.rotor.inertia", "kg m^2", j, self.inertia, f"{where}.inertia") for s, j in zip(stems, inertia, strict=True)
-        ]
+        inertia, result = self.rotors(robot, where)
         if self.holding_stiffness is None:
             return result
+        names = self._coordinates(robot)
         moved = np.array([site.inertia(name) for name in names]) + np.square(self.gear_ratio) * inertia
         k = spread(self.holding_stiffness, moved * (2 * np.pi * 20.0) ** 2, f"{where}.holding_stiffness")
         c = spread(self.holding_damping, 2 * self.holding_damping.damping_ratio * np.sqrt(k * moved), f"{where}.holding_damping")

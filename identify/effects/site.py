@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +69,11 @@ class Site:
         """The inertia that the coordinate moves when all others are locked, kg or kg m^2."""
         index = self.number(coordinate)
         return float(self.mass[index, index])
+
+    @cached_property
+    def gravity_stiffness(self) -> Array:
+        """K_g (n, n): derivative of the generalised gravity forces of everything that has a weight without a parameter."""
+        return np.asarray(self.shapes.T @ self.engine.gravity_stiffness() @ self.shapes)
 
     def jacobian(self, frame: str, point: Array, where: str) -> Array:
         """(6, n): motion of a point (3,) of a frame, in the frame's axes, per coordinate."""

@@ -174,14 +174,17 @@ def _real(coherence: NDArray[Any], where: str) -> Float:
 
 
 def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channel]:
-    """The channels that file or option name; InputError where neither does, where they disagree, or where one comes twice."""
+    """The channels that file or option name; InputError where neither does, where one comes twice, or where one is asked for in vain.
+
+    Where the file names its channels, those of the option are a choice among them, which the caller makes.
+    """
     texts = arrays.texts(name)
     if texts is None and asked is None:
         raise InputError(arrays.where, f"no {name}", "channels such as 12:+Z", f"name them with the key {name}, in the order of frf")
     channels = [Channel.parse(text, f"{arrays.where}, {name}") for text in texts or asked or []]
-    if texts is not None and asked is not None and channels != [Channel.parse(text, f"key {name}") for text in asked]:
-        found = "other channels than the file names"
-        raise InputError(f"{arrays.where}, key {name}", found, "no disagreement", "use the key channels to rename")
+    if texts is not None and not {Channel.parse(text, f"key {name}") for text in asked or []} <= set(channels):
+        found = "a channel that the file does not name"
+        raise InputError(f"{arrays.where}, key {name}", found, "some of its own", "use the key channels to rename")
     if len(set(channels)) < len(channels):
         raise InputError(f"{arrays.where}, {name}", "a channel that comes twice", "each once")
     return channels

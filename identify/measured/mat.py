@@ -20,12 +20,12 @@ _DAMAGED = (OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError,
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     """The FRFs of a MATLAB file; InputError where it is none or `array_files.read_arrays` finds fault."""
-    content = _read(path)
-    return read_arrays(Arrays(lambda name: _get(content, name), options, str(path)))
+    content = read_variables(path)
+    return read_arrays(Arrays(lambda name: variable(content, name), options, str(path)))
 
 
-def _read(path: Path) -> dict[str, Any]:
-    """All variables of the file."""
+def read_variables(path: Path) -> dict[str, Any]:
+    """All variables of a MATLAB file; InputError where it cannot be read."""
     try:
         content: dict[str, Any] = read_mat(str(path))
     except _DAMAGED as error:
@@ -34,7 +34,7 @@ def _read(path: Path) -> dict[str, Any]:
     return content
 
 
-def _get(content: dict[str, Any], name: str) -> Any:
+def variable(content: dict[str, Any], name: str) -> Any:
     """The variable or structure field of that name, or None."""
     value: Any = content
     for part in name.split("."):

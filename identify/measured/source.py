@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
@@ -20,12 +21,21 @@ class Estimation(BaseModel):
     """How FRFs are estimated from time histories; an exponential window is `window_decay_per_s` of the measurement."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    excitation: Literal["impacts", "random"] = Field("impacts", description="`impacts`: a block per hit; `random`: continuous records")
+    excitation: Literal["impacts", "random", "chirp"] = Field(
+        "impacts", description="`impacts`: a block per hit; `random`: continuous records; `chirp`: a rotating offset mass"
+    )
     method: Method = Field("h1", description="h1: noise on responses; h2: on forces; hv: on both")
     force_window_s: float | None = Field(None, gt=0, description="impacts: the force is zero behind this time")
     segment_s: float = Field(2.0, gt=0, description="random: length of the segments, s")
     overlap: float = Field(0.5, ge=0, lt=1, description="random: share by which segments overlap")
+    chirp: Chirp | None = Field(None, description="chirp: the offset mass, its channels and where the force is taken from")
     units: dict[Kind, str] = Field({}, description="units that the file leaves open, such as {acceleration: g, force: N}")
+
+    @model_validator(mode="after")
+    def _chirp_is_described(self) -> Estimation:
+        if (self.excitation == "chirp") != (self.chirp is not None):
+            raise ValueError("`excitation: chirp` and the key `chirp` go together")
+        return self
 
 
 def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
@@ -40,6 +50,8 @@ def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None
     if estimation is None:
         return load_frf_set(path, options)
     history = load_time_history(path, dict(estimation.units), options.format)
+    if estimation.chirp is not None:
+        return frf_from_chirp(history, estimation.chirp)
     if estimation.excitation == "random":
         return frf_from_random(history, estimation.segment_s, estimation.overlap, estimation.method)
     return frf_from_impacts(history, estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0)

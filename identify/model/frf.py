@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.model.modes import state_eigen
-from identify.model.record import Ending, ending, lasting, rest_by_exponential
+from identify.model.record import Missing, ending, lasting, rest_by_exponential
 from identify.model.system import Factors
 
 Array = NDArray[np.float64]
@@ -31,13 +31,14 @@ def frf(
     record: seconds after which the records that it was estimated from ended (`identify.model.record`), or None.
     """
     eigenvalues, shapes = state_eigen(mass, damping, stiffness)
+    without = None if _symmetric(damping) else _without_symmetry(mass, eigenvalues, shapes, force)
     # LAPACK puts the conjugate pairs of a real matrix side by side, Im > 0 first.
     paired = not np.iscomplexobj(stiffness) and bool(np.all(eigenvalues[..., ::2].imag > 0))
     if paired:
-        eigenvalues, shapes = eigenvalues[..., ::2], shapes[..., ::2]
+        eigenvalues, shapes, without = eigenvalues[..., ::2], shapes[..., ::2], None if without is None else without[..., ::2, :]
     probe = s[..., [0, s.shape[-1] // 2, -1]]
     with np.errstate(all="ignore"):  # a defective system divides by zero here, which the residual notices
-        participation = _participation(mass, damping, eigenvalues, shapes, force)
+        participation = _participation(mass, damping, eigenvalues, shapes, force) if without is None else without
         x = _superpose(shapes, eigenvalues, participation, probe, paired)
     residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
     if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
@@ -54,6 +55,18 @@ def _participation(mass: Array, damping: Array, eigenvalues: Complex, shapes: Co
     """phi_r' B / phi_r' (2 lambda_r M + C) phi_r, (..., r, inputs): the left vectors of a symmetric system are its right ones."""
     norm = np.sum(shapes * (2 * eigenvalues[..., None, :] * (mass @ shapes) + damping @ shapes), axis=-2)
     return np.asarray(np.swapaxes(shapes, -1, -2) @ force / norm[..., None])
+
+
+def _symmetric(damping: Array) -> bool:
+    """Whether matrices (..., n, n) are symmetric: all are but the damping of a robot that moves, which has Coriolis terms."""
+    return bool(np.abs(damping - np.swapaxes(damping, -1, -2)).max(initial=0.0) <= 1e-12 * np.abs(damping).max(initial=0.0))
+
+
+def _without_symmetry(mass: Array, eigenvalues: Complex, shapes: Complex, force: Array) -> Complex:
+    """(..., r, inputs): participation of all modes without symmetry, by the inverse of the matrix of state vectors."""
+    states = np.concatenate([shapes, eigenvalues[..., None, :] * shapes], axis=-2)
+    pushed = np.linalg.solve(mass, np.broadcast_to(force, (*mass.shape[:-1], force.shape[1])))
+    return np.asarray(np.linalg.solve(states, np.concatenate([np.zeros_like(pushed), pushed], axis=-2)))
 
 
 def _superpose(shapes: Complex, eigenvalues: Complex, participation: Complex, s: Complex, paired: bool) -> Complex:
@@ -104,9 +117,23 @@ def frf_and_gradient(
 ) -> tuple[Complex, Complex]:
     """H (lines, outputs, inputs) and dH/dp (lines, outputs, inputs, p) for the parameters whose numbers are given, p of them.
 
-    One solve a line for [B, S'] serves all: Z is symmetric.  record as for `frf`.
+    One solve a line for [B, S'] serves all where Z is symmetric, as it is unless the robot moves.  record as for `frf`.
     """
     end = None if record is None else ending(matrices, factors, s, force, record, parameters)
+    return gradient_with(end, matrices, factors, s, out, force, power, parameters)
+
+
+def gradient_with(
+    end: Missing | None,
+    matrices: tuple[Array, Array, Array],
+    factors: Factors,
+    s: Complex,
+    out: Array,
+    force: Array,
+    power: int,
+    parameters: NDArray[np.intp],
+) -> tuple[Complex, Complex]:
+    """`frf_and_gradient` with what is missing from the transform of the motion already known."""
     moved, to_out = _solve_both(matrices, s, out, force, end)
     motion = [(s**k)[:, None, None] * moved + (0.0 if end is None else end.motion(s, k)) for k in range(3)]
     columns = np.flatnonzero(np.isin(factors.owner, parameters))
@@ -136,9 +163,13 @@ def frf_slope(
     return np.asarray(slope if end is None else slope + end.slope(mass, damping, s, out, to_out, power))
 
 
-def _solve_both(matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, end: Ending | None) -> tuple[Complex, Complex]:
-    """X (lines, n, inputs), the transform of the displacements, and S Z^-1 (lines, outputs, n), by one solve a line."""
+def _solve_both(matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, end: Missing | None) -> tuple[Complex, Complex]:
+    """X (lines, n, inputs), the transform of the displacements, and S Z^-1 (lines, outputs, n), by one solve a line if Z is symmetric."""
     load = np.broadcast_to(force, (len(s), *force.shape)) if end is None else force - end.load(matrices[0], matrices[1], s)
+    if not _symmetric(matrices[1]):
+        z = dynamic_stiffness(*matrices, s)
+        to_out = np.linalg.solve(np.swapaxes(z, 1, 2), np.broadcast_to(out.T.astype(complex), (len(s), *out.T.shape)))
+        return np.asarray(np.linalg.solve(z, load.astype(complex))), np.swapaxes(to_out, 1, 2)
     both = np.concatenate([load, np.broadcast_to(out.T, (len(s), *out.T.shape))], axis=2)
     solved = np.asarray(np.linalg.solve(dynamic_stiffness(*matrices, s), both), dtype=complex)
     return solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)

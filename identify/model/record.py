@@ -13,6 +13,7 @@ grows faster than the window decays, such as one with a negative mass, has no tr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg
@@ -26,6 +27,19 @@ Complex = NDArray[np.complex128]
 
 NEGLIGIBLE = 1e-4
 """Size of what is missing relative to H, at a resonance, below which it is not computed."""
+
+
+class Missing(Protocol):
+    """What a model's force lacks of a unit force and its motion has besides, line by line, and what both do to derivatives."""
+
+    def load(self, mass: Array, damping: Array, s: Complex) -> Complex:
+        """(lines, n, inputs): what is taken off the force."""
+
+    def motion(self, s: Complex, power: int) -> Complex | float:
+        """(lines, n, inputs): what is added to s^power X."""
+
+    def gradient(self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int) -> Complex:
+        """(lines, outputs, inputs, p): what H changes by as load and motion do; to_out (lines, outputs, n) is S Z^-1."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +81,8 @@ class Ending:
         both = np.concatenate([of_x, of_v], axis=2) * np.exp(-line * self.record)
         flat = both.reshape(-1, both.shape[2])
         ends = self.slopes.reshape(both.shape[2], -1)
-        product = flat.real @ ends + 1j * (flat.imag @ ends)
+        product = np.concatenate([flat.real, flat.imag]) @ ends  # copied, because BLAS refuses the strides of a real part
+        product = product[: len(flat)] + 1j * product[len(flat) :]
         return np.asarray(product.reshape(*to_out.shape[:2], *self.slopes.shape[2:]))
 
 

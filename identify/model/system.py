@@ -1,6 +1,6 @@
 """Assembly of robot, posture and effects to a linear system whose matrices are affine in the parameters.
 
-    M(p) = M_0 + sum_j p_j M_j,  C(p) = sum_j p_j C_j,  K(p) = K_g + sum_j p_j (K_j + j H_j)
+    M(p) = M_0 + sum_j p_j M_j,  C(p) = C_0 + sum_j p_j C_j,  K(p) = K_g + sum_j p_j (K_j + j H_j)
 
 over the released coordinates only; a locked coordinate has no row.  Each M_j, C_j, K_j, H_j has low rank and is kept as
 factors, so that sensitivities cost a product of thin matrices (`identify.model.frf`).  K is real where there is no hysteretic
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.effects.base import Contribution, Effect, Parameter
+from identify.effects.nonlinear import NonlinearEffect, PlacedLaw
 from identify.effects.site import Site
 from identify.errors import InputError
 from identify.robot.description import Robot
@@ -47,7 +48,8 @@ class System:
     """The model at one posture.
 
     coordinates: names of the n released coordinates; mass, stiffness (n, n): the parts that no parameter moves;
-    terms: per role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with the numbers of its parameters.
+    terms: per role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with the numbers of its parameters;
+    laws: nonlinear torques, which no matrix knows; coriolis (n, n): C_0 of a robot that moves, the only matrix without symmetry, or None.
     """
 
     site: Site
@@ -58,13 +60,15 @@ class System:
     terms: dict[str, Array]
     factors: Factors
     effects: tuple[tuple[Effect, NDArray[np.intp]], ...]
+    laws: tuple[PlacedLaw, ...] = ()
+    coriolis: Array | None = None
 
     def matrices(self, values: Array) -> tuple[Array, Array, Array]:
         """M, C, K (..., n, n) at parameter values (..., parameters); K is complex where there is hysteretic damping."""
         k, c, m = (np.tensordot(values, self.terms[role], axes=1) for role in ("stiffness", "damping", "mass"))
         if np.any(self.terms["hysteretic"]):
             k = k + 1j * np.tensordot(values, self.terms["hysteretic"], axes=1)
-        return self.mass + m, c, self.stiffness + k
+        return self.mass + m, c if self.coriolis is None else c + self.coriolis, self.stiffness + k
 
     def jacobian(self, frame: str, point: Array, where: str = "points") -> Array:
         """(6, n): motion of a point (3,), m, of a frame, in the frame's axes, per released coordinate."""
@@ -119,8 +123,8 @@ def list_parameters(robot: Robot, site: Site, effects: Sequence[Effect]) -> list
     return parameters
 
 
-def assemble(robot: Robot, site: Site, effects: Sequence[Effect]) -> System:
-    """The system at one posture; raises InputError where nothing is released."""
+def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array | None = None) -> System:
+    """The system at one posture, with joint rates (joints,), rad/s, if the robot moves; raises InputError where nothing is released."""
     free = {name for effect in effects for name in effect.released(robot)}
     released = np.array([index for index, name in enumerate(site.coordinates) if name in free], dtype=int)
     if not released.size:
@@ -130,9 +134,20 @@ def assemble(robot: Robot, site: Site, effects: Sequence[Effect]) -> System:
     owners = tuple((effect, np.arange(end - len(part), end)) for effect, part, end in zip(effects, parts, last, strict=True))
     pick = np.ix_(released, released)
     terms, factors = _reduce([contribution for part in parts for contribution in part], pick)
-    stiffness = site.shapes.T @ site.engine.gravity_stiffness() @ site.shapes
     names = tuple(site.coordinates[index] for index in released)
-    return System(site, names, released, site.mass[pick], stiffness[pick], terms, factors, owners)
+    laws = [law for effect, numbers in owners if isinstance(effect, NonlinearEffect) for law in effect.placed(robot, numbers)]
+    moving = None if rates is None else _coriolis(site, rates)[pick]
+    return System(site, names, released, site.mass[pick], site.gravity_stiffness[pick], terms, factors, owners, tuple(laws), moving)
+
+
+def _coriolis(site: Site, rates: Array) -> Array:
+    """(n, n): Coriolis and centrifugal forces per rate of the coordinates, linearised where the joints turn at rates (joints,)."""
+    own = site.engine.mechanism.coordinates
+    turning = np.zeros(len(own))
+    for number, rate in enumerate(rates, start=1):
+        if f"joint{number}.rz" in own:
+            turning[own.index(f"joint{number}.rz")] = rate
+    return np.asarray(site.shapes.T @ site.engine.coriolis(turning) @ site.shapes)
 
 
 def _reduce(contributions: list[Contribution], pick: tuple[NDArray[np.intp], ...]) -> tuple[dict[str, Array], Factors]:

@@ -1,8 +1,11 @@
-"""The one file that knows the dynamics engine (MuJoCo): mass matrix, gravity stiffness and point Jacobians of a mechanism."""
+"""What knows the dynamics engine (MuJoCo): mass matrix, gravity stiffness and point Jacobians of a mechanism.
+
+Its sibling `engine_motion` has the same mechanism in motion; nothing else in identify knows the engine.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -17,12 +20,16 @@ _STEP = 1e-5
 """Displacement (m, rad) for the differences of gravity forces: truncation ~1e-10 and rounding ~1e-11 of their scale."""
 
 
+DRIVE_ARMATURE = 1.0
+"""Inertia, kg m^2, of the rotor on a `drive`: without any, drive and rz could not both be moved."""
+
+
 class Engine:
     """A mechanism compiled for the dynamics engine; everything is evaluated at zero elastic displacement."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self._model = _compile(mechanism)
+        self._model = compile_mechanism(mechanism, {body.name: AXES for body in mechanism.bodies})
         self._data = mujoco.MjData(self._model)
         mujoco.mj_fwdPosition(self._model, self._data)
 
@@ -60,6 +67,22 @@ class Engine:
         """K_g (n, n): derivative of the generalised gravity forces, symmetric, N/m, N, N m/rad."""
         return self._derivative(lambda data: np.asarray(data.qfrc_bias).copy())
 
+    def coriolis(self, rates: Array) -> Array:
+        """(n, n), N s/m, N m s/rad: derivative of the Coriolis and centrifugal forces by the rates of all coordinates, at rates (n,).
+
+        They are quadratic in the rates, so that central differences are exact.
+        """
+        data, columns = mujoco.MjData(self._model), []
+        for coordinate in range(self._model.nv):
+            difference = np.zeros(self._model.nv)
+            for sign in (1.0, -1.0):
+                data.qvel[:] = rates
+                data.qvel[coordinate] += sign
+                mujoco.mj_forward(self._model, data)
+                difference += sign * data.qfrc_bias
+            columns.append(difference / 2)
+        return np.array(columns).T
+
     def weight_stiffness(self, frame: str, point: Array, where: str = "points") -> Array:
         """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's axes."""
         body, pose = self.mechanism.frame(frame, where)
@@ -87,31 +110,43 @@ class Engine:
         return np.asarray((stiffness + stiffness.T) / 2)
 
 
-def _compile(mechanism: Mechanism) -> mujoco.MjModel:
+def compile_mechanism(mechanism: Mechanism, axes: Mapping[str, Sequence[str]], copies: int = 1) -> mujoco.MjModel:
+    """The engine's model with, for each body by name, coordinates along `axes` in their order; `drive` is a turn about z as `rz` is,
+    of a rotor of DRIVE_ARMATURE.  Copies stand in the same place and do not feel each other; their coordinates follow each other.
+    """
     spec = mujoco.MjSpec()
     spec.option.gravity = mechanism.gravity
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    added: list[mujoco.MjsBody] = []
-    principal: list[Array] = []
-    for body in mechanism.bodies:
-        parent = spec.worldbody if body.parent < 0 else added[body.parent]
-        node = parent.add_body(name=body.name, pos=body.pose[:3, 3], quat=_quaternion(body.pose[:3, :3]))
-        node.explicitinertial = True
-        node.mass, node.ipos = body.mass, body.centre
-        moments, axes = np.linalg.eigh(body.inertia)
-        axes *= np.sign(np.linalg.det(axes))
-        node.inertia, node.iquat = np.full(3, moments[2]), _quaternion(axes)
-        principal.append(moments)
-        for number, axis in enumerate(AXES):
-            kind = mujoco.mjtJoint.mjJNT_SLIDE if number < 3 else mujoco.mjtJoint.mjJNT_HINGE
-            node.add_joint(name=f"{body.name}.{axis}", type=kind, axis=np.eye(3)[number % 3])
-        added.append(node)
+    off = mujoco.mjtDisableBit
+    spec.option.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_CONSTRAINT | off.mjDSBL_AUTORESET | off.mjDSBL_ISLAND
+    principal = [moments for copy in range(copies) for moments in _add_arm(spec, mechanism, axes, f"{copy}." if copy else "")]
     model = spec.compile()
     # The compiler refuses, or replaces by their average, moments that rounding took past the triangle inequality (a plate), so
     # the true ones go in afterwards; the description has checked them.
     model.body_inertia[1:] = principal
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
+
+
+def _add_arm(spec: mujoco.MjSpec, mechanism: Mechanism, axes: Mapping[str, Sequence[str]], prefix: str) -> list[Array]:
+    """Add the bodies of a mechanism; their principal moments of inertia, (3,) each."""
+    added: list[mujoco.MjsBody] = []
+    principal: list[Array] = []
+    for body in mechanism.bodies:
+        parent = spec.worldbody if body.parent < 0 else added[body.parent]
+        node = parent.add_body(name=prefix + body.name, pos=body.pose[:3, 3], quat=_quaternion(body.pose[:3, :3]))
+        node.explicitinertial = True
+        node.mass, node.ipos = body.mass, body.centre
+        moments, turned = np.linalg.eigh(body.inertia)
+        turned *= np.sign(np.linalg.det(turned))
+        node.inertia, node.iquat = np.full(3, moments[2]), _quaternion(turned)
+        principal.append(moments)
+        for axis in axes.get(body.name, ()):
+            number = AXES.index("rz" if axis == "drive" else axis)
+            kind = mujoco.mjtJoint.mjJNT_SLIDE if number < 3 else mujoco.mjtJoint.mjJNT_HINGE
+            armature = DRIVE_ARMATURE if axis == "drive" else 0.0
+            node.add_joint(name=f"{prefix}{body.name}.{axis}", type=kind, axis=np.eye(3)[number % 3], armature=armature)
+        added.append(node)
+    return principal
 
 
 def _quaternion(rotation: Array) -> Array:

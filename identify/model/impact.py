@@ -1,0 +1,31 @@
+"""The blow of a hammer: a half-sine of force, in time and in the transform."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """A half-sine of `peak` N that lasts `width` s and begins a record of `record` s."""
+
+    peak: float
+    width: float
+    record: float
+
+    def transform(self, s: Complex) -> Complex:
+        """Laplace transform, N s, at s (...), rad/s."""
+        pulsation = np.pi / self.width
+        return np.asarray(self.peak * pulsation * (1 + np.exp(-s * self.width)) / (s * s + pulsation**2))
+
+    def means(self, step: float, steps: int) -> Array:
+        """(steps,): mean force over each time step (s), N, so that no impulse is lost however coarse the steps are."""
+        time = np.minimum(step * np.arange(steps + 1), self.width)
+        impulse = self.peak * self.width / np.pi * (1 - np.cos(np.pi * time / self.width))
+        return np.asarray(np.diff(impulse) / step)

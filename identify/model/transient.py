@@ -1,0 +1,158 @@
+"""What nonlinear joint torques do after the blow of a hammer: time steps in modal coordinates, for many models and blows at once.
+
+The modes of the linear model advance exactly under forces that are constant within a step.  The torque of a step is that of its law
+at a share _AT of the step, solved together with what the torque itself does to the joint until then: second order at one half,
+and above one half it damps what alternates from step to step, so that sticking friction, however stiff, does not ring.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.effects.nonlinear import Law
+from identify.model.impact import Impact
+from identify.model.modes import state_eigen
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_AT = 0.55
+_BLOCK = 64
+_SWEEPS = 8
+"""Rounds over the joints of a step, each joint solved with the torques of the others, from those of the step before."""
+
+
+@dataclass(frozen=True)
+class Models:
+    """S linear models: mass, damping, stiffness (S, n, n), force (S, n, inputs), and the blow that each gets at each input."""
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    force: Array
+    impacts: tuple[Impact, ...]
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A nonlinear torque: the coordinate (S, n) that it turns in each model, its law and own (S, k), the law's parameters."""
+
+    law: Law
+    coordinate: Array
+    own: Array
+
+
+@dataclass(frozen=True)
+class Response:
+    """torque (steps, J, S, inputs) of each of J laws, N m, constant within steps of `step` s; x, v (S, n, inputs): motion at the end."""
+
+    step: float
+    torque: Array
+    x: Array
+    v: Array
+
+    def of(self, models: slice) -> Response:
+        """Some of the models."""
+        return Response(self.step, self.torque[:, :, models], self.x[models], self.v[models])
+
+    def transform(self, s: Complex) -> Complex:
+        """(lines, J, S, inputs): Laplace transform of the torques over the record at s (lines,)."""
+        steps = len(self.torque)
+        coarse = np.exp(-np.outer(s, self.step * np.arange(0, steps, _BLOCK)))
+        fine = np.exp(-np.outer(s, self.step * np.arange(_BLOCK))) * (-np.expm1(-s * self.step) / s)[:, None]
+        waves = (coarse[:, :, None] * fine[:, None, :]).reshape(len(s), -1)[:, :steps]
+        flat = np.concatenate([waves.real, waves.imag]) @ self.torque.reshape(steps, -1)
+        return np.asarray(flat[: len(s)] + 1j * flat[len(s) :]).reshape(len(s), *self.torque.shape[1:])
+
+
+@dataclass(frozen=True)
+class _Modal:
+    """eigenvalues (S, m); shapes (S, n, m) such that motion is the real part of their sum; left (S, m, n) = what forces do to the modes."""
+
+    eigenvalues: Complex
+    shapes: Complex
+    left: Complex
+
+
+def simulate(models: Models, attached: Sequence[Attached], record: float, steps: int) -> Response:
+    """All models from rest through the blow to the end of the record (s); a model that grows without bound gives NaN."""
+    step, inputs = record / steps, models.force.shape[2]
+    modal = _modal(models)
+    count, size = modal.eigenvalues.shape
+    loop = _Loop(modal, models, attached, step)
+    blows = np.repeat(np.stack([impact.means(step, steps) for impact in models.impacts], axis=1), inputs, axis=1)
+    struck = int(np.flatnonzero(blows.any(axis=1)).max(initial=-1)) + 1
+    torque = np.zeros((steps, len(attached), count * inputs))
+    state = np.zeros((size, count * inputs), dtype=complex)
+    for number in range(steps):
+        blow = blows[number] if number < struck else None
+        state = loop.advance(state, torque[number], torque[number - 1], blow)
+    moved = np.moveaxis(state.reshape(size, count, inputs), 0, 1)
+    x = (modal.shapes @ moved).real
+    v = (modal.shapes @ (modal.eigenvalues[:, :, None] * moved)).real
+    return Response(step, torque.reshape(steps, len(attached), count, inputs), x, v)
+
+
+def _modal(models: Models) -> _Modal:
+    """Half of the conjugate pairs where all eigenvalues come in pairs (twice the real part), or else all eigenvalues.
+
+    With hysteretic damping those with Im > 0 are physical; the others stand for negative frequencies and are mirrored.
+    """
+    values, shapes = state_eigen(models.mass, models.damping, models.stiffness)
+    count, n = len(values), models.mass.shape[1]
+    upper = values.imag > 0
+    weight = 1.0
+    if np.all(upper.sum(axis=1) == n):
+        values, weight = values[upper].reshape(count, n), 2.0
+        shapes = np.swapaxes(np.swapaxes(shapes, 1, 2)[upper].reshape(count, n, n), 1, 2)
+    norm = np.sum(shapes * (2 * values[:, None] * (models.mass @ shapes) + models.damping @ shapes), axis=1)
+    return _Modal(values, shapes, weight * np.swapaxes(shapes, 1, 2) / norm[:, :, None])
+
+
+class _Loop:
+    """One time step; columns are models by inputs, side by side."""
+
+    def __init__(self, modal: _Modal, models: Models, attached: Sequence[Attached], step: float) -> None:
+        inputs = models.force.shape[2]
+        rate = np.repeat(modal.eigenvalues.T, inputs, axis=1)
+        self.decay, full, part = np.exp(rate * step), _growth(rate, step), _growth(rate, _AT * step)
+        hit = np.moveaxis(modal.left @ models.force, 1, 0).reshape(len(rate), -1)
+        self.hit, self.laws = full * hit, [one.law for one in attached]
+        self.own = [np.repeat(one.own.T, inputs, axis=1) for one in attached]
+        turned = [np.einsum("smn,sn->ms", modal.left, one.coordinate) for one in attached]
+        pushes = [np.repeat(push, inputs, axis=1) for push in turned]
+        self.push = [-full * push for push in pushes]
+        self.rows, self.kick, self.gain = [], [], []
+        for one, own in zip(attached, self.own, strict=True):
+            seen = np.repeat(np.einsum("snm,sn->ms", modal.shapes, one.coordinate), inputs, axis=1)
+            angle, speed, acceleration = one.law.probe(own)
+            row = seen * (angle + rate * (speed + rate * acceleration))
+            self.rows.append(row * np.exp(rate * _AT * step))
+            at_once = seen * rate * acceleration  # forces act on the acceleration without delay
+            self.kick.append(np.sum((row * part + at_once) * hit, axis=0).real)
+            self.gain.append([np.sum((row * part + at_once) * push, axis=0).real for push in pushes])
+
+    def advance(self, state: Complex, torque: Array, before: Array, blow: Array | None) -> Complex:
+        """The state (modes, columns) a step later; torque (J, columns) of the step is filled in; before: that of the last step."""
+        free = [np.einsum("mc,mc->c", row, state).real for row in self.rows]
+        if blow is not None:
+            free = [one + kick * blow for one, kick in zip(free, self.kick, strict=True)]
+        torque[:] = before
+        for _ in range(_SWEEPS if len(free) > 1 else 1):
+            for j, law in enumerate(self.laws):
+                others = [gain * torque[other] for other, gain in enumerate(self.gain[j]) if other != j]
+                torque[j] = law.torque(free[j] - sum(others), self.gain[j][j], self.own[j])
+        state = self.decay * state
+        for push, one in zip(self.push, torque, strict=True):
+            state += push * one
+        return state if blow is None else state + self.hit * blow
+
+
+def _growth(rate: Complex, time: float) -> Complex:
+    """The integral of e^(rate t) over `time`; `time` itself at a rate of zero."""
+    still = np.abs(rate * time) < 1e-12
+    return np.asarray(np.where(still, time, np.expm1(rate * time) / np.where(still, 1.0, rate)))

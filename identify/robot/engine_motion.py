@@ -1,0 +1,161 @@
+"""A mechanism in motion: forward dynamics, time integration and inverse dynamics by the engine (MuJoCo), for many copies at once.
+
+Every joint has the coordinate `jointN.drive`, the turn of its drive seen at the gear output, and after it whatever elastic coordinates
+were asked for (`joint2.rz`, `base.rx`), small displacements in the joint frame, which turns with the drive.  So the link is at
+drive + rz, and a rotor's inertia n^2 J sits on the drive alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.robot.description import Robot
+from identify.robot.engine import DRIVE_ARMATURE, compile_mechanism
+from identify.robot.posture import AXES, at_posture
+
+Array = NDArray[np.float64]
+
+_PASSES = 3
+"""Passes that find dampers which depend on velocity: two are not yet enough where dry friction breaks loose."""
+_RUNAWAY = 1e3
+"""Velocity, rad/s or m/s, that no arm reaches: the controller is unstable."""
+
+
+class MovingArm:
+    """A robot compiled for motion with the elastic coordinates of that name released; all others are rigid.
+
+    names (n,): coordinates in the engine's order; drive (joints,): their numbers for the drives; elastic: the others'.
+    """
+
+    def __init__(self, robot: Robot, released: Sequence[str] = ()) -> None:
+        self.robot = robot
+        self.mechanism = at_posture(robot, np.zeros(len(robot.joints)))
+        for name in released:
+            self.mechanism.coordinate(name, "effects")
+        axes: dict[str, list[str]] = {}
+        for body in self.mechanism.bodies:
+            elastic = [axis for axis in AXES if f"{body.name}.{axis}" in released]
+            axes[body.name] = elastic if body.name == "base" else ["drive", *elastic]
+        self._axes = axes
+        self.model = self.copies(1)
+        self.names = tuple(f"{body}.{axis}" for body, own in axes.items() for axis in own)
+        self.drive = np.array([self.names.index(f"joint{number + 1}.drive") for number in range(len(robot.joints))], dtype=int)
+        self.elastic = np.array([number for number in range(len(self.names)) if number not in self.drive], dtype=int)
+        self._data = mujoco.MjData(self.model)
+
+    def copies(self, lanes: int) -> mujoco.MjModel:
+        """The engine's model of so many copies of the arm in one place: one step moves them all, which saves most of the cost of each."""
+        return compile_mechanism(self.mechanism, self._axes, lanes)
+
+    def mass_matrix(self, position: Array) -> Array:
+        """M (n, n) at coordinates (n,), without rotors."""
+        self._data.qpos[:] = position
+        mujoco.mj_fwdPosition(self.model, self._data)
+        mass = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self._data, mass)
+        mass[self.drive, self.drive] -= DRIVE_ARMATURE
+        return mass
+
+    def inverse_dynamics(self, position: Array, velocity: Array, acceleration: Array) -> Array:
+        """Forces (..., n) on the coordinates for a motion (..., n) each, without rotors, springs and dampers."""
+        shape, n = position.shape, position.shape[-1]
+        forces = np.empty((position.size // n, n))
+        rows = zip(position.reshape(-1, n), velocity.reshape(-1, n), acceleration.reshape(-1, n), forces, strict=True)
+        for q, v, a, force in rows:
+            self._data.qpos[:], self._data.qvel[:], self._data.qacc[:] = q, v, a
+            mujoco.mj_inverse(self.model, self._data)
+            force[:] = self._data.qfrc_inverse
+        forces[:, self.drive] -= DRIVE_ARMATURE * acceleration.reshape(-1, n)[:, self.drive]
+        return forces.reshape(shape)
+
+    def frame_position(self, position: Array, frame: str, point: Array) -> Array:
+        """Where a point (3,) of a frame is in the base's axes, m, (..., 3), at coordinates (..., n)."""
+        body, pose = self.mechanism.frame(frame, "points")
+        inside = pose[:3, :3] @ point + pose[:3, 3]
+        places = np.empty((position.size // position.shape[-1], 3))
+        for q, place in zip(position.reshape(-1, position.shape[-1]), places, strict=True):
+            self._data.qpos[:] = q
+            mujoco.mj_kinematics(self.model, self._data)
+            place[:] = self._data.xpos[body + 1] + self._data.xmat[body + 1].reshape(3, 3) @ inside
+        return places.reshape(*position.shape[:-1], 3)
+
+
+@dataclass(frozen=True)
+class Passive:
+    """What hangs on the coordinates of each of m copies, (m, n): armature (kg m^2), stiffness (N m/rad, N/m), damping."""
+
+    armature: Array
+    stiffness: Array
+    damping: Array
+
+
+class Lanes:
+    """Copies of an arm that move side by side, each with its own passive elements, from rest at position (m, n).
+
+    Leapfrog: position is at the time reached, velocity half a step before it.  Forces of velocity are those of the velocity
+    extrapolated to the time reached, so that all is of second order but dampers, which are implicit: they act on the velocity after the
+    step, and so hold however strong they are.  `force` (m, n) is for the step to come.
+    """
+
+    def __init__(self, arm: MovingArm, passive: Passive, position: Array, step_s: float) -> None:
+        self.step_s, self._passive = step_s, passive
+        self.position, self.velocity = position.copy(), np.zeros_like(position)
+        self.force = np.zeros_like(position)
+        self._before: Array | None = None
+        self._lost = np.zeros(len(position), dtype=bool)
+        self._model = arm.copies(len(position))
+        self._model.opt.timestep = step_s
+        self._model.dof_armature[:], self._model.jnt_stiffness[:] = passive.armature.ravel(), passive.stiffness.ravel()
+        self._data = mujoco.MjData(self._model)
+
+    def advance(self, dampers: Callable[[Array], Array] | None = None) -> None:
+        """One step; a lane that runs away is NaN from then on.
+
+        dampers: further dampers (m, n) as a function of the velocities (m, n) that they act on, such as dry friction over velocity;
+        they are found for the velocity after the step by as many passes as `_PASSES`.
+        """
+        before = self._rest() if self._before is None else self._before
+        ahead = (self.velocity - before) / 2
+        self._before = velocity = self.velocity
+        for _ in range(1 if dampers is None else _PASSES):
+            damping = self._passive.damping if dampers is None else self._passive.damping + dampers(velocity)
+            # The engine damps the velocity it is given, which is the guess; it is to damp the one half a step ago.
+            position, guessed = self._stepped(self.position, self._before + ahead, self.force + damping * ahead, damping)
+            velocity = guessed - ahead
+        self.velocity, self.position = velocity, position - self.step_s * ahead
+        if self._lost.any() or not (np.abs(self.velocity) < _RUNAWAY).all():
+            self._lost |= ~np.all(np.abs(self.velocity) < _RUNAWAY, axis=1)
+            self.position[self._lost] = self.velocity[self._lost] = np.nan
+
+    def _stepped(self, position: Array, velocity: Array, force: Array, damping: Array) -> tuple[Array, Array]:
+        """The engine's step from given positions and velocities; lanes that are lost stand still."""
+        shape, data = position.shape, self._data
+        rows = (data.qpos, position), (data.qvel, velocity), (data.qfrc_applied, force), (self._model.dof_damping, damping)
+        for target, values in rows:
+            target[:] = values.ravel()
+            if self._lost.any():
+                target.reshape(shape)[self._lost] = 0.0
+        mujoco.mj_step(self._model, data)
+        return data.qpos.reshape(shape).copy(), data.qvel.reshape(shape).copy()
+
+    def _rest(self) -> Array:
+        """Sets the velocity half a step before now, and returns that another step before, of a motion at rest now under its forces."""
+        data = self._data
+        data.qpos[:], data.qvel[:], data.qfrc_applied[:] = self.position.ravel(), 0.0, self.force.ravel()
+        mujoco.mj_forward(self._model, data)
+        self.velocity = -self.step_s / 2 * data.qacc.reshape(self.position.shape)
+        return np.asarray(3 * self.velocity)
+
+    def energy(self) -> float:
+        """Kinetic and potential energy of all lanes, J, springs and rotors included: velocity of half a step ago, position of now."""
+        self._data.qpos[:], self._data.qvel[:] = self.position.ravel(), self.velocity.ravel()
+        mujoco.mj_fwdPosition(self._model, self._data)
+        mujoco.mj_fwdVelocity(self._model, self._data)
+        mujoco.mj_energyPos(self._model, self._data)
+        mujoco.mj_energyVel(self._model, self._data)
+        return float(self._data.energy.sum())
