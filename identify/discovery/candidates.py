@@ -1,0 +1,60 @@
+"""What could be missing: every effect of the catalogue at every place where it can sit and that the model does not have yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from identify.discovery.levels import level_gap, torque_gaps
+from identify.effects.base import EFFECTS, Effect
+from identify.effects.nonlinear import NonlinearEffect
+from identify.identifiability import QUIET
+from identify.problem import Problem
+
+_NEAREST = 2
+"""Coordinates at which effects that depend on amplitude are tried: those where a torque would explain most."""
+
+
+def candidates(problem: Problem, known: Sequence[Effect]) -> list[Effect]:
+    """All of them; of a group of axes those that nothing in `known` releases."""
+    taken = {name for effect in known for name in effect.released(problem.robot)}
+    found, levels = [], level_gap(problem) > QUIET
+    for name in EFFECTS.names():
+        kind = EFFECTS.get(name)
+        if kind.needs_levels and not levels:
+            continue
+        for effect in kind.places(problem.robot, problem.points):
+            rest = _beyond(effect, problem, taken)
+            if rest is not None and rest not in known:
+                found.append(rest)
+    return found
+
+
+def plausible(problem: Problem, values: Mapping[str, float], found: Sequence[Effect]) -> list[Effect]:
+    """Of what depends on amplitude, and takes long to try, only what acts where a torque could explain most; all else.
+
+    problem has the present model, and values are its parameters.
+    """
+    simulated = [effect for effect in found if isinstance(effect, NonlinearEffect)]
+    if not simulated:
+        return list(found)
+    present = np.array([values[p.name] for p in problem.parameters])
+    gaps = torque_gaps(problem.targets().frf, present)
+    places = sorted(
+        {tuple(effect.coordinates(problem.robot)) for effect in simulated}, key=lambda names: min(gaps.get(n, np.inf) for n in names)
+    )
+    return [e for e in found if not isinstance(e, NonlinearEffect) or tuple(e.coordinates(problem.robot)) in places[:_NEAREST]]
+
+
+def _beyond(effect: Effect, problem: Problem, taken: set[str]) -> Effect | None:
+    """The effect without the axes that are released already; None where nothing is left of it."""
+    released = effect.released(problem.robot)
+    free = [name not in taken for name in released]
+    if all(free):
+        return effect
+    axes: Any = getattr(effect, "axes", None)
+    if not any(free) or axes is None or len(axes) != len(free):
+        return None
+    return effect.model_copy(update={"axes": [axis for axis, own in zip(axes, free, strict=True) if own]})

@@ -1,0 +1,133 @@
+"""The loop: fit, say where it disagrees, try what could be missing, add what explains it, look again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.costs.target import FrfTarget
+from identify.discovery.evidence import CONVINCING, HALF, MOST, Judge, confirmed, convinces, removed
+from identify.discovery.search import Option, Step, search
+from identify.discovery.trial import Task, Trial
+from identify.discovery.workers import Workers
+from identify.errors import InputError
+from identify.fit import starting_points
+from identify.identifiability import QUIET
+from identify.optimizers.base import Scale
+from identify.problem import Problem
+
+Array = NDArray[np.float64]
+
+_PATIENCE = 2
+"""How many additions that do not explain enough by themselves are followed, because two effects of equal size hide each other."""
+_TENTATIVE = 0.2
+"""A step that removes less than this share of what is above noise is not even followed."""
+_MOST = 6
+_NEARLY = 0.9
+"""Once this share of what was above noise is gone, only what convinces by itself is added."""
+_TOGETHER, _ENOUGH, _SAME = 4, 3, 1e-3
+"""Starts of the first fit that are tried at once; how many must agree, and how well, for no more to be tried."""
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """How it went: the model at the start and at the end, the effects added in order, and every step that was looked at.
+
+    kept: for each step, whether what it found is in the final model.
+    """
+
+    first: Trial
+    final: Trial
+    added: tuple[Option, ...]
+    steps: tuple[Step, ...]
+
+    @property
+    def kept(self) -> tuple[bool, ...]:
+        """For each step whether its best option is in the final model."""
+        effects = self.final.task.effects
+        return tuple(step.best is not None and step.best.effect in effects for step in self.steps)
+
+
+@dataclass
+class Story:
+    """Who is told of the progress: `say` gets a sentence at each turn, `done` the number of finished trials and of all in a step."""
+
+    say: Callable[[str], None] = lambda sentence: None
+    done: Callable[[int, int], None] = lambda number, total: None
+    steps: list[Step] = field(default_factory=list)
+
+
+def discover(problem: Problem, workers: Workers, story: Story | None = None) -> Discovery:
+    """Find what is missing from the model of a problem, effect by effect.
+
+    Raises InputError where a measurement to be fitted has no FRFs or their noise is not known.
+    """
+    story = story or Story()
+    check_data(problem)
+    first = accepted = _base(problem, workers)
+    story.say(f"The present model: gap {first.gap:.2f}{_elsewhere(first)}.")
+    present, kept, patience = accepted, 0, _PATIENCE
+    options: list[Option] = []
+    while len(options) < _MOST:
+        step = search(workers, problem, present, story.done)
+        story.steps.append(step)
+        if step.best is None:
+            story.say("No candidate is supported by the data.")
+            break
+        present = step.best.trial
+        options.append(step.best)
+        story.say(f"{step.best.effect.sentence()}: gap {present.gap:.2f}{_elsewhere(present)}.")
+        if convinces(step.judge, accepted, present, HALF if len(options) == kept + 1 else MOST):
+            accepted, kept, patience = present, len(options), _PATIENCE
+        elif patience == 0 or removed(first.gap, accepted.gap) > _NEARLY or removed(step.before.gap, present.gap) < _TENTATIVE:
+            break
+        else:
+            patience -= 1
+    added, final = _without_needless(workers, options[:kept], accepted, story)
+    return Discovery(first, final, tuple(added), tuple(story.steps))
+
+
+def check_data(problem: Problem) -> None:
+    """Raise an InputError unless every measurement to be fitted has FRFs with known noise."""
+    for m in problem.measurements:
+        if not isinstance(m.target, FrfTarget):
+            raise InputError(m.name, "a modal table", "FRFs", "discovery compares FRFs with their noise; leave the table out")
+        _ = m.target.sigma
+
+
+def _base(problem: Problem, workers: Workers) -> Trial:
+    """The present model, fitted from several starts: a local minimum looks exactly like something missing."""
+    known, names, scale = tuple(problem.file.study.effects), [p.name for p in problem.parameters], Scale(problem.parameters)
+    starts = [scale.to_values(x) for x in starting_points(problem, scale)]
+    tasks = [Task(known, (), dict(zip(names, map(float, values), strict=True)), "start") for values in starts]
+    ends: list[Trial] = []
+    for first in range(0, len(tasks), _TOGETHER):
+        ends = sorted([*ends, *workers.run(tasks[first : first + _TOGETHER])], key=lambda trial: trial.squares)
+        agreeing = sum(end.gap <= (1 + _SAME) * ends[0].gap for end in ends)
+        if agreeing >= _ENOUGH and (ends[0].gap <= QUIET or len(ends) > _TOGETHER):
+            break
+    [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
+    return trial
+
+
+def _without_needless(workers: Workers, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
+    """What is left of the added effects when those are taken out again that later ones have made needless."""
+    number = 0
+    while len(options) > 1 and number < len(options):
+        effect = options[number].effect
+        others = tuple(e for e in final.task.effects if e != effect)
+        [without] = workers.run([Task(others, (), final.values, "thorough")])
+        judge = Judge(final.gap**2)
+        if judge.evidence(without, final) > CONVINCING and confirmed(without, final) and without.gap - final.gap > 0.1 * (final.gap - 1):
+            number += 1
+            continue
+        story.say(f"{effect.sentence()} is not needed any more: gap {without.gap:.2f}{_elsewhere(without)}.")
+        options, final, number = options[:number] + options[number + 1 :], without, 0
+    return options, final
+
+
+def _elsewhere(trial: Trial) -> str:
+    return f", {trial.gap_validation:.2f} on data not fitted" if trial.count_validation else ""

@@ -1,0 +1,211 @@
+"""`identify discover`, without the terminal: read a study, run the loop, write the result and the new config."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from identify import results
+from identify.discovery import told
+from identify.discovery.advise import advise
+from identify.discovery.loop import Discovery, Story, check_data, discover
+from identify.discovery.new_config import config_text, entry_of, write_config
+from identify.discovery.result import AddedEffects, DiscoveryResult, GapByBand, OptionTable, PartTable, StepResult, UnfinishedDiscovery
+from identify.discovery.search import Step
+from identify.discovery.trial import Trial
+from identify.discovery.where import GapMap, band_limits, gap_map, in_words, parts
+from identify.discovery.workers import Memory, Workers
+from identify.evaluate import evaluate
+from identify.fit import Fit, Start
+from identify.problem import Problem, load_problem, with_effects
+from identify.provenance import provenance_of
+from identify.run import check_key, override, run_key
+from identify.study import read_study
+
+Array = NDArray[np.float64]
+_EVERY_S = 2.0
+
+
+def run_discover(
+    config: Path, out: Path | None, overrides: dict[str, Any], story: Story, *, workers: int, resume: bool = False
+) -> tuple[DiscoveryResult, list[Path]]:
+    """Find what is missing from the study in `config`; the result and the paths written: result file, then the new config, if any.
+
+    While it runs, the file holds what `resume` needs; a finished run of the same study is not run again by it.
+    """
+    file, began = override(read_study(config), overrides), time.perf_counter()
+    path = out or Path("reports") / f"{file.study.name}_discovery.h5"
+    with threadpool_limits(1):
+        problem = load_problem(file)
+        check_data(problem)
+        key = run_key(provenance_of(problem), file)
+        memory: Memory = {}
+        if resume and path.exists():
+            done = _resumed(path, key, memory)
+            if done is not None:
+                return done, [path]
+        results.check_writable(path)
+        saver = _Saver(path, key, memory)
+        with Workers(problem, workers, memory, saver.now_and_then) as at_work:
+            try:
+                found = discover(problem, at_work, story)
+            except KeyboardInterrupt:
+                saver.save()
+                raise
+        result = _result(problem, found, key, path, began)
+    results.write(result, path)
+    written = [path]
+    if found.added:
+        written.append(path.with_suffix(".yaml"))
+        write_config(file, _remarks(found), found.final.values, written[1])
+    return result, written
+
+
+class _Saver:
+    """Writes the finished trials to the result file every few seconds."""
+
+    def __init__(self, path: Path, key: str, memory: Memory) -> None:
+        self.path, self.key, self.memory, self.saved = path, key, memory, time.monotonic()
+
+    def now_and_then(self) -> None:
+        if time.monotonic() - self.saved > _EVERY_S:
+            self.save()
+
+    def save(self) -> None:
+        trials = tuple(json.dumps([key, *kept]) for key, kept in self.memory.items())
+        results.write(UnfinishedDiscovery(results.LAYOUT, results.UNFINISHED, self.key, trials), self.path)
+        self.saved = time.monotonic()
+
+
+def _resumed(path: Path, key: str, memory: Memory) -> DiscoveryResult | None:
+    """The finished run of the same study at `path`; else None, with the trials of the interrupted one put into memory."""
+    if results.kind_of(path) == DiscoveryResult.KIND:
+        done: DiscoveryResult = results.read(path, DiscoveryResult)
+        return done if done.key == key else None
+    kept = results.read(path, UnfinishedDiscovery)
+    check_key(path, kept.key, key)
+    for text in kept.trials:
+        one, values, numbers, failure = json.loads(text)
+        memory[one] = (values, numbers, failure)
+    return None
+
+
+def _remarks(found: Discovery) -> list[tuple[Any, str]]:
+    before, remarks = found.first.gap, []
+    for option in found.added:
+        remarks.append((option.effect, told.remark(option, before)))
+        before = option.trial.gap
+    return remarks
+
+
+def _result(problem: Problem, found: Discovery, key: str, path: Path, began: float) -> DiscoveryResult:
+    first, final = found.first, found.final
+    before = with_effects(problem, first.task.effects, first.values)
+    after = with_effects(problem, final.task.effects, final.values)
+    text = config_text(problem.file, _remarks(found), final.values, path.parent)
+    fitted = evaluate(replace(after, file=after.file.model_copy(update={"text": text})), _as_fit(after, final), key)
+    bands = band_limits(problem)
+    validated = any(m.settings.use == "validate" for m in problem.measurements)
+    return DiscoveryResult(
+        layout=results.LAYOUT,
+        kind=DiscoveryResult.KIND,
+        key=key,
+        name=problem.file.study.name,
+        verdict=told.verdict(found),
+        notes=fitted.notes,
+        seconds=time.perf_counter() - began,
+        elsewhere="measurements for validation" if validated else "a third of the response channels, left out of one more fit",
+        added=_added(after, found, fitted),
+        steps={str(number): _step(problem, found, number) for number in range(len(found.steps))},
+        map_before=_kept(gap_map(before, _values(before, first), bands)),
+        map_after=_kept(gap_map(after, _values(after, final), bands)),
+        before=evaluate(before, _as_fit(before, first), key),
+        after=fitted,
+        provenance=provenance_of(problem),
+    )
+
+
+def _as_fit(problem: Problem, trial: Trial) -> Fit:
+    """A trial as the fit of its model, which began where the study says."""
+    values = _values(problem, trial)
+    initial = np.array([problem.file.study.initial.get(p.name, p.initial) for p in problem.parameters])
+    start = Start(initial, values, trial.gap, 0, 0.0, True, "refitted in the search for missing effects")
+    return Fit(values, trial.gap, (start,), np.zeros((0, 5)), 0.0)
+
+
+def _values(problem: Problem, trial: Trial) -> Array:
+    return np.array([trial.values[p.name] for p in problem.parameters])
+
+
+def _added(after: Problem, found: Discovery, fitted: results.Result) -> AddedEffects:
+    names, owners = [p.name for p in after.parameters], after.measurements[0].system.effects
+    by_effect = [next(numbers for effect, numbers in owners if effect == option.effect) for option in found.added]
+    return AddedEffects(
+        sentence=tuple(option.effect.sentence() for option in found.added),
+        kind=tuple(option.effect.kind for option in found.added),
+        config=tuple(json.dumps(entry_of(option.effect)) for option in found.added),
+        named=tuple(
+            told.named(o.effect, [names[n] for n in numbers], fitted.parameters) for o, numbers in zip(found.added, by_effect, strict=True)
+        ),
+        parameters=tuple(", ".join(names[n] for n in numbers) for numbers in by_effect),
+        evidence=np.array([option.evidence for option in found.added]),
+        gap=np.array([option.trial.gap for option in found.added]),
+        gap_validation=np.array([option.trial.gap_validation for option in found.added]),
+    )
+
+
+def _step(problem: Problem, found: Discovery, number: int) -> StepResult:
+    step = found.steps[number]
+    model = with_effects(problem, step.before.task.effects, step.before.values)
+    by_part = parts(model, _values(model, step.before), band_limits(problem))
+    known = len(problem.file.study.effects)
+    return StepResult(
+        model=tuple(effect.sentence() for effect in step.before.task.effects[known:]),
+        gap=step.before.gap,
+        gap_validation=step.before.gap_validation,
+        where=in_words(by_part, step.before.gap),
+        parts=PartTable(
+            tuple(p.kind for p in by_part),
+            tuple(p.name for p in by_part),
+            np.array([p.gap for p in by_part]),
+            np.array([p.share for p in by_part]),
+        ),
+        options=_options(step),
+        best=step.best.effect.sentence() if step.best else "",
+        kept=found.kept[number],
+        alike=told.alike(step),
+        advice=_advice(problem, step),
+        decision=told.decision(step, found.kept[number]),
+    )
+
+
+def _options(step: Step) -> OptionTable:
+    options = step.options
+    return OptionTable(
+        sentence=tuple(option.effect.sentence() for option in options),
+        kind=tuple(option.effect.kind for option in options),
+        gap=np.array([option.trial.gap for option in options]),
+        gap_validation=np.array([option.trial.gap_validation for option in options]),
+        parameters=np.array([option.trial.free - step.before.free for option in options], dtype=int),
+        evidence=np.array([option.evidence for option in options]),
+        verdict=tuple(told.verdict_of(option, step) for option in options),
+    )
+
+
+def _advice(problem: Problem, step: Step) -> str:
+    """What would tell the best candidate from the first that is alike; empty where nothing is."""
+    if step.best is None or not step.alike:
+        return ""
+    one, other = ((option.trial.task.effects, option.trial.values) for option in (step.best, step.alike[0]))
+    return advise(problem, one, other)
+
+
+def _kept(m: GapMap) -> GapByBand:
+    return GapByBand(m.measurements, m.bands_hz, m.channels, m.gap)

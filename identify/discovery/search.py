@@ -1,0 +1,127 @@
+"""One step of the loop: every candidate is tried, cheaply first, the promising ones thoroughly, and the best is chosen by evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.discovery.candidates import candidates, plausible
+from identify.discovery.evidence import CONVINCING, Judge, confirmed
+from identify.discovery.trial import Task, Trial
+from identify.discovery.workers import Workers
+from identify.effects.base import Effect
+from identify.effects.measurement import MeasurementEffect
+from identify.effects.nonlinear import NonlinearEffect
+from identify.identifiability import QUIET, trust
+from identify.optimizers.base import Scale
+from identify.problem import Problem, with_effects
+
+_GLANCED, _REFITTED, _MOST, _FORMED = 8, 12, 4, 2
+"""How many effects of the measurement get further than a glance; candidates further than a few steps; further than quick trials; and of
+those, are tried in their other forms."""
+_NEAR, _LEAST_INFLATION = 5.0, 5.0
+"""How many times the best one's gap above noise a candidate may leave and still win when fitted thoroughly; the least that correlation
+of residuals has been seen to count for."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """A candidate with its best trial and the evidence for it over the model without it; not thorough where a quick look was enough."""
+
+    effect: Effect
+    trial: Trial
+    evidence: float
+
+    @property
+    def thorough(self) -> bool:
+        """Whether it was fitted on all lines and several starts."""
+        return self.trial.task.how == "thorough"
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one search found: the model before; all options, best first; what the data cannot tell from the best; how it was judged."""
+
+    before: Trial
+    options: tuple[Option, ...]
+    best: Option | None
+    alike: tuple[Option, ...]
+    judge: Judge
+
+
+def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[int, int], None] = lambda number, total: None) -> Step:
+    """Try all candidates beside the effects of `before`; `done` is told the number of finished trials and of all so far."""
+    model = with_effects(problem, before.task.effects, before.values)
+    quick = _screened(workers, plausible(model, before.values, candidates(problem, before.task.effects)), before, done)
+    promising = _promising(workers, before, quick)
+    forms = _thoroughly(workers, promising)
+    best_trial = min([before, *(trial for trials in forms for trial in trials)], key=lambda trial: trial.squares)
+    judge = Judge(_inflation(problem, best_trial))
+    winners = [min(trials, key=judge.score) for trials in forms if trials]
+    judged = sorted((Option(t.task.new[0], t, judge.evidence(before, t)) for t in winners), key=lambda option: -option.evidence)
+    rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
+    best = next((option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)), None)
+    alike = [o for o in judged if best and o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
+    return Step(before, (*judged, *rest), best, tuple(alike), judge)
+
+
+def _screened(workers: Workers, found: Sequence[Effect], before: Trial, done: Callable[[int, int], None]) -> list[Trial]:
+    """All candidates, best first: after a glance at those of the measurement and a few steps of the others, the best of them quickly."""
+    known, values, far, anchor = before.task.effects, before.values, before.gap > QUIET, _anchor(before)
+    measuring = [effect for effect in found if isinstance(effect, MeasurementEffect)]
+    moving = [effect for effect in found if not isinstance(effect, MeasurementEffect)]
+    glances = sorted(workers.run([Task(known, (effect,), values, "glance", anchor=anchor) for effect in measuring]), key=_squares)
+    tasks = [Task(known, (effect,), values, "brief", far, anchor) for effect in (*moving, *(t.task.new[0] for t in glances[:_GLANCED]))]
+    count = [0]
+
+    def one() -> None:
+        count[0] += 1
+        done(count[0], len(tasks))
+
+    brief = sorted(workers.run(tasks, one), key=_squares)
+    best = [trial for trial in brief[:_REFITTED] if np.isfinite(trial.squares)]
+    quick = workers.run([Task(known, trial.task.new, trial.values, "quick", anchor=anchor) for trial in best])
+    return [*sorted(quick, key=_squares), *brief[len(quick) :], *glances[_GLANCED:]]
+
+
+def _promising(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[Trial]:
+    """Those that may win: near the best one, and better than nothing on the few lines that were looked at."""
+    [present] = workers.run([Task(before.task.effects, (), before.values, "quick", anchor=_anchor(before))])
+    best = quick[0]
+    judge = Judge(_LEAST_INFLATION * best.gap**2)
+    most = _MOST // 2 if _anchor(before) else _MOST  # simulated ones take long
+    near = [t for t in quick[:most] if t.gap - 1 <= _NEAR * max(best.gap - 1, 0.05) and judge.evidence(present, t) > 0]
+    return near or [best]
+
+
+def _thoroughly(workers: Workers, promising: Sequence[Trial]) -> list[list[Trial]]:
+    """Each promising candidate on all lines, the best of them in their other forms too."""
+    tasks, owners = [], []
+    for number, trial in enumerate(promising):
+        forms = trial.task.new[0].forms() if number < _FORMED and not trial.task.anchor else []
+        for effect in (trial.task.new[0], *forms):
+            tasks.append(Task(trial.task.known, (effect,), trial.values, "thorough"))
+            owners.append(number)
+    found = list(zip(owners, workers.run(tasks), strict=True))
+    return [[t for owner, t in found if owner == number and np.isfinite(t.squares)] for number in range(len(promising))]
+
+
+def _inflation(problem: Problem, trial: Trial) -> float:
+    """How many times too small the naive variance of the parameters is, for the worst of those that the data determine."""
+    model = with_effects(problem, trial.task.effects, trial.values)
+    values = np.array([trial.values[p.name] for p in model.parameters])
+    found = trust(model.targets(), Scale(model.parameters), values)
+    ratio = (found.std / found.independent_std) ** 2
+    known = np.array([status != "not determined" for status in found.status])
+    return float(np.max(ratio, where=known, initial=1.0))
+
+
+def _squares(trial: Trial) -> float:
+    return trial.squares
+
+
+def _anchor(before: Trial) -> Mapping[str, float]:
+    """The values of a model that depends on amplitude; nothing for a linear one."""
+    return before.values if any(isinstance(effect, NonlinearEffect) for effect in before.task.effects) else {}

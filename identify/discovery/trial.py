@@ -1,0 +1,290 @@
+"""One model tried: effects refitted to the data, quickly on a thinned set of lines or thoroughly on all of them."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.costs.base import Objective
+from identify.costs.frf_least_squares import FrfLeastSquares
+from identify.costs.target import FrfTarget
+from identify.discovery.guesses import guesses
+from identify.effects.base import Effect
+from identify.effects.nonlinear import NonlinearEffect
+from identify.errors import InputError, InputErrors
+from identify.identifiability import QUIET
+from identify.model.system import list_parameters
+from identify.optimizers.base import Ended, Scale, Search
+from identify.optimizers.gauss_newton import GaussNewton
+from identify.problem import Given, Measurement, Problem, with_effects
+
+Array = NDArray[np.float64]
+
+_LINES, _FEWEST = 84, 21
+"""Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread evenly over the band."""
+_BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
+_QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
+_THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be tried: effects known to the model, further ones, and values to start from by parameter name.
+
+    how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is; `brief`: a few steps on few
+    lines; `quick`: more of them; `thorough`: from several starts, on all lines.  far: the present model is far from the data.
+    anchor: values of the known model where that depends on amplitude: quick trials then keep what amplitude does to the FRFs as it is
+    there, because to simulate every blow anew takes long.
+    """
+
+    known: tuple[Effect, ...]
+    new: tuple[Effect, ...]
+    values: Mapping[str, float]
+    how: Literal["start", "glance", "brief", "quick", "thorough"] = "quick"
+    far: bool = False
+    anchor: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """All of them."""
+        return (*self.known, *self.new)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How a task ended: values by name; sums of squared residuals over noise and counts of real numbers, on fitted and validation data.
+
+    free: number of free parameters; failure: a sentence where the model could not be made or solved.
+    """
+
+    task: Task
+    values: Mapping[str, float]
+    squares: float
+    count: int
+    squares_validation: float = float("nan")
+    count_validation: int = 0
+    free: int = 0
+    failure: str = ""
+
+    @property
+    def gap(self) -> float:
+        """RMS residual over noise on the fitted data."""
+        return float(np.sqrt(self.squares / max(self.count, 1)))
+
+    @property
+    def gap_validation(self) -> float:
+        """The same on validation data; NaN without."""
+        return float(np.sqrt(self.squares_validation / self.count_validation)) if self.count_validation else float("nan")
+
+
+class Bench:
+    """Where models are tried: a problem with all its lines and with few of them."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.whole, self.thin = problem, thinned(problem)
+        self.kept = left_out(self.thin)
+        self._corrected: tuple[tuple[tuple[Effect, ...], Mapping[str, float]], Problem] | None = None
+        self._initial = {p.name: p.initial for p in problem.parameters}
+        lines = [m.target.data.frequency_hz for m in problem.measurements if isinstance(m.target, FrfTarget)]
+        self._band = (max(min(float(f.min()) for f in lines), 1e-3), max(float(f.max()) for f in lines))
+
+    def run(self, task: Task) -> Trial:
+        """The trial of a task; a model that cannot be made or solved is a trial with an infinite sum of squares."""
+        try:
+            return self._thorough(task) if task.how == "thorough" else self._quick(task)
+        except (InputError, InputErrors, np.linalg.LinAlgError) as error:
+            return Trial(task, task.values, np.inf, 1, np.inf, 1, failure=str(error))
+
+    def _quick(self, task: Task) -> Trial:
+        problem = self._model("thin", task)
+        starts = self._starts(problem, task)
+        if task.how == "glance":
+            values, cost = _best(problem, starts)
+        elif task.how == "start":
+            values, cost = _descend(problem, self._robustly(problem, starts, _QUICK)[None], _QUICK)
+        elif task.how == "brief":
+            values, cost = min(self._briefly(problem, starts, task), key=lambda end: end[1])
+        else:
+            values, cost = _descend(problem, starts, _QUICK)
+        count = _count(problem, "fit")
+        return Trial(task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem))
+
+    def _briefly(self, problem: Problem, starts: Array, task: Task) -> list[tuple[Array, float]]:
+        """From where the present model stands; where that is far from the data, where it stands may be of no use: afresh too."""
+        ends = [_descend(problem, starts, _BRIEF)]
+        if task.far:
+            ends.append(_descend(problem, self._robustly(problem, self._afresh(problem, starts), _BRIEF)[None], _BRIEF))
+        return ends
+
+    def _thorough(self, task: Task) -> Trial:
+        """From the values given and, as a local minimum looks like a wrong model, from several other starts; then on all lines."""
+        problem = self._model("thin", task)
+        given = _initial(problem)[None]
+        ends = [_descend(problem, given, _QUICK)]
+        simulated = any(isinstance(effect, NonlinearEffect) for effect in task.effects)  # which takes too long for more than one start
+        for fresh in self._others(problem, given):
+            if simulated or min(cost for _, cost in ends) <= QUIET:
+                break
+            ends.append(_descend(problem, self._robustly(problem, fresh[None], _QUICK)[None], _QUICK))
+        values = min(ends, key=lambda end: end[1])[0]
+        problem = self._model("whole", replace(task, values=_named(problem, values)))
+        values, cost = _descend(problem, _initial(problem)[None], _THOROUGH)
+        count, found = _count(problem, "fit"), _named(problem, values)
+        squares, validation = self._elsewhere(problem, task, found)
+        return Trial(task, found, cost**2 * count, count, squares, validation, _free(problem))
+
+    def _others(self, problem: Problem, given: Array) -> Iterator[Array]:
+        """Further starts (parameters,): the study's own values beside the found ones; all parameters at their defaults."""
+        yield self._afresh(problem, given)[0]
+        yield self._defaults(problem)
+
+    def _afresh(self, problem: Problem, starts: Array) -> Array:
+        """Starts (m, parameters) with the study's own start values for all that the study knows."""
+        fresh = starts.copy()
+        for number, p in enumerate(problem.parameters):
+            fresh[:, number] = self._initial.get(p.name, starts[:, number])
+        return fresh
+
+    def _defaults(self, problem: Problem) -> Array:
+        """(parameters,): the study's own start values, and those of the effects for what the study does not know."""
+        effects = problem.file.study.effects
+        parameters = list_parameters(problem.robot, problem.measurements[0].system.site, effects)
+        return np.array([self._initial.get(p.name, p.initial) for p in parameters])
+
+    def _robustly(self, problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
+        """Where logarithmic residuals, whose valley is wide, lead from the best of the starts (m, parameters)."""
+        return _descend(problem, starts, optimizer, FrfLeastSquares(residual="log").objective(problem.targets()))[0]
+
+    def _elsewhere(self, problem: Problem, task: Task, found: Mapping[str, float]) -> tuple[float, int]:
+        """Sum of squares and count on data that were not fitted: those for validation, or channels left out of one more fit."""
+        if not _count(problem, "validate"):
+            problem = self._model("kept", replace(task, values=found))
+            values = _descend(problem, _initial(problem)[None], _QUICK)[0]
+        else:
+            values = np.array([found[p.name] for p in problem.parameters])
+        count = _count(problem, "validate")
+        return (_squares(problem, values, "validate") if count else float("nan")), count
+
+    def _model(self, lines: str, task: Task) -> Problem:
+        """The problem with the effects of a task; the known ones are kept assembled, because many tasks share them."""
+        if lines == "thin" and task.anchor:
+            return self._anchored(task)
+        problem: Problem = getattr(self, lines)
+        if tuple(problem.file.study.effects) != task.known:
+            problem = with_effects(problem, task.known, {})
+            setattr(self, lines, problem)
+        return with_effects(problem, task.effects, task.values)
+
+    def _anchored(self, task: Task) -> Problem:
+        """The problem without the known effects that depend on amplitude, their part at the anchor taken off the data."""
+        linear = [effect for effect in task.known if not isinstance(effect, NonlinearEffect)]
+        if self._corrected is None or self._corrected[0] != (task.known, task.anchor):
+            simulated, without = (with_effects(self.thin, effects, task.anchor) for effects in (task.known, linear))
+            pairs = zip(simulated.measurements, without.measurements, strict=True)
+            corrected = replace(without, measurements=tuple(_corrected(one, other, simulated, without) for one, other in pairs))
+            self._corrected = (task.known, task.anchor), with_effects(corrected, linear, {})
+        return with_effects(self._corrected[1], [*linear, *task.new], task.values)
+
+    def _starts(self, problem: Problem, task: Task) -> Array:
+        """(m, parameters): what is known stays where it is, what is new goes over its grid."""
+        initial = _initial(problem)
+        new = [number for number, p in enumerate(problem.parameters) if p.free and p.name not in task.values]
+        if not new:
+            return initial[None]
+        grid = guesses([problem.parameters[number] for number in new], self._band)
+        starts = np.repeat(initial[None], len(grid), axis=0)
+        starts[:, new] = grid
+        return starts
+
+
+def thinned(problem: Problem) -> Problem:
+    """The same problem with few frequency lines in every measurement that is fitted, and no other measurement."""
+
+    fitted = [m for m in problem.measurements if m.settings.use == "fit"]
+    wanted = max(_FEWEST, _LINES // len(fitted))
+
+    def fewer(m: Measurement) -> Measurement:
+        if not isinstance(m.target, FrfTarget):
+            return m
+        lines = np.arange(len(m.target.data.frequency_hz)) % max(1, round(len(m.target.data.frequency_hz) / wanted)) == 0
+        data, noise = m.target.data.lines(lines), None if m.target.noise is None else m.target.noise[lines]
+        given: Given = replace(m.given, data=data, noise=noise)
+        return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
+
+    return replace(problem, measurements=tuple(fewer(m) for m in fitted))
+
+
+def _corrected(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
+    """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their present values."""
+    if not isinstance(one.target, FrfTarget) or not isinstance(other.target, FrfTarget):
+        return other
+    part = one.target.predict(_initial(simulated)) - other.target.predict(_initial(without))
+    data = replace(other.target.data, frf=other.target.data.frf - part)
+    return replace(other, given=replace(other.given, data=data))
+
+
+def left_out(problem: Problem) -> Problem:
+    """The same problem with a third of the response channels of every fitted measurement set aside for validation."""
+
+    def part(m: Measurement, aside: bool) -> Measurement:
+        assert isinstance(m.target, FrfTarget)
+        chosen = [n for n in range(len(m.target.data.outputs)) if (n % 3 == 1) == aside]
+        data = m.target.data.pairs(chosen, list(range(len(m.target.data.inputs))))
+        noise = None if m.target.noise is None else m.target.noise[:, chosen]
+        use: Literal["fit", "validate"] = "validate" if aside else "fit"
+        given = replace(m.given, data=data, noise=noise, settings=m.settings.model_copy(update={"use": use}))
+        return replace(m, given=given)
+
+    split = [
+        part(m, aside)
+        for m in problem.measurements
+        if isinstance(m.target, FrfTarget) and m.settings.use == "fit" and len(m.target.data.outputs) > 2
+        for aside in (False, True)
+    ]
+    whole = replace(problem, measurements=tuple(split) or problem.measurements)
+    return with_effects(whole, problem.file.study.effects, {})
+
+
+def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
+    """The best of the starts (m, parameters) as they are, and its cost."""
+    costs = FrfLeastSquares().objective(problem.targets()).costs(starts)
+    return starts[int(np.argmin(costs))], float(costs.min())
+
+
+def _initial(problem: Problem) -> Array:
+    return np.array([p.initial for p in problem.parameters])
+
+
+def _descend(problem: Problem, starts: Array, optimizer: GaussNewton, objective: Objective | None = None) -> tuple[Array, float]:
+    """Gauss-Newton from the best of the starts (m, parameters): values (parameters,) and cost, of the likelihood if none is given."""
+    scale, objective = Scale(problem.parameters), objective or FrfLeastSquares().objective(problem.targets())
+    x = scale.to_x(starts)
+    best = int(np.argmin(objective.costs(starts))) if len(starts) > 1 else 0
+    search = Search(objective, scale, 10 * optimizer.evaluations)
+    with contextlib.suppress(Ended):  # the budget is spent: what was found counts
+        optimizer.minimize(search, x[best], np.random.default_rng(0))
+    return (starts[best], float("inf")) if search.best_x is None else (scale.to_values(search.best_x), search.best_cost)
+
+
+def _squares(problem: Problem, values: Array, use: str) -> float:
+    """Sum of squared residuals over noise."""
+    cost = float(FrfLeastSquares().objective(problem.targets(use)).costs(values[None])[0])
+    return cost**2 * _count(problem, use)
+
+
+def _count(problem: Problem, use: str) -> int:
+    """How many real numbers were measured."""
+    return sum(2 * target.measured.size for target in problem.targets(use).frf)
+
+
+def _free(problem: Problem) -> int:
+    return sum(p.free for p in problem.parameters)
+
+
+def _named(problem: Problem, values: Array) -> dict[str, float]:
+    return {p.name: float(v) for p, v in zip(problem.parameters, values, strict=True)}
