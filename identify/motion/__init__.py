@@ -1,0 +1,1 @@
+"""Motion in the time domain: drives, servo loops, simulation; measured records and what explains them."""

@@ -1,0 +1,95 @@
+"""What a controller is, and the registry of all kinds.
+
+A controller's settings are what the config says.  With numbers for every lane (a lane is one candidate on one record) they make a
+law, which holds nothing that changes; what changes is its state, handed out at every tick.
+Positions and velocities are the drive's at the gear output: the rotor's over the gear ratio.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from identify.motion.numbers import Settings
+from identify.registry import Registry, parse_kind
+
+Array = NDArray[np.float64]
+
+CONTROLLERS = Registry(
+    "controller",
+    "identify.controllers",
+    {
+        "cascade": "identify.motion.cascade:Cascade",
+        "pid-voltage": "identify.motion.pid_voltage:PidVoltage",
+        "two-degree-of-freedom": "identify.motion.two_degree_of_freedom:TwoDegreeOfFreedom",
+    },
+)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What a controller sees at a tick, (lanes, joints) each.
+
+    tick: its number; position, velocity: commanded, rad, rad/s; feedforward: torque of the command by inverse dynamics at the gear
+    output, N m; turn: measured turn of the drive, rad; current: measured, A; mode_hz: the arm's first mode at the commanded posture.
+    """
+
+    tick: int
+    position: Array
+    velocity: Array
+    feedforward: Array
+    turn: Array
+    current: Array
+    mode_hz: Array
+
+
+class Law(ABC):
+    """A controller with its numbers, (lanes, joints) each."""
+
+    @abstractmethod
+    def standing_error(self, holding: Array) -> Array:
+        """How far the drive stands behind its command (rad) when the motor is to be given `holding` (V or N m) at rest."""
+
+    @abstractmethod
+    def begin(self, sample: Sample, holding: Array) -> Any:
+        """The state of a controller that has long stood at this sample with the motor given `holding`."""
+
+    @abstractmethod
+    def act(self, state: Any, sample: Sample) -> tuple[Array, Any]:
+        """What the motors are given until the next tick (V or N m, before their limits), and the state then."""
+
+
+class Controller(Settings, ABC):
+    """Settings of a controller of all joints as written in the config."""
+
+    kind: str
+    period_s: float = Field(1e-3, gt=0, description="time between ticks, a whole number of steps")
+    delay_s: float = Field(0.0, ge=0, description="from measuring to the motor, a whole number of steps")
+
+    @property
+    @abstractmethod
+    def gives(self) -> str:
+        """What it gives the motor: `voltage` or `torque`."""
+
+    @property
+    def flexible(self) -> bool:
+        """Whether it is commanded through the elastic model: the motor's position and torque that take the link along the command."""
+        return False
+
+    @abstractmethod
+    def law(self, numbers: Mapping[str, Array]) -> Law:
+        """The law with the numbers of motor, gear and controller (`servo.position_gain`), (lanes, joints) each."""
+
+
+def parse_controller(data: Any) -> Controller:
+    """A controller from its mapping in the config; raises ValueError for pydantic to report with its key."""
+    if isinstance(data, Controller):
+        return data
+    controller: Controller = parse_kind(CONTROLLERS, data)
+    return controller

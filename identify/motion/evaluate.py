@@ -1,0 +1,184 @@
+"""A simulated or fitted motion from all sides: what the result file keeps of it."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify import motion_result as results
+from identify.evaluate import parameter_table, start_table
+from identify.identifiability import Trust
+from identify.motion.problem import MotionProblem, Record
+from identify.motion.simulate import Motion
+from identify.motion.trajectory import TrajectoryObjective, all_signals, phase_rms, simulated, trajectory_trust
+from identify.motion.trajectory_fit import MotionFit, judge
+from identify.optimizers.base import Scale
+from identify.provenance import provenance, sha256
+from identify.results import LAYOUT
+
+Array = NDArray[np.float64]
+
+UNITS = {"position": "rad", "velocity": "rad/s", "torque": "N m", "current": "A"}
+WHOLE = "whole"
+
+
+def evaluate_simulation(problem: MotionProblem) -> results.MotionResult:
+    """The motion with every number at its start value."""
+    began = time.perf_counter()
+    motion = problem.run(problem.initial[None], problem.records)
+    seconds = time.perf_counter() - began
+    records = _records(problem, motion, None)
+    return _result(problem, records, seconds, None, None)
+
+
+def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResult:
+    """The motion as fitted, beside that of the study's start values."""
+    problem = found.problem
+    began = time.perf_counter()
+    motion = problem.run(found.fit.values[None], problem.records)
+    seconds = time.perf_counter() - began
+    first = started.run(started.initial[None], started.records)
+    scale = Scale(problem.parameters)
+    fitted = [record for record in problem.records if record.settings.use == "fit"]
+    trusted = trajectory_trust(TrajectoryObjective(problem, fitted, problem.file.study.noise), scale, found.fit.values)
+    return _result(problem, _records(problem, motion, first), seconds, found, trusted)
+
+
+def unit(quantity: str) -> str:
+    """SI unit of a quantity such as motor_position."""
+    return UNITS[quantity.rsplit("_", 1)[1]]
+
+
+def _result(
+    problem: MotionProblem, records: dict[str, results.RecordResult], seconds: float, found: MotionFit | None, trusted: Trust | None
+) -> results.MotionResult:
+    study, file = problem.file.study, problem.file
+    scale = Scale(problem.parameters)
+    runs = sum(record.time_s[-1] for record in records.values())
+    gaps = [_gap(problem, found, use) for use in ("fit", "validate")]
+    inputs = [(record.file, record.sha256) for record in records.values() if record.file]
+    robot = study.robot.urdf or study.robot.dh
+    given = [(str(robot), sha256(file.resolve(robot)))] if robot else []
+    p = None
+    if found is not None and trusted is not None:
+        p = parameter_table(problem.parameters, found.fit.values, trusted, scale)
+    return results.MotionResult(
+        layout=LAYOUT,
+        kind=results.MotionResult.KIND,
+        key=file.sha256,
+        name=study.name,
+        seed=study.seed,
+        verdict=_verdict(problem, found, trusted, runs / seconds),
+        notes=_notes(records),
+        effects=_sentences(problem),
+        joints=tuple(joint.name for joint in problem.robot.joints),
+        step_s=problem.step_s,
+        period_s=study.servo.period_s,
+        seconds=seconds if found is None else found.fit.seconds,
+        realtime_factor=runs / seconds,
+        gap=gaps[0],
+        gap_validation=gaps[1],
+        converged=True if found is None else found.fit.best.converged,
+        parameters=p,
+        correlation=None if trusted is None else trusted.correlation,
+        starts=None if found is None else start_table(found.fit),
+        history=None if found is None else found.fit.history,
+        trials=None if found is None else _trials(found),
+        records=records,
+        provenance=provenance(file.path.name, file.text, [*given, *inputs]),
+    )
+
+
+def _gap(problem: MotionProblem, found: MotionFit | None, use: str) -> float:
+    records = [r for r in problem.records if r.settings.use == use and r.measured is not None]
+    if not records or not problem.file.study.noise:
+        return float("nan")
+    values = problem.initial if found is None else found.fit.values
+    return float(TrajectoryObjective(problem, records, problem.file.study.noise).costs(values[None])[0])
+
+
+def _records(problem: MotionProblem, motion: Motion, first: Motion | None) -> dict[str, results.RecordResult]:
+    rows = enumerate(problem.records)
+    return {record.settings.name: _record(problem, record, number, motion, first) for number, record in rows}
+
+
+def _record(problem: MotionProblem, record: Record, number: int, motion: Motion, first: Motion | None) -> results.RecordResult:
+    ticks, settings = len(record.command.position), record.settings
+    signals = {name: values[number, :ticks] for name, values in all_signals(problem, motion).items()}
+    commanded = {"command_position": record.command.position, "command_velocity": record.command.velocity}
+    comparisons = _comparisons(problem, record, number, motion, first)
+    gaps = [c.rms[0] ** 2 / c.noise**2 for c in comparisons.values() if np.isfinite(c.noise)]
+    return results.RecordResult(
+        name=settings.name,
+        use=settings.use if record.measured else "",
+        file=str(settings.measured.file) if settings.measured else "",
+        sha256=record.measured.sha256 if record.measured else "",
+        start_deg=np.array(settings.start_deg),
+        time_s=problem.file.study.servo.period_s * np.arange(ticks, dtype=float),
+        signals={name: results.Trace(unit(name), values) for name, values in {**commanded, **signals}.items() if np.isfinite(values).any()},
+        comparisons=comparisons,
+        phases=(WHOLE, *settings.phases_s),
+        phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
+        gap=float(np.sqrt(np.nanmean(gaps))) if gaps else float("nan"),
+    )
+
+
+def _comparisons(
+    problem: MotionProblem, record: Record, number: int, motion: Motion, first: Motion | None
+) -> dict[str, results.TrajectoryComparison]:
+    if record.measured is None:
+        return {}
+    count, noise, phases = len(problem.records), problem.file.study.noise, record.settings.phases_s
+    now = simulated(problem, motion, record, number, count)
+    before = simulated(problem, first, record, number, count) if first is not None else {}
+    found = {}
+    for quantity, values in now.items():
+        measured, begun = record.measured.signals[quantity], before[quantity][0] if quantity in before else None
+        rms = [phase_rms(model - measured, record.measured.time_s, phases) for model in (values[0], begun) if model is not None]
+        found[quantity] = results.TrajectoryComparison(
+            unit=unit(quantity),
+            time_s=record.measured.time_s,
+            measured=measured,
+            initial=begun,
+            simulated=values[0],
+            noise=noise.get(quantity, float("nan")),
+            rms=rms[0],
+            rms_initial=rms[1] if len(rms) > 1 else None,
+        )
+    return found
+
+
+def _trials(found: MotionFit) -> results.TrialTable:
+    t = found.trials
+    return results.TrialTable(
+        name=tuple(trial.name for trial in t),
+        round=np.array([trial.round for trial in t], dtype=float),
+        gap=np.array([trial.gap for trial in t]),
+        gap_validation=np.array([trial.gap_judged for trial in t]),
+        kept=np.array([trial.kept for trial in t], dtype=float),
+    )
+
+
+def _sentences(problem: MotionProblem) -> tuple[str, ...]:
+    study = problem.file.study
+    elastic = tuple(effect.sentence() for effect in study.effects) or ("rigid joints and links",)
+    return (*elastic, f"motors of kind {study.motor.kind}", f"controller of kind {study.servo.kind}")
+
+
+def _verdict(problem: MotionProblem, found: MotionFit | None, trusted: Trust | None, realtime: float) -> tuple[str, ...]:
+    speed = f"{len(problem.records)} motions simulated {realtime:.0f} times as fast as they happen, in steps of {problem.step_s:.3g} s."
+    if found is None or trusted is None:
+        return (speed,)
+    kept = [trial.name for trial in found.trials[1:] if trial.kept]
+    gaps = found.fit.cost, judge(problem, found.fit.values)
+    first = f"The gap is {gaps[0]:.2f} times the noise on the fitted records and {gaps[1]:.2f} on those that judge."
+    added = f"Added because they improve the records that judge: {', '.join(kept)}." if kept else ""
+    determined = sum(status == "determined" for status in trusted.status)
+    return tuple(line for line in (first, added, f"{determined} of {len(trusted.status)} free parameters are determined.", speed) if line)
+
+
+def _notes(records: dict[str, results.RecordResult]) -> tuple[str, ...]:
+    lost = [name for name, record in records.items() if not all(np.isfinite(trace.values).all() for trace in record.signals.values())]
+    return (f"the motion runs away in {', '.join(lost)}: the controller is unstable with this arm",) if lost else ()

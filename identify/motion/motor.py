@@ -1,0 +1,129 @@
+"""Motors: a direct-current motor with winding and back-EMF (Kawasaki Eq. 2), or one that follows a torque command.
+
+A `Motor*` class is what the config says; its `plant` is the same with arrays (lanes, joints), and the state is an array beside it.
+Velocities and torques are the rotor's, before the gear.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.motion.numbers import Number, Settings, quantity
+
+Array = NDArray[np.float64]
+
+
+class MotorPlant(ABC):
+    """A motor whose one state per joint (lanes, joints) is the winding's current, A, or the torque, N m."""
+
+    @abstractmethod
+    def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
+        """The state a step later, with command and rotor velocity (rad/s) constant over it."""
+
+    @abstractmethod
+    def torque(self, state: Array) -> Array:
+        """Torque of the rotor, N m."""
+
+    def torque_at(self, state: Array, command: Array) -> Array:
+        """Torque at the moment at which the command is given, N m; the mean of before and after where it jumps."""
+        return self.torque(state)
+
+    @abstractmethod
+    def current(self, state: Array) -> Array:
+        """Current of the winding, A; NaN where it is not known."""
+
+    @abstractmethod
+    def holding(self, torque: Array) -> tuple[Array, Array]:
+        """State and command that hold a torque (N m) at standstill."""
+
+
+class DcMotor(Settings):
+    """A direct-current motor, or a synchronous one seen as such: L di/dt = U - R i - k_e omega, torque k_m i."""
+
+    kind: Literal["dc"] = "dc"
+    torque_constant: Number = quantity("N m/A", "k_m", least=1e-9)
+    back_emf: Number = quantity("V s/rad", "k_e")
+    resistance: Number = quantity("ohm", "R of the winding", least=1e-9)
+    inductance: Number = quantity("H", "L of the winding", least=1e-12)
+    rotor_inertia: Number = quantity("kg m^2", "of the rotor and what turns with it", 0.0)
+    viscous: Number = quantity("N m s/rad", "viscous friction at the motor shaft", 0.0)
+    voltage_limit: Number = quantity("V", "largest voltage either way", np.inf)
+
+    def plant(self, numbers: Mapping[str, Array]) -> MotorPlant:
+        """With the numbers of its section, (lanes, joints) each."""
+        n = {key.removeprefix("motor."): value for key, value in numbers.items() if key.startswith("motor.")}
+        return _DcPlant(n["torque_constant"], n["back_emf"], n["resistance"], n["inductance"], n["voltage_limit"])
+
+
+@dataclass(frozen=True)
+class _DcPlant(MotorPlant):
+    torque_constant: Array
+    back_emf: Array
+    resistance: Array
+    inductance: Array
+    limit: Array
+
+    def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
+        """Exact for constant voltage and velocity."""
+        voltage = np.clip(command, -self.limit, self.limit)
+        end = (voltage - self.back_emf * velocity) / self.resistance
+        return np.asarray(end + (state - end) * np.exp(-step_s * self.resistance / self.inductance))
+
+    def torque(self, state: Array) -> Array:
+        return self.torque_constant * state
+
+    def current(self, state: Array) -> Array:
+        return state
+
+    def holding(self, torque: Array) -> tuple[Array, Array]:
+        current = torque / self.torque_constant
+        return current, current * self.resistance
+
+
+class TorqueMotor(Settings):
+    """A motor with a current loop of its own that is fast and good enough to be called a torque source with a lag."""
+
+    kind: Literal["torque"] = "torque"
+    bandwidth_hz: Number = quantity("Hz", "of the first-order lag from command to torque", np.inf, least=1e-6)
+    torque_constant: Number = quantity("N m/A", "gives the current that is reported", np.inf, least=1e-9)
+    rotor_inertia: Number = quantity("kg m^2", "of the rotor and what turns with it", 0.0)
+    viscous: Number = quantity("N m s/rad", "viscous friction at the motor shaft", 0.0)
+    torque_limit: Number = quantity("N m", "largest torque either way", np.inf)
+
+    def plant(self, numbers: Mapping[str, Array]) -> MotorPlant:
+        """With the numbers of its section, (lanes, joints) each."""
+        return _TorquePlant(numbers["motor.bandwidth_hz"], numbers["motor.torque_constant"], numbers["motor.torque_limit"])
+
+
+@dataclass(frozen=True)
+class _TorquePlant(MotorPlant):
+    bandwidth_hz: Array
+    torque_constant: Array
+    limit: Array
+
+    def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
+        """Exact for a constant command."""
+        end = np.clip(command, -self.limit, self.limit)
+        return np.asarray(end + (state - end) * np.exp(-step_s * 2 * np.pi * self.bandwidth_hz))
+
+    def torque(self, state: Array) -> Array:
+        return state
+
+    def torque_at(self, state: Array, command: Array) -> Array:
+        after = np.where(np.isinf(self.bandwidth_hz), np.clip(command, -self.limit, self.limit), state)
+        return np.asarray((state + after) / 2)
+
+    def current(self, state: Array) -> Array:
+        return np.where(np.isfinite(self.torque_constant), state / self.torque_constant, np.nan)
+
+    def holding(self, torque: Array) -> tuple[Array, Array]:
+        return torque, torque
+
+
+Motor = DcMotor | TorqueMotor

@@ -1,0 +1,264 @@
+"""A study of motion turned into something that moves: the robot read, its numbers listed, commands sampled, records read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.effects.base import Parameter
+from identify.errors import InputError
+from identify.model.system import build_site
+from identify.motion.command import Command, moves_command
+from identify.motion.controller import Law
+from identify.motion.gear import gear_spring
+from identify.motion.numbers import JointNumber, NumberTable, Settings, number_table
+from identify.motion.records import MotionRecord, read_record
+from identify.motion.simulate import Motion, Orders, Plant, Timing, simulate
+from identify.motion.study import MotionFile, RecordSettings
+from identify.problem import read_robot
+from identify.robot.description import Robot
+from identify.robot.engine_motion import MovingArm, Passive
+
+Array = NDArray[np.float64]
+
+_EVERY = 20
+"""Ticks between postures at which the first mode is computed."""
+_FASTEST = 0.3
+"""Largest step times angular frequency of the fastest mode: leapfrog is stable to 2 and off by (0.3)^2 / 24 = 0.4 % in frequency."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One motion: what it is, its command at the controller's ticks, the torque (ticks, joints) that this takes at the gear output
+    without rotors, and what was measured, if anything.
+    """
+
+    settings: RecordSettings
+    command: Command
+    torque: Array
+    measured: MotionRecord | None
+
+
+@dataclass(frozen=True)
+class MotionProblem:
+    """Everything a simulation works on.  parameters: those of the effects in their order, then those of the sections."""
+
+    file: MotionFile
+    robot: Robot
+    arm: MovingArm
+    springs: tuple[Parameter, ...]
+    table: NumberTable
+    records: tuple[Record, ...]
+    step_s: float
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All parameters; those of springs may be fixed."""
+        return self.springs + self.table.parameters
+
+    @property
+    def initial(self) -> Array:
+        """Where a search starts, (parameters,)."""
+        return np.array([parameter.initial for parameter in self.parameters])
+
+    @cached_property
+    def resolution(self) -> Array:
+        """Turn of the motor per count of its encoder, rad; 0 where continuous."""
+        counts = self.file.study.encoder_counts
+        return np.zeros(len(self.robot.joints)) if counts is None else 2 * np.pi / np.array(counts, dtype=float)
+
+    def passive(self, values: Array, numbers: Mapping[str, Array]) -> Passive:
+        """Rotors, springs and dampers on the coordinates at parameter values (m, parameters)."""
+        size = (len(values), len(self.arm.names))
+        armature, stiffness, damping = np.zeros(size), np.zeros(size), np.zeros(size)
+        armature[:, self.arm.drive] = numbers["gear.ratio"] ** 2 * numbers["motor.rotor_inertia"]
+        for column, spring in enumerate(self.springs):
+            coordinate, what = spring.name.rsplit(".", 1)
+            target = stiffness if what == "stiffness" else damping
+            target[:, self.arm.names.index(coordinate)] = values[:, column]
+        return Passive(armature, stiffness, damping)
+
+    def run(self, values: Array, records: Sequence[Record]) -> Motion:
+        """The motion of every candidate (m, parameters) on every record; lanes run through the records of the first candidate first."""
+        ticks = max(len(record.command.position) for record in records)
+        lanes = np.repeat(values, len(records), axis=0)
+        numbers = self.table.arrays(lanes)
+        plant, law = self.plant(lanes, numbers), self.law(numbers)
+        orders = self._orders(records, plant, len(values), ticks)
+        return simulate(plant, law, orders, replace(self.timing, ticks=ticks))
+
+    def plant(self, lanes: Array, numbers: dict[str, Array]) -> Plant:
+        """What moves, a lane per row of parameter values (lanes, parameters)."""
+        study, passive = self.file.study, self.passive(lanes, numbers)
+        wound = [(joint, self.arm.names.index(name)) for joint, name in enumerate(self._windups) if name in self.arm.names]
+        joint, coordinate = np.array(wound, dtype=int).reshape(-1, 2).T
+        stiffness = np.zeros((len(lanes), len(self.robot.joints)))
+        stiffness[:, joint] = passive.stiffness[:, coordinate]
+        spring = gear_spring(study.gear, numbers, stiffness)
+        return Plant(self.arm, passive, study.motor.plant(numbers), spring, numbers, np.array([joint, coordinate]), self.resolution)
+
+    def law(self, numbers: Mapping[str, Array]) -> Law:
+        """The controller with numbers for every lane."""
+        return self.file.study.servo.law(numbers)
+
+    @property
+    def timing(self) -> Timing:
+        """The step and what the controller's period and delay are in it."""
+        servo = self.file.study.servo
+        return Timing(self.step_s, round(servo.period_s / self.step_s), round(servo.delay_s / self.step_s), 0)
+
+    @property
+    def _windups(self) -> list[str]:
+        return [f"joint{number + 1}.rz" for number in range(len(self.robot.joints))]
+
+    def _orders(self, records: Sequence[Record], plant: Plant, candidates: int, ticks: int) -> Orders:
+        """Commands of all lanes; of a flexible controller, those of the drives that take the links along them."""
+
+        def all_lanes(rows: list[Array]) -> Array:
+            return np.tile(np.array([_padded(row, ticks) for row in rows]), (candidates, 1, 1))
+
+        position, velocity, acceleration = (
+            all_lanes([getattr(r.command, key) for r in records]) for key in ("position", "velocity", "acceleration")
+        )
+        torque, mode = all_lanes([r.torque for r in records]), np.zeros((*position.shape[:2], 1))
+        if self.file.study.servo.flexible:
+            mode = all_lanes([self.first_mode(r.command.position) for r in records])
+            position = position + np.stack([plant.spring.windup(row) for row in np.moveaxis(torque, 1, 0)], axis=1)
+            velocity = np.gradient(position, self.file.study.servo.period_s, axis=1)
+            acceleration = np.gradient(velocity, self.file.study.servo.period_s, axis=1)
+        rotors = (plant.numbers["gear.ratio"] ** 2 * plant.numbers["motor.rotor_inertia"])[:, None]
+        return Orders(position, velocity, torque + rotors * acceleration, mode)
+
+    def first_mode(self, position: Array) -> Array:
+        """(ticks, 1), Hz: the first mode of the arm at its start values, drives free, at commanded positions (ticks, joints)."""
+        rows = np.unique(np.append(np.arange(0, len(position), _EVERY), len(position) - 1))
+        found = [_modes(self, row) for row in position[rows]]
+        first = [min((omega for omega in modes if omega > 1.0), default=0.0) / 2 / np.pi for modes in found]
+        return np.asarray(np.interp(np.arange(len(position)), rows, first)[:, None])
+
+
+def load_motion(file: MotionFile) -> MotionProblem:
+    """Read and check everything that a study of motion names.  Raises InputError or InputErrors."""
+    study = file.study
+    robot = read_robot(study.robot, file.path.parent)
+    for number, record in enumerate(study.records):
+        _check_record(record, robot, f"records.{number}")
+    first = np.radians(study.records[0].start_deg)
+    springs: list[Parameter] = []
+    if study.effects:
+        site = build_site(robot, first, study.effects)
+        springs = [p for n, effect in enumerate(study.effects) for p in effect.parameters(robot, site, f"effects.{n}")]
+    arm = MovingArm(robot, [name for effect in study.effects for name in effect.released(robot)])
+    table = number_table(_sections(file), len(robot.joints), len(springs))
+    _check_gears(file, arm)
+    rigid = MovingArm(robot)
+    records = tuple(_record(file, rigid, record) for record in study.records)
+    problem = MotionProblem(file, robot, arm, tuple(springs), table, records, study.servo.period_s)
+    return replace(problem, step_s=_step(problem))
+
+
+def _sections(file: MotionFile) -> dict[str, Settings]:
+    study = file.study
+    return {"motor": study.motor, **study.gear.sections(), "friction": study.friction, "servo": study.servo}
+
+
+def with_numbers(problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]) -> MotionProblem:
+    """The same study with numbers (by `section.key`) set free; parameters named in `values` start there.
+
+    Raises InputError for a number that the study's sections do not have.
+    """
+    sections = _sections(problem.file)
+    for where, number in free.items():
+        section, _, key = where.rpartition(".")
+        if section not in sections or key not in type(sections[section]).model_fields:
+            known = [f"{name}.{field}" for name, one in sections.items() for field in type(one).model_fields]
+            raise InputError("candidates", f"unknown number {where!r}", "one of " + ", ".join(known))
+        sections[section] = sections[section].model_copy(update={key: number})
+    table = number_table(sections, len(problem.robot.joints), len(problem.springs))
+    started = [replace(p, initial=values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
+    springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
+    return replace(problem, springs=springs, table=replace(table, parameters=own))
+
+
+def _check_record(record: RecordSettings, robot: Robot, where: str) -> None:
+    if len(record.start_deg) != len(robot.joints):
+        raise InputError(f"{where}.start_deg", f"{len(record.start_deg)} angles", f"{len(robot.joints)}, one per joint of {robot.name!r}")
+    for number, move in enumerate(record.moves):
+        robot.joint_number(move.joint, f"{where}.moves.{number}.joint")
+        if move.start_s + move.duration_s > record.duration_s:
+            found = f"the move ends after {move.start_s + move.duration_s:.3f} s"
+            raise InputError(f"{where}.moves.{number}", found, f"within duration_s of {record.duration_s:g}")
+    for name, (begin, end) in record.phases_s.items():
+        if not 0 <= begin < end:
+            raise InputError(f"{where}.phases_s.{name}", f"[{begin:g}, {end:g}]", "the beginning first")
+
+
+def _check_gears(file: MotionFile, arm: MovingArm) -> None:
+    gear = file.study.gear
+    soft = bool(gear.transmission_error) or any(np.any(np.asarray(number.initial) > 0) for number in (gear.cubic_stiffness, gear.backlash))
+    elastic = any(name.startswith("joint") and name.endswith(".rz") for name in arm.names)
+    if soft and not elastic:
+        found = "a gear with hardening, backlash or transmission error, and no joint that is elastic about rz"
+        raise InputError("gear", found, "an effect of kind joint-compliance with axes [rz]")
+    if elastic and np.min(file.study.motor.rotor_inertia.initial) <= 0:
+        raise InputError("motor.rotor_inertia", "0 with a joint that is elastic about rz", "that of the rotor, which now moves alone")
+    counts = file.study.encoder_counts
+    if counts is not None and (len(counts) != len(arm.drive) or min(counts) < 1):
+        raise InputError("encoder_counts", f"{counts}", f"{len(arm.drive)} positive numbers, one per joint")
+
+
+def _record(file: MotionFile, rigid: MovingArm, settings: RecordSettings) -> Record:
+    robot = rigid.robot
+    time = file.study.servo.period_s * np.arange(round(settings.duration_s / file.study.servo.period_s) + 1, dtype=float)
+    moves = [(robot.joint_number(move.joint) - 1, move) for move in settings.moves]
+    command = moves_command(np.radians(settings.start_deg), moves, time)
+    torque = rigid.inverse_dynamics(command.position, command.velocity, command.acceleration)
+    measured = settings.measured
+    if measured is None:
+        return Record(settings, command, torque, None)
+    path, joints = file.resolve(measured.file), len(robot.joints)
+    read = read_record(path, settings.name, measured.signals, measured.time, joints, np.zeros(joints))
+    if read.time_s[-1] > time[-1] + file.study.servo.period_s / 2:
+        raise InputError(str(path), f"a record of {read.time_s[-1]:g} s", f"no more than duration_s of {settings.duration_s:g}")
+    return Record(settings, command, torque, read)
+
+
+def _step(problem: MotionProblem) -> float:
+    """The step: as the study says where that divides the controller's period and resolves the fastest mode, else as large as does."""
+    study = problem.file.study
+    period, wanted = study.servo.period_s, study.step_s
+    omega = fastest_mode(problem)
+    if wanted is None:
+        return period / int(np.ceil(max(1.0, period * omega / _FASTEST)))
+    parts = period / wanted
+    if abs(parts - round(parts)) > 1e-6 or parts < 0.5:
+        raise InputError("step_s", f"{wanted:g}", f"the controller's period {period:g} or a whole part of it")
+    if wanted * omega > 1.0:
+        fix = f"at most {_FASTEST / omega:.2g} s is advised"
+        raise InputError("step_s", f"{wanted:g} s with a mode of {omega / 2 / np.pi:.0f} Hz", "a step that resolves it", fix)
+    return period / round(parts)
+
+
+def fastest_mode(problem: MotionProblem) -> float:
+    """Angular frequency, rad/s, of the fastest undamped mode of the arm with free drives at the first record's start; 0 for a rigid arm."""
+    return float(_modes(problem, problem.records[0].command.position[0]).max(initial=0.0))
+
+
+def _modes(problem: MotionProblem, turn: Array) -> Array:
+    """Angular frequencies, rad/s, of the undamped arm with free drives at drive angles (joints,) and start values; 0 for rigid motion."""
+    values = problem.initial[None]
+    passive = problem.passive(values, problem.table.arrays(values))
+    position = np.zeros(len(problem.arm.names))
+    position[problem.arm.drive] = turn
+    mass = problem.arm.mass_matrix(position) + np.diag(passive.armature[0])
+    squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(passive.stiffness[0]))).real
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+
+
+def _padded(rows: Array, ticks: int) -> Array:
+    """A command continued at its last row."""
+    return np.concatenate([rows, np.repeat(rows[-1:], ticks - len(rows), axis=0)])

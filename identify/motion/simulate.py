@@ -1,0 +1,163 @@
+"""Simulation of driven arms: controllers at their own rates, motors and gears at every step, the arm by the engine.
+
+All lanes (a lane is one candidate's numbers on one record) move side by side, as arrays (lanes, joints).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.motion.controller import Law, Sample
+from identify.motion.friction import friction_damper
+from identify.motion.gear import GearSpring
+from identify.motion.motor import MotorPlant
+from identify.robot.engine_motion import Array, Lanes, MovingArm, Passive
+
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Step of integration, s; steps between ticks of the controller; steps from measuring to the motor; ticks to simulate."""
+
+    step_s: float
+    steps_per_tick: int
+    delay_steps: int
+    ticks: int
+
+
+@dataclass(frozen=True)
+class Plant:
+    """What moves: the arm, what hangs on its coordinates, motors, gears and friction (`numbers`), and the encoders' steps.
+
+    wound: for each joint with an elastic rz, (joint, its coordinate), (2, j).
+    resolution (joints,): turn of the gear output per count of the encoder, rad, times the ratio; 0 where continuous.
+    """
+
+    arm: MovingArm
+    passive: Passive
+    motor: MotorPlant
+    spring: GearSpring
+    numbers: dict[str, Array]
+    wound: Index
+    resolution: Array
+
+    @cached_property
+    def rubs(self) -> bool:
+        """Whether there is any friction."""
+        keys = ("friction.coulomb", "friction.stribeck", "friction.viscous", "motor.viscous")
+        return any(np.any(self.numbers[key]) for key in keys)
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What is commanded, (lanes, ticks, joints): position, velocity, and the torque it takes by inverse dynamics, at the gear output.
+
+    mode_hz (lanes, ticks, 1): the first mode at the commanded posture, 0 where no controller asks for it.
+    """
+
+    position: Array
+    velocity: Array
+    feedforward: Array
+    mode_hz: Array
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What happened at the ticks: coordinates and velocities (lanes, ticks, n); of the motors (lanes, ticks, joints) the current, the
+    torque at the gear output before friction, N m, and what the controller gave them.
+    """
+
+    coordinates: Array
+    velocities: Array
+    current: Array
+    torque: Array
+    command: Array
+
+
+def simulate(plant: Plant, law: Law, orders: Orders, timing: Timing) -> Motion:
+    """From standstill at the first commanded position, in equilibrium with gravity, through all ticks."""
+    coordinates, holding = equilibrium(plant, law, orders)
+    lanes = Lanes(plant.arm, plant.passive, coordinates, timing.step_s)
+    state, given = plant.motor.holding(holding)
+    control = law.begin(_sample(plant, orders, 0, lanes, state), given)
+    waiting = deque([given] * timing.delay_steps)
+    rows = []
+    for tick in range(timing.ticks):
+        sample = _sample(plant, orders, tick, lanes, state)
+        command, control = law.act(control, sample)
+        before, row = (
+            lanes.velocity.copy(),
+            (lanes.position.copy(), plant.motor.current(state), plant.spring.ratio * plant.motor.torque(state)),
+        )
+        for step in range(timing.steps_per_tick):
+            waiting.append(command)
+            state = _step(plant, lanes, state, waiting.popleft())
+            if step == 0:
+                rows.append((*row, (before + lanes.velocity) / 2, command))
+    position, current, torque, velocity, commands = (np.stack(part, axis=1) for part in zip(*rows, strict=True))
+    return Motion(position, velocity, current, torque, commands)
+
+
+def equilibrium(plant: Plant, law: Law, orders: Orders) -> tuple[Array, Array]:
+    """Coordinates (lanes, n) at rest under gravity with the controller at its first command; motor torques (lanes, joints) that hold."""
+    arm, ratio = plant.arm, plant.spring.ratio
+    coordinates = np.zeros((len(orders.position), len(arm.names)))
+    coordinates[:, arm.drive] = orders.position[:, 0]
+    zero = np.zeros_like(coordinates)
+    joint, wound = plant.wound
+    for _ in range(6):
+        weight = arm.inverse_dynamics(coordinates, zero, zero)
+        coordinates[:, arm.elastic] = -weight[:, arm.elastic] / plant.passive.stiffness[:, arm.elastic]
+        turn = coordinates[:, arm.drive]
+        error, slope = plant.spring.transmission_error(turn)
+        torque = np.zeros_like(turn)
+        torque[:, joint] = -weight[:, wound]
+        coordinates[:, wound] = (plant.spring.windup(torque) + error)[:, joint]
+        holding = (weight[:, arm.drive] - torque * slope) / ratio
+        coordinates[:, arm.drive] = orders.position[:, 0] - law.standing_error(plant.motor.holding(holding)[1])
+    return coordinates, holding
+
+
+def _step(plant: Plant, lanes: Lanes, state: Array, command: Array) -> Array:
+    """One step of arm and motors under a command; the motors' state a step later."""
+    drive, ratio, numbers = plant.arm.drive, plant.spring.ratio, plant.numbers
+    lanes.force[:] = 0.0
+    lanes.force[:, drive] = ratio * plant.motor.torque_at(state, command)
+    if plant.spring.nonlinear:
+        on_drive, on_windup = _spring_forces(plant, lanes)
+        lanes.force[:, drive] += on_drive
+        joint, wound = plant.wound
+        lanes.force[:, wound] += on_windup[:, joint]
+    viscous = ratio**2 * numbers["motor.viscous"]
+
+    def rubbing(velocity: Array) -> Array:
+        dampers = np.zeros_like(velocity)
+        dampers[:, drive] = friction_damper(velocity[:, drive], numbers) + viscous
+        return dampers
+
+    lanes.advance(rubbing if plant.rubs else None)
+    return plant.motor.advanced(state, command, ratio * lanes.velocity[:, drive], lanes.step_s)
+
+
+def _spring_forces(plant: Plant, lanes: Lanes) -> tuple[Array, Array]:
+    joint, wound = plant.wound
+    turn = lanes.position[:, plant.arm.drive]
+    delta = np.zeros_like(turn)
+    delta[:, joint] = lanes.position[:, wound]
+    return plant.spring.beyond_linear(turn, delta)
+
+
+def _sample(plant: Plant, orders: Orders, tick: int, lanes: Lanes, state: Array) -> Sample:
+    turn = lanes.position[:, plant.arm.drive]
+    if plant.resolution.any():
+        grain = plant.resolution / plant.spring.ratio
+        turn = np.where(grain > 0, np.round(turn / np.where(grain > 0, grain, 1.0)) * grain, turn)
+    current = plant.motor.current(state)
+    position, velocity, feedforward = (rows[:, tick] for rows in (orders.position, orders.velocity, orders.feedforward))
+    return Sample(tick, position, velocity, feedforward, turn, current, orders.mode_hz[:, tick])

@@ -1,0 +1,138 @@
+"""A study of motion: config.yaml with `schema: identify-motion/1` read into settings, every error with its key, its line and a fix.
+
+What the settings mean is turned into something that moves in `identify.motion.problem`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from identify.effects.base import parse_effect
+from identify.effects.springs import Springs
+from identify.motion.command import Move
+from identify.motion.controller import Controller, parse_controller
+from identify.motion.friction import Friction
+from identify.motion.gear import Gear
+from identify.motion.motor import Motor
+from identify.motion.numbers import Number, Settings
+from identify.motion.records import Quantity, SignalSettings, TimeAxis
+from identify.optimizers.base import Optimizer, parse_optimizer
+from identify.study import RobotSettings, read_settings, read_yaml
+
+SCHEMA = "identify-motion/1"
+WEIGHTS = ("motor_position", "motor_velocity", "motor_torque", "motor_current", "link_position", "link_velocity")
+"""Signals that a fit can compare."""
+
+
+def _spring(data: Any) -> Springs:
+    effect = parse_effect(data)
+    if not isinstance(effect, Springs):
+        raise ValueError(f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance")
+    return effect
+
+
+class MeasuredMotion(Settings):
+    """Where what was recorded stands."""
+
+    file: Path = Field(description="CSV, MATLAB, HDF5 or universal file with time records")
+    time: TimeAxis = Field(TimeAxis(at="time_s"), description="the time axis")
+    signals: dict[Quantity, SignalSettings] = Field(min_length=1, description="what was measured, by quantity")
+
+
+class RecordSettings(Settings):
+    """One motion: where it starts, what is commanded, and what was recorded."""
+
+    name: str = Field(min_length=1, pattern=r"^[^/\\]+$", description="names it in results")
+    start_deg: list[float] = Field(description="joint angles at the start, one per joint")
+    moves: list[Move] = Field([], description="what is commanded; default: stand still")
+    duration_s: float = Field(gt=0, description="how long it is simulated")
+    measured: MeasuredMotion | None = Field(None, description="what was recorded, to compare with and to fit")
+    phases_s: dict[str, tuple[float, float]] = Field({}, description="parts of the record, such as slow: [0, 6], with errors of their own")
+    use: Literal["fit", "validate"] = Field("fit", description="`validate`: never fitted, only predicted")
+
+
+class Candidate(Settings):
+    """A physical effect that may be missing: numbers that it sets free, tried after the fit."""
+
+    name: str = Field(min_length=1, description="what it is, such as Coulomb friction")
+    numbers: dict[str, Number] = Field(
+        min_length=1, description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}"
+    )
+
+
+def _as_list(data: Any) -> Any:
+    return data if isinstance(data, (list, tuple)) else [data]
+
+
+class MotionStudy(Settings):
+    """What one motion.yaml describes."""
+
+    schema_: Literal["identify-motion/1"] = Field(alias="schema", description="version of this format")
+    name: str = Field("motion", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
+    robot: RobotSettings
+    effects: list[Annotated[Springs, BeforeValidator(_spring)]] = Field(
+        [], description="elastic coordinates: joint-compliance, base-compliance; none: a rigid arm"
+    )
+    motor: Annotated[Motor, Field(discriminator="kind")] = Field(description="motors of all joints")
+    gear: Gear = Field(description="gears of all joints")
+    friction: Friction = Field(Friction(), description="friction of all drives")
+    encoder_counts: list[int] | None = Field(None, description="counts per turn of each motor; default: continuous")
+    servo: Annotated[Controller, BeforeValidator(parse_controller)] = Field(description="the controller of all joints")
+    step_s: float | None = Field(None, gt=0, description="step of integration; default: the controller's period, or less for fast modes")
+    records: list[RecordSettings] = Field(min_length=1)
+    noise: dict[str, Annotated[float, Field(gt=0)]] = Field({}, description="standard deviation of each measured signal that is fitted, SI")
+    candidates: list[Candidate] = Field([], description="effects that may be missing, tried one by one after a fit")
+    optimizer: Annotated[list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)] = Field(
+        [parse_optimizer("gauss-newton")], description="stages of a fit, one after the other"
+    )
+    starts: int = Field(1, ge=1, description="starts of a fit")
+    start_factor: float = Field(3.0, gt=1, description="further starts are drawn within this factor of the initial values")
+    target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
+    seed: int = Field(1, ge=0, description="all chance comes from this number")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> MotionStudy:
+        wants = "voltage" if self.motor.kind == "dc" else "torque"
+        if self.servo.gives != wants:
+            raise ValueError(
+                f"servo: gives a {self.servo.gives}; expected a controller that gives a {wants} to a motor of kind {self.motor.kind}"
+            )
+        names = [record.name for record in self.records]
+        if len(set(names)) < len(names):
+            raise ValueError(f"records: names {names}; expected each name once")
+        unknown = set(self.noise) - set(WEIGHTS)
+        if unknown:
+            raise ValueError(f"noise: {min(unknown)} cannot be fitted; expected some of {', '.join(WEIGHTS)}")
+        return self
+
+
+class MotionFile(Settings):
+    """A study of motion with the file it came from; paths in it are relative to its folder."""
+
+    path: Path
+    text: str
+    sha256: str
+    study: MotionStudy
+
+    def resolve(self, path: Path) -> Path:
+        """A path of the config, relative to the config's folder."""
+        return self.path.parent / path
+
+
+def read_motion_study(path: Path) -> MotionFile:
+    """The study of motion in a YAML file.
+
+    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
+    """
+    study, text = read_settings(path, MotionStudy, SCHEMA)
+    return MotionFile(path=path, text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=study)
+
+
+def is_motion_study(path: Path) -> bool:
+    """Whether a config says that it is a study of motion."""
+    data, _ = read_yaml(path)
+    return isinstance(data, dict) and str(data.get("schema", "")).startswith("identify-motion/")

@@ -1,0 +1,178 @@
+"""Costs on trajectories: simulated beside recorded signals, their RMS differences (Kawasaki Table 3), and what optimizers minimise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.costs.base import Objective
+from identify.errors import InputError
+from identify.identifiability import Trust, statuses
+from identify.motion.problem import MotionProblem, Record
+from identify.motion.simulate import Motion
+from identify.optimizers.base import Scale
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_BLOCK = 60
+"""Numbers whose scores are summed before they are squared: some tens of samples of all joints."""
+_LANES = 200
+"""Lanes that move side by side at most: enough to spread the cost of a step, little enough to stay in the cache."""
+_DIFFERENCE = 1e-3
+"""Relative step of differences: well above what encoder counts and sticking make of a smaller one."""
+
+
+class TrajectoryObjective(Objective):
+    """Simulated less recorded signals over their noise; a whole population moves side by side."""
+
+    def __init__(self, problem: MotionProblem, records: Sequence[Record], noise: Mapping[str, float]) -> None:
+        self.problem, self.noise = problem, noise
+        self.records = [r for r in records if r.measured is not None and any(q in r.measured.signals for q in noise)]
+        if not self.records:
+            found = "no record to be fitted has a signal whose noise is given"
+            raise InputError("noise", found, "the standard deviation of measured signals", "add for example `noise: {motor_current: 0.1}`")
+
+    def costs(self, candidates: Array) -> Array:
+        """(m,): the RMS of the residuals; inf where the motion runs away."""
+        rows = self._rows(candidates)
+        costs = np.sqrt(np.mean(rows**2, axis=1))
+        return np.where(np.isfinite(costs), costs, np.inf)
+
+    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
+        """Residuals over the root of their number, so that their sum of squares is the squared cost, and forward differences."""
+        steps = np.array([_step(self.problem, number, values[number]) for number in free])
+        moved = np.tile(values, (len(free) + 1, 1))
+        moved[1 + np.arange(len(free)), free] += steps
+        rows = self._rows(moved) / np.sqrt(self.count)
+        return rows[0], ((rows[1:] - rows[0]) / steps[:, None]).T
+
+    @property
+    def count(self) -> int:
+        """How many numbers were measured."""
+        return sum(int(np.isfinite(measured).sum()) for record in self.records for measured in self._measured(record))
+
+    def rows(self, candidates: Array) -> list[list[Array]]:
+        """Residuals over noise, (m, samples, joints) per record and signal, NaN where nothing was measured."""
+        per_chunk = max(1, _LANES // len(self.records))
+        chunks = [candidates[first : first + per_chunk] for first in range(0, len(candidates), per_chunk)]
+        parts = [self._chunk(chunk) for chunk in chunks]
+        signals = zip(*parts, strict=True)
+        return [[np.concatenate(parts) for parts in zip(*record, strict=True)] for record in signals]
+
+    def _chunk(self, candidates: Array) -> list[list[Array]]:
+        with np.errstate(all="ignore"):  # a lane that runs away is NaN
+            motion = self.problem.run(candidates, self.records)
+        return [
+            [
+                (seen - self._signal(record, quantity)) / self.noise[quantity]
+                for quantity, seen in simulated(self.problem, motion, record, number, len(self.records)).items()
+                if quantity in self.noise
+            ]
+            for number, record in enumerate(self.records)
+        ]
+
+    def _rows(self, candidates: Array) -> Array:
+        """(m, count)."""
+        found = []
+        for record, signals in zip(self.records, self.rows(candidates), strict=True):
+            for measured, residual in zip(self._measured(record), signals, strict=True):
+                found.append(residual[:, np.isfinite(measured)])
+        return np.concatenate(found, axis=1)
+
+    def _measured(self, record: Record) -> list[Array]:
+        return [signal for quantity, signal in _signals(record).items() if quantity in self.noise]
+
+    @staticmethod
+    def _signal(record: Record, quantity: str) -> Array:
+        return _signals(record)[quantity]
+
+
+def _signals(record: Record) -> Mapping[str, Array]:
+    return {} if record.measured is None else record.measured.signals
+
+
+def _step(problem: MotionProblem, number: int, value: float) -> float:
+    p = problem.parameters[number]
+    return _DIFFERENCE * (value if p.log else (p.upper - p.lower) / 10)
+
+
+def all_signals(problem: MotionProblem, motion: Motion) -> dict[str, Array]:
+    """Everything that can be measured of a motion, (lanes, ticks, joints): drive and link, rad and rad/s; motor torque at the gear
+    output before friction, N m; current, A.  `problem` names the coordinates.
+    """
+    arm, joints = problem.arm, len(problem.robot.joints)
+    windup = [arm.names.index(f"joint{n + 1}.rz") if f"joint{n + 1}.rz" in arm.names else -1 for n in range(joints)]
+    signals = {}
+    for what, coordinates in (("position", motion.coordinates), ("velocity", motion.velocities)):
+        turn = coordinates[..., arm.drive]
+        signals[f"motor_{what}"] = turn
+        signals[f"link_{what}"] = turn + np.where(np.array(windup) >= 0, coordinates[..., windup], 0.0)
+    signals["motor_torque"] = motion.torque
+    signals["motor_current"] = motion.current
+    return signals
+
+
+def simulated(problem: MotionProblem, motion: Motion, record: Record, number: int, records: int) -> dict[str, Array]:
+    """Signals of a record, the number-th of so many, as measured: (m, samples, joints) at the samples of its file, by quantity."""
+    if record.measured is None:
+        return {}
+    ticks = problem.file.study.servo.period_s * np.arange(motion.coordinates.shape[1], dtype=float)
+    signals = all_signals(problem, _lanes(motion, slice(number, None, records)))
+    return {q: _at(signals[q], ticks, record.measured.time_s) for q in record.measured.signals if q in signals}
+
+
+def _lanes(motion: Motion, pick: slice) -> Motion:
+    return Motion(motion.coordinates[pick], motion.velocities[pick], motion.current[pick], motion.torque[pick], motion.command[pick])
+
+
+def _at(values: Array, ticks: Array, time: Array) -> Array:
+    """Linear interpolation over the second axis."""
+    place = np.clip(time / ticks[1], 0, len(ticks) - 1)
+    before = np.minimum(np.floor(place + 1e-9).astype(int), len(ticks) - 2)
+    share = (place - before)[:, None]
+    return np.asarray((1 - share) * values[:, before] + share * values[:, before + 1])
+
+
+def phase_rms(difference: Array, time: Array, phases: Mapping[str, tuple[float, float]]) -> Array:
+    """RMS over the whole record and over each phase, (1 + phases, joints), of a difference (samples, joints); NaN where nothing is."""
+    parts = [np.ones(len(time), dtype=bool), *((time >= begin) & (time <= end) for begin, end in phases.values())]
+    return np.array(
+        [np.sqrt(np.mean(difference[part] ** 2, axis=0)) if part.any() else np.full(difference.shape[1], np.nan) for part in parts]
+    )
+
+
+def trajectory_trust(objective: TrajectoryObjective, scale: Scale, values: Array) -> Trust:
+    """What the records say about the free parameters at values (parameters,).
+
+    The covariance is the sandwich A^-1 B A^-1 with A = J'J + P, J in units of noise, P what the bounds alone say, and B the variance of
+    the scores from sums over blocks of time, so that residuals that hang together over samples widen it; never less than independent
+    noise of the stated size says.
+    """
+    residuals, slopes = objective.residuals(values, scale.free)
+    x, (lower, upper) = scale.to_x(values), scale.bounds()
+    root = np.sqrt(objective.count)
+    e, j = root * residuals, root * slopes * scale.slope(x)
+    information = j.T @ j
+    bread = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
+    scores = np.add.reduceat(j * e[:, None], np.arange(0, len(e), _BLOCK), axis=0)
+    covariance = bread @ (scores.T @ scores) @ bread
+    widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
+    covariance *= np.outer(widening, widening)
+    std = np.sqrt(np.diag(covariance))
+    limits = [scale.to_values(np.clip(x + sign * 1.96 * std, lower, upper))[scale.free] for sign in (-1, 1)]
+    squares, directions = np.linalg.eigh(information)
+    return Trust(
+        std=std,
+        independent_std=np.sqrt(np.diag(bread)),
+        low=limits[0],
+        high=limits[1],
+        status=statuses(scale, values, std),
+        correlation=covariance / np.outer(std, std),
+        singular_values=np.sqrt(np.maximum(squares[::-1], 0.0)),
+        directions=directions[:, ::-1].T,
+        count=objective.count,
+        notes=(),
+    )

@@ -1,0 +1,1 @@
+"""What may explain a motor torque, a deflection or a tracking error: one small file per kind."""

@@ -1,0 +1,72 @@
+"""What `identify simulate`, and `identify fit` on a study of motion, do without the terminal."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from identify import results
+from identify.fit import Progress
+from identify.motion.evaluate import evaluate_fit, evaluate_simulation
+from identify.motion.problem import load_motion
+from identify.motion.study import MotionStudy, read_motion_study
+from identify.motion.trajectory_fit import fit_motion
+from identify.motion_result import MotionResult, RecordResult
+from identify.whole import write_whole
+
+
+def run_simulation(config: Path, out: Path | None, tables: Path | None = None) -> tuple[MotionResult, list[Path]]:
+    """Simulate every record of a study of motion; the result and the files written: HDF5, and a CSV per record in the folder `tables`."""
+    file = read_motion_study(config)
+    path = out or Path("reports") / f"{file.study.name}.h5"
+    with threadpool_limits(1):
+        problem = load_motion(file)
+        results.check_writable(path)
+        result = evaluate_simulation(problem)
+    results.write(result, path)
+    return result, [path, *write_tables(result, tables)]
+
+
+def run_motion_fit(
+    config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None
+) -> tuple[MotionResult, Path]:
+    """Fit a study of motion; overrides replace keys of the study."""
+    file = read_motion_study(config)
+    given = {key: value for key, value in overrides.items() if value is not None}
+    if given:
+        keys = {name: getattr(file.study, name) for name in file.study.model_fields_set}
+        file = file.model_copy(update={"study": MotionStudy.model_validate({**_by_alias(keys), **given})})
+    path = out or Path("reports") / f"{file.study.name}.h5"
+    with threadpool_limits(1):
+        problem = load_motion(file)
+        results.check_writable(path)
+        result = evaluate_fit(problem, fit_motion(problem, progress or Progress()))
+    results.write(result, path)
+    return result, path
+
+
+def _by_alias(keys: dict[str, Any]) -> dict[str, Any]:
+    return {"schema" if name == "schema_" else name: value for name, value in keys.items()}
+
+
+def write_tables(result: MotionResult, folder: Path | None) -> list[Path]:
+    """A CSV per record with every signal of every joint over time, units in the names of the columns; nothing where folder is None."""
+    if folder is None:
+        return []
+    paths = [folder / f"{result.name}_{name}.csv" for name in result.records]
+    for path, record in zip(paths, result.records.values(), strict=True):
+        write_whole(path, partial(_write_table, record=record), "choose another folder with `--tables`")
+    return paths
+
+
+def _write_table(path: Path, record: RecordResult) -> None:
+    names, columns = ["time_s"], [record.time_s]
+    for quantity, trace in record.signals.items():
+        for joint, values in enumerate(trace.values.T, start=1):
+            names.append(f"joint{joint}.{quantity}_{trace.unit.replace(' ', '_').replace('/', '_')}")
+            columns.append(values)
+    np.savetxt(path, np.column_stack(columns), fmt="%.9g", delimiter=",", header=",".join(names), comments="")
