@@ -1,0 +1,1 @@
+"""Many jobs on one machine or a cluster: what a batch asks for, the workers, the loop that survives faults, the index, the summary."""

@@ -1,0 +1,161 @@
+"""A worker process seen from its parent: started when first needed, given one job at a time, killed when the time is up.
+
+Every thread has a worker of its own, so that `perform` may run in the threads of this process and of a Dask worker alike.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Mapping
+from typing import IO, Any
+
+from identify import __version__
+from identify.batch.job import Outcome
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_TAIL = 400
+_START_S = 300.0
+"""Seconds in which a worker has to be there: imports from a cold network file system are slow."""
+_END_S, _LOOK_S = 5.0, 0.2
+_mine = threading.local()
+_all: set[Child] = set()
+_lock = threading.Lock()
+
+
+def perform(call: str, arguments: Mapping[str, Any], attempt: int, limit_s: float | None) -> Outcome:
+    """Run a job in this thread's worker process and wait for it; whatever happens is an outcome."""
+    child: Child | None = getattr(_mine, "child", None)
+    if child is None or not child.alive:
+        child = _mine.child = Child(call.partition(":")[0])
+    return child.run({"call": call, "arguments": dict(arguments), "attempt": attempt}, limit_s)
+
+
+def kill_all() -> None:
+    """Kill every worker process of this process, idle or not."""
+    with _lock:
+        children = list(_all)
+    for child in children:
+        child.kill()
+
+
+def close_all() -> None:
+    """The same, when no thread runs a job any more."""
+    with _lock:
+        children = list(_all)
+    for child in children:
+        child.close()
+
+
+class Child:
+    """One worker process; module: what it imports before it says that it is ready."""
+
+    def __init__(self, module: str) -> None:
+        self._said: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process that writes to it
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "identify.batch.worker", module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._said,
+            env={**os.environ, **dict.fromkeys(_THREADS, "1")},
+            start_new_session=True,
+        )
+        self._ready = False
+        self._heard: queue.Queue[bytes] = queue.Queue()
+        threading.Thread(target=self._listen, daemon=True).start()
+        with _lock:
+            _all.add(self)
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process still runs."""
+        return self._process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        """Its process number."""
+        return self._process.pid
+
+    def run(self, request: Mapping[str, Any], limit_s: float | None) -> Outcome:
+        """Run one job; limit_s: seconds after which the process is killed, None: never."""
+        began = time.perf_counter()
+        if not self._ready:
+            answer, late = self._ask(None, _START_S)
+            if answer is None or answer.get("ready") != __version__:
+                return self._lost(f"a worker could not be started ({self._why(answer, late)})", began)
+            self._ready = True
+        began = time.perf_counter()
+        answer, late = self._ask(request, limit_s)
+        if answer is not None:
+            return Outcome(**answer)
+        if late:
+            self.close()
+            return Outcome("failed", f"it had not ended after the time limit of {limit_s:g} s", seconds=time.perf_counter() - began)
+        return self._lost(f"its worker process died ({self._why(None, late)})", began)
+
+    def kill(self) -> None:
+        """Kill the process; a thread that waits for an answer gets none."""
+        self._process.kill()
+        self._process.wait()
+
+    def close(self) -> None:
+        """Kill the process and forget it."""
+        self.kill()
+        with _lock:
+            _all.discard(self)
+        for pipe in (self._process.stdin, self._said):
+            with contextlib.suppress(BrokenPipeError):
+                if pipe is not None:
+                    pipe.close()
+
+    def _ask(self, request: Mapping[str, Any] | None, limit_s: float | None) -> tuple[dict[str, Any] | None, bool]:
+        """The answer to a request (None: the first greeting), None where there is none; whether the time was up."""
+        try:
+            if request is not None and self._process.stdin is not None:
+                self._process.stdin.write(json.dumps(request).encode() + b"\n")
+                self._process.stdin.flush()
+        except (BrokenPipeError, ValueError):
+            return None, False
+        end = None if limit_s is None else time.monotonic() + limit_s
+        while True:
+            alive = self.alive  # asked before looking, so that the last words of one that has just ended are heard
+            with contextlib.suppress(queue.Empty):
+                line = self._heard.get(timeout=_LOOK_S)
+                return (json.loads(line) if line.endswith(b"\n") else None), False
+            if not alive:
+                return None, False
+            if end is not None and time.monotonic() > end:
+                self._process.kill()
+                return None, True
+
+    def _listen(self) -> None:
+        """Pass on what the process says; the end of its output alone is not trusted to tell that it ended."""
+        if self._process.stdout is not None:
+            with self._process.stdout as source:  # closed here, because to close what another thread reads waits for that
+                for line in source:
+                    self._heard.put(line)
+
+    def _lost(self, sentence: str, began: float) -> Outcome:
+        self.close()
+        return Outcome("lost", sentence, seconds=time.perf_counter() - began)
+
+    def _why(self, answer: dict[str, Any] | None, late: bool) -> str:
+        """What is known of the end of the process: its exit code and the last it said."""
+        if answer is not None:
+            return f"it has identify {answer.get('ready')}, here it is {__version__}"
+        try:
+            code = self._process.wait(_END_S)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            code = self._process.wait()
+        self._said.seek(0)
+        said = self._said.read().decode(errors="replace").strip()[-_TAIL:].splitlines()
+        ended = f"no sign of it after {_START_S:g} s" if late else f"signal {-code}" if code < 0 else f"exit code {code}"
+        return f"{ended}: {said[-1]}" if said else ended

@@ -1,0 +1,53 @@
+"""A job and how it ended: plain data, so that both may go to another process or another machine as JSON."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from identify.errors import InputError, InputErrors
+
+Ended = Literal["done", "failed", "lost", "full"]
+"""done; failed: it said why, or took too long; lost: its worker died; full: there is no room on the disk."""
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A named call: `call` is `module:function`, its keyword arguments and what it returns are JSON.
+
+    The function is given `attempt` (1, 2, ...) besides: a later attempt may find what an earlier one left.
+    """
+
+    name: str
+    call: str
+    arguments: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a job ended: why it failed (a sentence), what it returned, and how long it took, s."""
+
+    ended: Ended
+    error: str = ""
+    value: Mapping[str, Any] = field(default_factory=dict)
+    seconds: float = 0.0
+
+
+def failure(error: BaseException) -> Outcome:
+    """The outcome of a job that raised: input errors speak for themselves, others are named."""
+    known = isinstance(error, (InputError, InputErrors))
+    sentence = str(error) if known else f"{type(error).__name__}: {error}"
+    return Outcome("full" if no_room(error) else "failed", " ".join(sentence.split()))
+
+
+def no_room(error: BaseException) -> bool:
+    """Whether an error, or what caused it, is a full disk."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, OSError) and (cause.errno in _NO_ROOM or "No space left on device" in str(cause)):
+            return True
+        cause = cause.__cause__ or cause.__context__
+    return False

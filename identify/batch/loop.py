@@ -1,0 +1,106 @@
+"""The loop over the jobs of a batch, written once: a few under way at a time, each change in the index, failures tried again.
+
+A job that fails or takes too long is tried once more, after all others, when what was wrong may have passed.  One whose worker
+died is begun up to four times, as Dask does, because that need not be the job's fault.  A full disk ends the batch: what
+is under way is waited for, the rest waits for `--resume`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+
+from identify.batch.executor import Executor
+from identify.batch.index import Index
+from identify.batch.job import Job, Outcome
+from identify.errors import InputError
+
+_MOST = {"failed": 2, "lost": 4}
+"""How often a job that ended so is begun in all."""
+_WAIT_S = 0.5
+_NO_ROOM = ("the disk is full", "room for the results", "make room and go on with `--resume`; what is finished is kept")
+
+
+Watch = Callable[[Index], None]
+
+
+def _unwatched(index: Index) -> None:
+    """Nobody looks."""
+
+
+def run_jobs(jobs: Iterable[Job], executor: Executor, index: Index, limit_s: float | None, watch: Watch = _unwatched) -> None:
+    """Run all jobs, which the index has by name; watch is shown the index after every change.
+
+    Raises InputError when the disk is full or the scheduler is gone; KeyboardInterrupt goes through.  The index is written at the end.
+    """
+    try:
+        index.write()
+        _run(iter(jobs), executor, index, limit_s, watch)
+    except KeyboardInterrupt:
+        _leave(index, "interrupted")
+        raise
+    except InputError as error:
+        _leave(index, f"stopped: {error}")
+        raise
+    index.state = "finished"
+    index.write()
+
+
+def _leave(index: Index, state: str) -> None:
+    """Say in the index why the batch ended early, if there is room to say it."""
+    index.state = state
+    for entry in index.jobs.values():
+        if entry.state == "running":
+            entry.state = "waiting"
+    with contextlib.suppress(InputError):
+        index.write()
+
+
+def _run(waiting: Iterator[Job], executor: Executor, index: Index, limit_s: float | None, watch: Watch) -> None:
+    under_way: dict[Future[Outcome], Job] = {}
+    again: list[Job] = []
+    full: InputError | None = None
+    while True:
+        while full is None and len(under_way) < executor.slots():
+            job = next(waiting, None) or (again.pop(0) if again else None)
+            if job is None:
+                break
+            entry = index.jobs[job.name]
+            entry.state, entry.attempts = "running", entry.attempts + 1
+            under_way[executor.submit(job, entry.attempts, limit_s)] = job
+        if not under_way:
+            break
+        for future in wait(under_way, timeout=_WAIT_S, return_when=FIRST_COMPLETED).done:
+            job = under_way.pop(future)
+            outcome = _outcome(future)
+            if outcome.ended == "full":
+                full = InputError(str(index.path.parent), *_NO_ROOM)
+            if _enter(index, job, outcome):
+                again.append(job)
+        index.changed()
+        watch(index)
+    if full is not None:
+        raise full
+
+
+def _enter(index: Index, job: Job, outcome: Outcome) -> bool:
+    """Put the end of a job into the index; whether it is to be begun again."""
+    entry = index.jobs[job.name]
+    entry.seconds, entry.error = entry.seconds + outcome.seconds, outcome.error
+    if outcome.ended == "done":
+        entry.state, entry.kept = "done", bool(outcome.value.get("kept"))
+        return False
+    once_more = outcome.ended != "full" and entry.attempts < _MOST[outcome.ended]
+    entry.state = "waiting" if once_more or outcome.ended == "full" else "failed"
+    return once_more
+
+
+def _outcome(future: Future[Outcome]) -> Outcome:
+    """The outcome in a future; where the pool lost the job, as Dask does when it has killed several workers, that it is lost."""
+    try:
+        error = future.exception()
+    except CancelledError as gone:
+        fix = "start it again and go on with `--resume`; what is finished is kept"
+        raise InputError("--cluster", "the scheduler is gone", "one that lasts as long as the batch", fix) from gone
+    return future.result() if error is None else Outcome("lost", f"{type(error).__name__}: {error}")

@@ -1,0 +1,64 @@
+"""The worker process: `python -m identify.batch.worker MODULE` reads jobs as lines of JSON and answers each with a line.
+
+MODULE, of the first job, is imported before it is asked for, so that the time limit is for the job alone.
+
+It ends when its input does, so that it does not outlive the process that started it, however that ended.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import os
+import queue
+import signal
+import sys
+import threading
+import time
+from importlib import import_module
+from typing import Any, BinaryIO
+
+from identify import __version__
+from identify.batch.job import Outcome, failure
+
+
+def main() -> None:
+    """Serve until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to a whole terminal; the parent decides what ends
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a library prints must not get between the answers
+    with contextlib.suppress(ImportError):  # the job will say it
+        import_module(sys.argv[1])
+    lines: queue.Queue[bytes] = queue.Queue()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, lines), daemon=True).start()
+    _say(answers, {"ready": __version__})
+    while True:
+        asked = json.loads(lines.get())
+        began = time.perf_counter()
+        try:
+            outcome = Outcome("done", value=_call(**asked))
+        except Exception as error:  # whatever goes wrong in a job must not end the worker, and is told
+            outcome = failure(error)
+        _say(answers, dataclasses.asdict(dataclasses.replace(outcome, seconds=time.perf_counter() - began)))
+
+
+def _call(call: str, arguments: dict[str, Any], attempt: int) -> dict[str, Any]:
+    module, name = call.split(":")
+    return dict(getattr(import_module(module), name)(**arguments, attempt=attempt) or {})
+
+
+def _listen(source: BinaryIO, lines: queue.Queue[bytes]) -> None:
+    """Pass lines on; at the end of the input stop at once, in whatever the process is: nobody wants the answer."""
+    for line in source:
+        lines.put(line)
+    os._exit(0)
+
+
+def _say(answers: BinaryIO, what: dict[str, Any]) -> None:
+    answers.write(json.dumps(what).encode() + b"\n")
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main()
