@@ -9,8 +9,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 NONE = "\N{EN DASH}"
 """What stands where there is no number."""
+
+
+class Number(str):
+    """A number as it is printed, with the value behind it, so that exported tables are not rounded."""
+
+    value: float
+
+    def __new__(cls, text: str, value: float) -> Number:
+        """The text of a value."""
+        made = super().__new__(cls, text)
+        made.value = value
+        return made
 
 
 @dataclass(frozen=True)
@@ -20,6 +35,11 @@ class Column:
     heading: str
     unit: str = ""
     numeric: bool = True
+
+    @property
+    def head(self) -> str:
+        """Heading and unit in a line: `Frequency (Hz)`."""
+        return f"{self.heading} ({self.unit})" if self.unit else self.heading
 
 
 def words(heading: str, unit: str = "") -> Column:
@@ -36,14 +56,23 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
 
-    def head(self, rows: int) -> Table:
-        """The same table with at most that many rows."""
-        return Table(self.title, self.columns, self.rows[:rows], self.note)
+
+@dataclass(frozen=True)
+class Curves:
+    """The numbers behind a figure: values (rows, columns); note: what else a reader of the file must know, in lines."""
+
+    title: str
+    columns: tuple[Column, ...]
+    values: NDArray[np.float64]
+    note: str = ""
 
 
-def number(value: float, digits: int = 4) -> str:
+def number(value: float, digits: int = 4) -> Number:
     """A number with that many significant digits: `12.05`, `2.214e6`; NONE for NaN."""
-    value = float(value)
+    return Number(_text(float(value), digits), float(value))
+
+
+def _text(value: float, digits: int) -> str:
     if math.isnan(value):
         return NONE
     if math.isinf(value):
@@ -57,15 +86,15 @@ def number(value: float, digits: int = 4) -> str:
     return f"{mantissa}e{power}"
 
 
-def percent(ratio: float) -> str:
+def percent(ratio: float) -> Number:
     """A ratio in per cent, without the sign: the column says it."""
     return number(100 * ratio)
 
 
-def signed(value: float, digits: int = 4) -> str:
+def signed(value: float, digits: int = 4) -> Number:
     """A difference, with its sign."""
-    text = number(value, digits)
-    return f"+{text}" if value > 0 else text
+    shown = number(value, digits)
+    return Number(f"+{shown}", shown.value) if value > 0 else shown
 
 
 def unit(text: str) -> str:

@@ -20,11 +20,11 @@ from identify.reports.cells import NONE, number, unit
 from identify.results import FrfComparison, MeasurementResult, Result
 
 WIDTH_IN = 6.85
-INK, MUTED, GRID, BLUE, ORANGE = "#1b2027", "#5c6673", "#dfe3e8", "#0072b2", "#d98200"
+INK, MUTED, GRID, BLUE, ORANGE, GREEN = "#1b2027", "#5c6673", "#dfe3e8", "#0072b2", "#d98200", "#00805f"
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7f7f7f")
 """Okabe and Ito's colours, told apart by colour-blind readers."""
 _STATUS = {"determined": ("#0072b2", "o"), "weak": ("#e69f00", "D"), "not determined": ("#d55e00", "X"), "fixed": ("#7f7f7f", "s")}
-_DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
+DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
 _RISING = LinearSegmentedColormap.from_list("rising", ["#f3f3f1", "#e8903a", "#8c2d04"])
 _MAC = LinearSegmentedColormap.from_list("mac", ["#f3f3f1", "#0072b2"])
 _WIDE = 10.0
@@ -102,7 +102,7 @@ def gap_map(name: str, frf: FrfComparison) -> Figure:
     top = float(np.nanmax(values))
     reach = float(np.clip(top, 4.0, 100.0))
     low, high = (1 / reach, reach) if found.in_noise else (1e-3, float(np.clip(top, 1.0, 10.0)))
-    colors = _DIVERGING if found.in_noise else _RISING
+    colors = DIVERGING if found.in_noise else _RISING
     rows = np.arange(len(order) + 1)
     mesh = axes.pcolormesh(found.edges_hz, rows, values, norm=LogNorm(low, high), cmap=colors, rasterized=True)
     axes.grid(False)

@@ -2,8 +2,8 @@
 "use strict";
 
 const FRF = (() => {
-  const sets = DATA.measurements.filter(m => m.frf);
-  if (!sets.length) return null;
+  const sets = (DATA.measurements || []).filter(m => m.frf);
+  if (!sets.length || !$("frf-plot")) return null;
   const unpacked = new Map();
   let set = sets[0], mapped = sets[0], pair = 0, shown = 0;
 
@@ -18,7 +18,7 @@ const FRF = (() => {
     const block = await unpacked.get(key), row = number % size;
     const curve = name => ({magnitude: block[name].magnitude[row].map(v => 10 ** v), phase: wrapped(block[name].phase[row])});
     return {
-      measured: curve("measured"), fitted: curve("fitted"), initial: block.initial && curve("initial"),
+      ...Object.fromEntries(Object.keys(DATA.curves).filter(name => block[name]).map(name => [name, curve(name)])),
       band: block.band ? block.band[row].map(v => 10 ** v) : null, coherence: block.coherence ? block.coherence[row] : null,
     };
   }
@@ -44,11 +44,12 @@ const FRF = (() => {
   }
 
   function traces(c) {
-    const x = set.frf.frequency, made = [];
+    const x = set.frf.frequency, made = [], further = Object.keys(DATA.curves).filter(name => c[name] && !["measured", "fitted", "initial"].includes(name));
     const styles = {
       measured: {line: {color: color("measured"), width: 1, simplify: false}, mode: x.length > 400 ? "lines" : "lines+markers", marker: {size: 4.5, color: color("measured")}},
       initial: c.initial && {line: {color: color("initial"), width: 1.5, dash: "dash", simplify: false}, mode: "lines", visible: $("frf-initial").checked},
       fitted: {line: {color: color("fitted"), width: 2, simplify: false}, mode: "lines"},
+      ...Object.fromEntries(further.map((name, i) => [name, {line: {color: PALETTE[(i + 1) % PALETTE.length], width: 1.5, dash: ["dash", "dashdot", "dot"][i % 3], simplify: false}, mode: "lines"}])),
     };
     for (const phases of [false, true]) {
       if (c.band) made.push(...bandTraces(x, c.fitted, c.band, phases));
@@ -124,7 +125,7 @@ const FRF = (() => {
 
   // Rows of the error tables lead to their FRF.
   sets.forEach((m, i) => {
-    document.querySelector(`table[data-sort="frf-${i}"] tbody`).addEventListener("click", event => {
+    document.querySelector(`table[data-sort="frf-${i}"] tbody`)?.addEventListener("click", event => {
       const cells = event.target.closest("tr").cells, [output, input] = [cells[0].textContent, cells[1].textContent];
       jump(m.name, m.frf.output.findIndex((o, k) => o === output && m.frf.input[k] === input));
     });
@@ -166,6 +167,7 @@ const FRF = (() => {
     return {tickvals: at, ticktext: at.map(i => labels[i])};
   }
 
-  $("gap-measurement").addEventListener("change", showMap);
-  return {ready: Promise.all([pick(sets[0].name, sets[0].frf.first), showMap()]), pick};
+  const mapReady = $("gap-measurement") ? showMap() : null;
+  $("gap-measurement")?.addEventListener("change", showMap);
+  return {ready: Promise.all([pick(sets[0].name, sets[0].frf.first), mapReady]), pick};
 })();

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from plotly.offline import get_plotlyjs
 from identify.reports import measurement_tables, pick, tables
 from identify.reports.cells import number, sentence, unit
 from identify.reports.packing import pack, pack_frfs
+from identify.reports.reported import Reported
+from identify.reports.settings_tables import default_table, given_table
 from identify.reports.shapes import ModeView, mode_views
 from identify.results import FrfComparison, Geometry, MeasurementResult, ProfileCurve, Result
 
@@ -37,7 +40,6 @@ STAGES = {
 def page(result: Result) -> str:
     """The whole page of a fit."""
     measurements = list(result.measurements.values())
-    measured_shapes = any(m.pairs and m.pairs.measured_shapes is not None for m in measurements)
     return render(
         "fit.html.j2",
         "charts.js",
@@ -45,24 +47,36 @@ def page(result: Result) -> str:
         result=result,
         measurements=measurements,
         sections=_sections(result),
-        stages=[(kind, about) for kind, about in STAGES.items() if kind == "model" or measured_shapes],
+        stages=stages_of(measurements),
         tables=tables,
         tiles=tables.tiles(result),
-        provenance=tables.provenance_table(result),
         measurement_tables=measurement_tables,
         frf_tables=[measurement_tables.frf_table(m.name, m.frf) for m in measurements if m.frf],
     )
 
 
-def render(template: str, script: str, data: dict[str, Any], **context: Any) -> str:
-    """A page from its template, with the common look and scripts, its own script, and the data that the scripts draw."""
+def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]]:
+    """The canvases for shapes of these measurements: the measured one only where shapes were measured."""
+    measured_shapes = any(m.pairs and m.pairs.measured_shapes is not None for m in measurements)
+    return [(kind, about) for kind, about in STAGES.items() if kind == "model" or measured_shapes]
+
+
+def render(template: str, script: str | tuple[str, ...], data: dict[str, Any], result: Reported, **context: Any) -> str:
+    """A page from its template, with the common look, parts and scripts, its own script or scripts, and the data that they draw."""
+    own = (script,) if isinstance(script, str) else script
     loader = jinja2.FileSystemLoader(_HERE)
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    common = {
+        "provenance": tables.provenance_table(result),
+        "given": given_table(result.provenance),
+        "defaults": default_table(result.provenance),
+    }
     return environment.get_template(template).render(
-        **context,
+        **{**common, **context},
+        result=result,
         sentence=sentence,
         style=_text("report.css"),
-        scripts=[*map(_text, _EARLY), Markup(get_plotlyjs()), *map(_text, (_LATE[0], script, _LATE[1]))],
+        scripts=[*map(_text, _EARLY), Markup(get_plotlyjs()), *map(_text, (_LATE[0], *own, _LATE[1]))],
         data=Markup(_json(data)),
     )
 
@@ -86,7 +100,7 @@ def payload(result: Result) -> dict[str, Any]:
     free = p.free
     names = [name for name, is_free in zip(p.name, free, strict=True) if is_free]
     return {
-        "measurements": [_measurement(m) for m in result.measurements.values()],
+        "measurements": [measurement_data(m) for m in result.measurements.values()],
         "curves": {"measured": "measured", "initial": "start model", "fitted": "fitted"},
         "parameters": {
             "name": list(p.name),
@@ -108,12 +122,13 @@ def payload(result: Result) -> dict[str, Any]:
     }
 
 
-def _measurement(m: MeasurementResult) -> dict[str, Any]:
+def measurement_data(m: MeasurementResult, beside: Mapping[str, NDArray[np.complex128]] | None = None) -> dict[str, Any]:
+    """What a model makes of a measurement: robot, FRFs (beside: further curves as in `pack_frfs`), MAC."""
     return {
         "name": m.name,
         "use": measurement_tables.use(m),
         "robot": robot_data(m.geometry, m.frf, mode_views(m), [] if m.frf is None else pick.nodes(m.frf.input), _EXCITED),
-        "frf": None if m.frf is None else frf_data(m.frf),
+        "frf": None if m.frf is None else frf_data(m.frf, beside),
         "mac": _mac(m),
     }
 
@@ -147,6 +162,12 @@ def robot_data(g: Geometry, frf: FrfComparison | None, views: list[ModeView], ri
         "points": g.points,
         "skeleton": g.skeleton,
         "segments": g.segments,
+        "arrows": {
+            kind: [[row, *way] for row, way in pick.arrows(g, channels)]
+            for kind, channels in (("response", frf.output), ("force", frf.input))
+        }
+        if frf is not None
+        else {},
         "measured": [] if frf is None else pick.nodes(frf.output),
         "ring": {"nodes": ringed, "about": said[0], "tip": said[1]},
         "modes": modes,
@@ -157,8 +178,8 @@ def _thousandths(shape: NDArray[np.complex128] | None) -> dict[str, Any] | None:
     return None if shape is None else {part: np.round(1000 * getattr(shape, part)) for part in ("real", "imag")}
 
 
-def frf_data(frf: FrfComparison) -> dict[str, Any]:
-    """Curves, errors and gap map of an FRF set."""
+def frf_data(frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None) -> dict[str, Any]:
+    """Curves, errors and gap map of an FRF set; beside: further curves as in `pack_frfs`."""
     gap_map, order = pick.gap_map(frf), pick.map_order(frf)
     with np.errstate(divide="ignore"):
         values = pack(np.log10(gap_map.values.T[order]), _MAP_STEP)
@@ -170,7 +191,7 @@ def frf_data(frf: FrfComparison) -> dict[str, Any]:
         "input": list(frf.input),
         "title": [measurement_tables.pair_errors(frf, pair) for pair in range(len(frf.output))],
         "first": pick.shown_frfs(frf)[0],
-        "curves": pack_frfs(frf),
+        "curves": pack_frfs(frf, beside),
         "map": {"edges": gap_map.edges_hz, "order": order, "values": values, "in_noise": gap_map.in_noise},
     }
 

@@ -2,7 +2,7 @@
 "use strict";
 
 (() => {
-  DATA.measurements.forEach((m, i) => m.mac && draw(`mac-${i}`, () => [[{
+  (DATA.measurements || []).forEach((m, i) => m.mac && draw(`mac-${i}`, () => [[{
     type: "heatmap", z: m.mac.values, zmin: 0, zmax: 1, colorscale: [[0, color("neutral")], [1, PALETTE[0]]], xgap: 1, ygap: 1,
     texttemplate: m.mac.values.length <= 16 ? "%{z:.2f}" : "", hovertemplate: "MAC %{z:.3f}<extra></extra>",
     showscale: m.mac.values.length > 16, colorbar: {title: {text: "MAC (–)", side: "right"}, thickness: 12, outlinewidth: 0},

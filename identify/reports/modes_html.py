@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from identify.modes_result import AnalysedMeasurement, ModesResult
-from identify.reports import measurement_tables, modes_tables, pick, tables
+from identify.reports import measurement_tables, modes_tables, pick
 from identify.reports.cells import number, percent, unit
 from identify.reports.html import STAGES, frf_data, render, robot_data
 from identify.reports.shapes import analysed_views
@@ -31,7 +31,7 @@ _SECTIONS = (
 def page(result: ModesResult) -> str:
     """The whole page of a modal analysis."""
     measurements = list(result.measurements.values())
-    moving = any(m.shapes is not None and len(m.shapes) for m in measurements)
+    moving = [m for m in measurements if m.geometry is not None and m.shapes is not None and len(m.shapes)]
     return render(
         "modes.html.j2",
         "modes.js",
@@ -42,10 +42,10 @@ def page(result: ModesResult) -> str:
         result=result,
         measurements=measurements,
         sections=_SECTIONS,
+        moving=moving,
         stages=[("measured", STAGES["measured"])] if moving else [],
         no_shapes=NO_SHAPES,
         tiles=modes_tables.tiles(result),
-        provenance=tables.provenance_table(result),
         modes_tables=modes_tables,
         frf_tables=[measurement_tables.frf_table(m.name, m.frf) for m in measurements],
     )
@@ -55,7 +55,7 @@ def _measurement(m: AnalysedMeasurement) -> dict[str, Any]:
     return {
         "name": m.name,
         "use": "",
-        "robot": None if m.geometry is None else _robot(m, m.geometry),
+        "robot": None if m.geometry is None or m.shapes is None else _robot(m, m.geometry),
         "frf": frf_data(m.frf),
         "mac": _auto_mac(m),
         "diagram": _diagram(m),

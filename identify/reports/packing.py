@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import zlib
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -35,16 +36,20 @@ def pack(values: NDArray[np.float64], step: float, order: int = 1) -> dict[str, 
     return {"n": values.shape[1], "step": step, "order": order, "data": data}
 
 
-def pack_frfs(frf: FrfComparison) -> dict[str, Any]:
-    """All curves of an FRF set in blocks of 64 pairs, so that a page unpacks only the block it shows."""
+def pack_frfs(frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None) -> dict[str, Any]:
+    """All curves of an FRF set in blocks of 64 pairs, so that a page unpacks only the block it shows.
+
+    beside: further smooth curves by name, each (lines, pairs).
+    """
     pairs = len(frf.output)
-    blocks = [_pack_block(frf, slice(first, first + _BLOCK)) for first in range(0, pairs, _BLOCK)]
+    blocks = [_pack_block(frf, beside or {}, slice(first, first + _BLOCK)) for first in range(0, pairs, _BLOCK)]
     return {"size": _BLOCK, "blocks": blocks}
 
 
-def _pack_block(frf: FrfComparison, pairs: slice) -> dict[str, Any]:
+def _pack_block(frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]], pairs: slice) -> dict[str, Any]:
     block: dict[str, Any] = {}
-    for name, curve, order in (("measured", frf.measured, 1), ("fitted", frf.fitted, 2), ("initial", frf.initial, 2)):
+    smooth = {"fitted": frf.fitted, "initial": frf.initial, **beside}
+    for name, curve, order in (("measured", frf.measured, 1), *((name, curve, 2) for name, curve in smooth.items())):
         if curve is None:
             continue
         values = curve[:, pairs]

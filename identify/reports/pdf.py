@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from identify.reports import figures, frf_figure, measurement_tables, pick, robot_figure, tables
+from identify.reports import data, figures, frf_figure, measurement_tables, pick, robot_figure, search_figure, tables
 from identify.reports.cells import count, listed
 from identify.reports.document import Document
 from identify.reports.pick import modes_in_band
@@ -12,8 +12,8 @@ from identify.results import FrfComparison, Result
 _WORST_ROWS = 10
 
 
-def document(result: Result) -> bytes:
-    """The PDF of a fit."""
+def document(result: Result) -> Document:
+    """The PDF of a fit, in the making."""
     made = Document()
     with figures.style():
         _opening(made, result)
@@ -22,7 +22,7 @@ def document(result: Result) -> bytes:
         _frfs(made, result)
         _search(made, result)
     made.sources(result)
-    return made.compile(result)
+    return made
 
 
 def _opening(made: Document, result: Result) -> None:
@@ -32,17 +32,20 @@ def _opening(made: Document, result: Result) -> None:
     measurements = list(result.measurements.values())
     drawn = measurements[: robot_figure.POSTURES]
     first = "" if drawn == measurements else f" The first {len(drawn)} of {len(measurements)} postures."
-    made.figure(robot_figure.postures(measurements), f"The robot with its measurement points; floor grid 0.5 m.{first}")
+    caption = f"The robot with its measurement points; {robot_figure.ARROWS}; floor grid 0.5 m.{first}"
+    made.figure(robot_figure.postures(measurements), caption, *(data.geometry(m.name, m.geometry) for m in measurements))
 
 
 def _parameters(made: Document, result: Result) -> None:
     made.add("heading", "Parameters")
     made.table(tables.parameter_table(result))
-    made.figure(figures.parameters(result), "Start and fitted values between their bounds, and the size of the 95 % intervals.")
+    places = "Start and fitted values between their bounds, and the size of the 95 % intervals."
+    made.figure(figures.parameters(result), places, tables.parameter_table(result))
     profiles, published = tables.profile_table(result), tables.published_table(result)
     if profiles is not None:
         made.table(profiles, heading=True)
-        made.figure(figures.profiles(result), "Profile likelihood: rise of chi-square, all other parameters fitted again; dotted: 3.84.")
+        rise = "Profile likelihood: rise of chi-square, all other parameters fitted again; dotted: 3.84."
+        made.figure(figures.profiles(result), rise, *data.profiles(result))
     if published is not None:
         made.table(published, heading=True)
 
@@ -55,13 +58,15 @@ def _modes(made: Document, result: Result) -> None:
     published = tables.published_modes_table(result)
     if published is not None:
         made.table(published, heading=True)
-    mac = figures.mac([found for found in map(figures.pair_mac, measurements) if found])
+    matrices = [found for found in map(figures.pair_mac, measurements) if found]
+    mac = figures.mac(matrices)
     if mac is not None:
-        made.figure(mac, "Modal assurance criterion (MAC) of measured and model modes.")
+        made.figure(mac, "Modal assurance criterion (MAC) of measured and model modes.", *map(data.mac, matrices))
     first = measurements[0]
     caption = f"Modes of the model, {first.name}: at rest (grey) and at both ends of the motion, enlarged"
     caption += "; rings: measured." if first.pairs and first.pairs.measured_shapes is not None else "."
-    made.figure(robot_figure.shapes(first.geometry, mode_views(first)[: modes_in_band(first)]), caption)
+    views = mode_views(first)
+    made.figure(robot_figure.shapes(first.geometry, views[: modes_in_band(first)]), caption, data.shapes(first.geometry, views))
 
 
 def _frfs(made: Document, result: Result) -> None:
@@ -75,15 +80,15 @@ def _frfs(made: Document, result: Result) -> None:
         overlays(made, m.name, frf)
     made.add("heading", "Where the model disagrees")
     for m, frf in found:
-        made.figure(figures.gap_map(m.name, frf), f"Residual by band and FRF, {m.name}.")
+        made.figure(figures.gap_map(m.name, frf), f"Residual by band and FRF, {m.name}.", data.gap_map(frf))
 
 
 def overlays(made: Document, name: str, frf: FrfComparison, modelled: str = "fitted") -> None:
     """Chosen FRFs of a measurement, and a table of those with the largest error; modelled names the curve beside the measured one."""
-    made.figure(frf_figure.overlays(frf, modelled), _chosen(name, frf))
+    made.figure(frf_figure.overlays(frf, modelled), _chosen(name, frf), *data.frfs(frf, modelled))
     worst = measurement_tables.frf_table(name, frf)
     made.add("paragraph", f"The {min(_WORST_ROWS, len(worst.rows))} FRFs of {name} with the largest error, of {len(worst.rows)}:")
-    made.table(worst.head(_WORST_ROWS))
+    made.table(worst, rows=_WORST_ROWS)
 
 
 def _chosen(name: str, frf: FrfComparison) -> str:
@@ -93,7 +98,8 @@ def _chosen(name: str, frf: FrfComparison) -> str:
     parts = [count(drive, "drive point")] if drive else []
     if drive < len(pairs):
         parts.append(f"the {len(pairs) - drive} other FRFs with the largest {by}")
-    return f"{name}: {frf.quantity}, {measurement_tables.band(frf)}; {listed(parts)}."
+    coherence = "" if frf.coherence is None else " \N{GREEK SMALL LETTER GAMMA}²: coherence."
+    return f"{name}: {frf.quantity}, {measurement_tables.band(frf)}; {listed(parts)}.{coherence}"
 
 
 def _search(made: Document, result: Result) -> None:
@@ -101,9 +107,13 @@ def _search(made: Document, result: Result) -> None:
     made.figure(
         figures.convergence(result),
         "Best cost over evaluations; solid, dashed, dotted: first, second, third stage, which may have costs of their own.",
+        data.history(result),
     )
+    made.figure(search_figure.starts(result), "Free parameters before and after every start.", *data.starts(result))
     made.table(tables.start_table(result))
     made.add("heading", "Identifiability")
     groups = "; ".join(result.inseparable)
     made.add("paragraph", f"Not separable by these data: {groups}." if groups else "The data separate all free parameters.")
     made.table(tables.direction_table(result))
+    if len(result.correlation) > 1:
+        made.figure(search_figure.correlation(result), "Correlation of the estimates.", data.correlation(result))

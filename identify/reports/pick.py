@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results import FrfComparison, MeasurementResult, ModePairs, ParameterTable
+from identify.results import FrfComparison, Geometry, MeasurementResult, ModePairs, ParameterTable
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -16,6 +16,7 @@ Index = NDArray[np.intp]
 _FEW_MODES = 12
 _BANDS = 40
 _DRIVE_POINTS, _WORST = 6, 3
+_AXES = ("X", "Y", "Z")
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,21 @@ def cost_lines(history: Array) -> list[tuple[int, int, Array, Array]]:
 def nodes(channels: Sequence[str]) -> list[int]:
     """The nodes of channels such as `12:+Z`, each once."""
     return sorted({_key(channel)[0] for channel in channels})
+
+
+def arrows(g: Geometry, channels: Sequence[str]) -> list[tuple[int, Array]]:
+    """The direction of every translational channel in the base's axes, each once, as (row of its point, unit vector (3,)).
+
+    Empty where the axes of the points were not kept; channels of nodes without a place are left out.
+    """
+    if g.axes is None:
+        return []
+    rows, found = {int(node): row for row, node in enumerate(g.nodes)}, {}
+    for channel in channels:
+        node, axis, sign = _key(channel)
+        if node in rows and axis in _AXES:
+            found[channel] = rows[node], (-1.0 if sign == "-" else 1.0) * g.axes[rows[node], _AXES.index(axis)]
+    return list(found.values())
 
 
 def _key(channel: str) -> tuple[int, str, str]:

@@ -9,7 +9,8 @@
   const view = {...home};
   let robot, mode, center, radius, feet, order, canvas, context, playing = true, phase = 0, last = 0;
 
-  const links = [...new Set(DATA.measurements.flatMap(m => m.robot.link))].filter(Boolean);
+  const drawn = DATA.measurements.filter(m => m.robot);
+  const links = [...new Set(drawn.flatMap(m => m.robot.link))].filter(Boolean);
   const linkColor = name => PALETTE[Math.max(links.indexOf(name), 0) % PALETTE.length];
   const add = (a, b, f = 1) => a.map((x, i) => x + f * b[i]);
   const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
@@ -27,8 +28,8 @@
   }
 
   function choose() {
-    const number = +$("robot-measurement").value, at = $("robot-mode").selectedIndex;
-    robot = DATA.measurements[number].robot;
+    const chosen = drawn.find(m => m.name === $("robot-measurement").value), at = $("robot-mode").selectedIndex;
+    robot = chosen.robot;
     const all = [...robot.points, ...robot.skeleton];
     center = [0, 1, 2].map(i => (Math.min(...all.map(p => p[i])) + Math.max(...all.map(p => p[i]))) / 2);
     radius = Math.max(...all.map(p => Math.hypot(...add(p, center, -1)))) || 1;
@@ -36,17 +37,20 @@
     order = feet.map((_, i) => i).sort((a, b) => feet[a].segment - feet[b].segment || feet[a].part - feet[b].part);
     $("robot-mode").replaceChildren(...robot.modes.map((m, i) => new Option(m.label, i)));
     $("robot-mode").selectedIndex = Math.min(Math.max(at, 0), robot.modes.length - 1);
-    const what = [DATA.measurements[number].name, DATA.measurements[number].use].filter(Boolean).join(", ");
+    const what = [chosen.name, chosen.use].filter(Boolean).join(", ");
     $("robot-about").textContent = `${what}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
-      + `dashed: at rest. Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not told"}).`;
+      + `dashed: at rest. ${hasArrows() ? "Arrows: channels' directions, longer at forces. " : ""}`
+      + (robot.ring.about && `Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not told"}).`);
     chooseMode();
   }
+
+  const hasArrows = () => Object.values(robot.arrows).some(list => list.length);
 
   function chooseMode() {
     mode = robot.modes[$("robot-mode").selectedIndex];
     phase = 0;
     for (const {kind, canvas} of stages)
-      canvas.previousElementSibling.textContent = `${kind} ${mode[kind] || "has no such mode"}`;
+      canvas.previousElementSibling.textContent = `${(DATA.stages || {})[kind] || kind} ${mode[kind] || "has no such mode"}`;
     paint();
   }
 
@@ -126,6 +130,7 @@
     });
     line(skeleton, color("ink"), 5);
     skeleton.forEach(p => disc(project(p), 4.5, color("paper"), color("ink")));
+    paintArrows(points);
     return paintPoints(points);
   }
 
@@ -135,7 +140,27 @@
     // Without lines, how far each point has moved.
     if (mode.measured_points && !runs.length) points.forEach((p, i) => p && line([robot.points[i], p], color("muted"), 1.5));
     if (mode.measured_points) for (const run of runs) line(run.map(i => points[i]).filter(Boolean), color("ink"), 2);
+    paintArrows(points);
     return paintPoints(points);
+  }
+
+  // From every point in the directions of its channels: short ones of responses, longer ones of forces.
+  function paintArrows(points) {
+    if (!$("robot-arrows").checked) return;
+    for (const [kind, length, stroke] of [["response", 0.11, color("fitted")], ["force", 0.24, color("initial")]])
+      for (const [row, ...way] of robot.arrows[kind] || []) if (points[row]) arrow(points[row], add(points[row], way, length * radius), stroke, kind === "force" ? 2.5 : 1.5);
+  }
+
+  function arrow(from, to, stroke, width) {
+    line([from, to], stroke, width);
+    const [[x0, y0], [x1, y1]] = [project(from), project(to)], length = Math.hypot(x1 - x0, y1 - y0), head = Math.min(4 + 2 * width, 0.6 * length);
+    if (length < 3) return;
+    const [u, v] = [(x1 - x0) / length, (y1 - y0) / length];
+    context.beginPath();
+    context.moveTo(x1 + 2 * u, y1 + 2 * v);
+    for (const side of [1, -1]) context.lineTo(x1 - head * u + side * 0.5 * head * v, y1 - head * v - side * 0.5 * head * u);
+    context.fillStyle = stroke;
+    context.fill();
   }
 
   function paintPoints(points) {
@@ -196,6 +221,7 @@
   $("robot-measurement").addEventListener("change", choose);
   $("robot-mode").addEventListener("change", chooseMode);
   $("robot-amplitude").addEventListener("input", paint);
+  $("robot-arrows").addEventListener("change", paint);
   window.addEventListener("themed", paint);
   window.addEventListener("resize", paint);
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,12 +12,14 @@ from numpy.typing import NDArray
 
 from identify.reports.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.measurement_tables import use
+from identify.reports.pick import arrows
 from identify.reports.shapes import ModeView
 from identify.results import Geometry, MeasurementResult
 
 Array = NDArray[np.float64]
 
 POSTURES, MODES = 6, 6
+ARROWS = "arrows: directions of responses (blue) and of forces (orange, longer)"
 _COLUMNS = 3
 _AZIMUTH, _ELEVATION = -0.9, 0.35
 _STEP_M = 0.5
@@ -32,16 +35,40 @@ def postures(measurements: Sequence[MeasurementResult]) -> Figure:
         g = m.geometry
         _floor(axes, g)
         axes.plot(*_project(g.skeleton), "-o", color=INK, lw=2.4, ms=4, mfc="white", mew=1.1)
+        _arrows(axes, m)
         x, y = _project(g.points)
         for link in dict.fromkeys(g.point_links):
             chosen = np.array([name == link for name in g.point_links])
-            axes.plot(x[chosen], y[chosen], "o", ms=3.6, color=PALETTE[links.index(link) % len(PALETTE)], mec="white", mew=0.4, label=link)
+            axes.plot(
+                x[chosen],
+                y[chosen],
+                "o",
+                ms=3.6,
+                color=PALETTE[links.index(link) % len(PALETTE)],
+                mec="white",
+                mew=0.4,
+                label=link,
+                zorder=4,
+            )
         for node, at_x, at_y in zip(g.nodes, x, y, strict=True):
             axes.annotate(str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED)
         axes.set_title(f"{m.name}, {use(m)}")
     where = {"loc": "outside lower left", "ncols": 8} if len(panels) > 1 else {"loc": "outside right center"}
     figure.legend(*panels[0].get_legend_handles_labels(), handletextpad=0.2, columnspacing=1.2, **where)
     return figure
+
+
+def _arrows(axes: Axes, m: MeasurementResult) -> None:
+    """From every point in the directions of its channels; at inputs a longer one."""
+    g = m.geometry
+    if m.frf is None:
+        return
+    size = float(np.ptp(_places(g), axis=0).max())
+    for channels, length, color, width in ((m.frf.output, 0.06, BLUE, 0.6), (m.frf.input, 0.15, ORANGE, 1.1)):
+        for row, way in arrows(g, channels):
+            ends = _project(np.stack([g.points[row], g.points[row] + length * size * way]))
+            look: Any = {"arrowstyle": "-|>,head_width=0.09,head_length=0.18", "color": color, "lw": width, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", (ends[0, 1], ends[1, 1]), (ends[0, 0], ends[1, 0]), arrowprops=look)
 
 
 def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:

@@ -71,6 +71,20 @@ def _model_view(m: MeasurementResult, row: int) -> ModeView:
     return ModeView(f"{row + 1}: {text}", text, measured_text, shape[:places], shape[places:], measured)
 
 
+def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, int]) -> list[ModeView]:
+    """The listed modes of model a, with the shape of b's mode that each became (by number) where a measured one would be."""
+    views = []
+    for row in range(shown_modes(a)):
+        view, other = _model_view(a, row), became.get(row)
+        text, moved = "", None
+        if other is not None:
+            text = f"{number(b.modes.frequency_hz[other])} Hz, damping {percent(b.modes.damping_ratio[other])} %"
+            same = view.points is not None and np.array_equal(a.geometry.nodes, b.geometry.nodes)
+            moved = _fitted_to(b.modes.point_shapes[other], view.points) if same and view.points is not None else None
+        views.append(ModeView(view.label, view.model, text, view.points, view.skeleton, moved))
+    return views
+
+
 def _measured_text(pairs: ModePairs, mode: int) -> str:
     ratio = pairs.measured_damping_ratio[mode]
     damping = "" if np.isnan(ratio) else f", damping {percent(ratio)} %"

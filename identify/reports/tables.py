@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.modes_result import ModesResult
 from identify.reports.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.reports.pick import half_interval
-from identify.results import Result
+from identify.reports.reported import Reported
+from identify.results import ParameterTable, Result
 
 _AT_BOUND = 1e-6
 
@@ -26,14 +26,19 @@ def tiles(result: Result) -> tuple[tuple[str, str, str], ...]:
 
 
 def parameter_table(result: Result) -> Table:
+    """Fitted values of a fit with intervals, start values and bounds."""
+    return parameter_rows(result.parameters)
+
+
+def parameter_rows(p: ParameterTable) -> Table:
     """Fitted values with intervals, start values and bounds."""
-    p, rows = result.parameters, []
+    rows = []
     half = 100 * half_interval(p)
     for i, name in enumerate(p.name):
         free = bool(p.free[i])
         interval = (number(p.low_95[i]), number(p.high_95[i]), number(half[i], 2)) if free else (NONE,) * 3
         limits = (number(p.lower[i]), number(p.upper[i]))
-        rows.append((name, number(p.value[i]), unit(p.unit[i]), *interval, number(p.initial[i]), *limits, _status(result, i)))
+        rows.append((name, number(p.value[i]), unit(p.unit[i]), *interval, number(p.initial[i]), *limits, _status(p, i)))
     columns = (
         words("Parameter"),
         Column("Fitted"),
@@ -53,8 +58,7 @@ def parameter_table(result: Result) -> Table:
     return Table("Parameters", columns, tuple(rows), note)
 
 
-def _status(result: Result, row: int) -> str:
-    p = result.parameters
+def _status(p: ParameterTable, row: int) -> str:
     if not p.free[row]:
         return p.status[row]
     for bound, word in ((p.lower[row], "lower"), (p.upper[row], "upper")):
@@ -152,10 +156,11 @@ def direction_table(result: Result) -> Table:
     return Table("Directions", columns, tuple(rows), note)
 
 
-def provenance_table(result: Result | ModesResult) -> Table:
+def provenance_table(result: Reported) -> Table:
     """Versions, times, seed and hashes."""
     p = result.provenance
-    seed = [("Seed", str(result.seed))] if isinstance(result, Result) else []
+    number_of_chance = getattr(result, "seed", None)
+    seed = [] if number_of_chance is None else [("Seed", str(number_of_chance))]
     study = [(f"Study {p.config_path}", f"sha256 {p.config_sha256}")] if p.config_path else []
     rows = [
         ("Written", p.written),

@@ -1,28 +1,47 @@
-"""Write the reports of a run beside its result file, from that file alone."""
+"""Write the reports of a run beside its result file, from that file alone; of several runs, the report of their comparison."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from identify import results
-from identify.modes_result import ModesResult
-from identify.reports import html, modes_html, modes_pdf, pdf
+from identify.comparison import compared
+from identify.reports.export import contents
+from identify.reports.kinds import KINDS, read_any
 from identify.whole import write_whole
 
+_ELSEWHERE = "move the result file there"
 
-def write_reports(path: Path) -> list[Path]:
-    """Write `<stem>.html` and `<stem>.pdf` beside the result file `path` and return their paths.
 
-    The same result gives the same bytes.  Raises InputError for a file that is no result, and where a report cannot be written.
+def write_reports(path: Path, *others: Path, export: Path | None = None) -> list[Path]:
+    """Write `<stem>.html` and `<stem>.pdf` beside the result file `path` and return their paths; with others, of their comparison.
+
+    export: a folder for every figure as PNG and SVG and all data as CSV.  The same result gives the same bytes.
+    Raises InputError for a file that is no result, and where a report cannot be written.
     """
-    page, document = path.with_suffix(".html"), path.with_suffix(".pdf")
-    if results.kind_of(path) == ModesResult.KIND:
-        modes = results.read(path, ModesResult)
-        made = modes_html.page(modes), modes_pdf.document(modes)
-    else:
-        result: results.Result = results.read(path)
-        made = html.page(result), pdf.document(result)
-    for target, content in ((page, made[0].encode()), (document, made[1])):
-        write_whole(target, partial(Path.write_bytes, data=content), "move the result file there")
-    return [page, document]
+    files = (path, *others)
+    result = compared(files) if others else read_any(path)
+    stem = path.with_name(_together(files)) if others else path.with_suffix("")
+    kind = KINDS[result.KIND]
+    document = kind.document(result)
+    page, printed = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".html", ".pdf"))
+    for target, content in ((page, kind.page(result).encode()), (printed, document.compile(result))):
+        _write(target, content, _ELSEWHERE)
+    return [page, printed, *(_export(list(contents(document)), export) if export else ())]
+
+
+def _together(files: Sequence[Path]) -> str:
+    """The name of a comparison's report."""
+    stems = [file.stem for file in files]
+    return "_".join(stems if len(stems) <= 3 else [*stems[:1], f"{len(stems) - 1}_others"]) + "_compare"
+
+
+def _export(found: Sequence[tuple[str, bytes]], folder: Path) -> list[Path]:
+    for name, content in found:
+        _write(folder / name, content, "choose another folder with `--export`")
+    return [folder]
+
+
+def _write(target: Path, content: bytes, fix: str) -> None:
+    write_whole(target, partial(Path.write_bytes, data=content), fix)
