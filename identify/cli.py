@@ -44,10 +44,14 @@ def fit(
     profile: Annotated[list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a study: data in, parameters with intervals out."""
+    """Fit a study, of vibration or of motion: data in, parameters with intervals out."""
+    from identify.motion.study import is_motion_study
     from identify.run import run_fit
     from identify.terminal import print_result, progress_bar
 
+    if is_motion_study(config):
+        _fit_motion(config, out, {"seed": seed, "starts": starts}, report, quiet, refused=resume or bool(profile))
+        return
     with progress_bar(quiet) as progress:
         result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress, resume=resume, profiled=profile or [])
     if not quiet:
@@ -55,6 +59,75 @@ def fit(
     _finish([path], report, quiet)
     if not result.converged:
         raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+@app.command()
+def simulate(
+    config: Annotated[Path, typer.Argument(help="a study of motion, schema: identify-motion/1")],
+    out: Out = None,
+    tables: Annotated[Path | None, typer.Option(help="also a CSV of every record into this folder")] = None,
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate the records of a study of motion: drives, controllers, friction, elastic joints."""
+    from identify.motion_run import run_simulation
+    from identify.motion_terminal import print_motion
+
+    result, written = run_simulation(config, out, tables)
+    if not quiet:
+        print_motion(result)
+    _finish(written, report, quiet)
+
+
+@app.command()
+def discover(
+    config: Config,
+    out: Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>_discovery.h5")] = None,
+    starts: Annotated[int | None, typer.Option(help="overrides `starts` of the study")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="processes; default: one per core")] = None,
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find what is missing from the model of a study, name it, add it, and show the gap shrink; writes the new config.
+
+    Of recorded motion (schema identify-explain/1), the same as `identify explain`.
+    """
+    import os
+
+    from identify.discovery.run import run_discover
+    from identify.motion.explain_study import is_explain_study
+    from identify.terminal import print_discovery, story
+
+    if is_explain_study(config):
+        if resume or starts or workers:
+            found = "`--resume`, `--starts` or `--workers` with recorded motion"
+            raise InputError(str(config), found, "a study of vibration", "leave the option out")
+        explain(config, out, report, quiet)
+        return
+    with story(quiet) as told:
+        result, written = run_discover(config, out, {"starts": starts}, told, workers=workers or os.cpu_count() or 1, resume=resume)
+    if not quiet:
+        print_discovery(result)
+    _finish(written, report, quiet)
+
+
+@app.command()
+def explain(
+    config: Annotated[Path, typer.Argument(help="a study of recorded motion, schema: identify-explain/1")],
+    out: Out = None,
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Name the effects behind recorded motor torques, deflections and tracking errors; fitted on one record, judged on another."""
+    from identify.explain_terminal import print_explained, story
+    from identify.motion.explain_run import run_explain
+
+    with story(quiet) as told:
+        result, path = run_explain(config, out, told)
+    if not quiet:
+        print_explained(result)
+    _finish([path], report, quiet)
 
 
 @app.command()
@@ -91,6 +164,62 @@ def modes(
         raise typer.Exit(EXIT_NOT_CONVERGED)
 
 
+Workers = Annotated[int | None, typer.Option(min=1, help="local worker processes; default: one per processor")]
+Cluster = Annotated[str | None, typer.Option(help="address of a Dask scheduler, which then does the work; see docs/cluster.md")]
+Resume = Annotated[bool, typer.Option("--resume", help="keep what is finished, go on with what was interrupted, do the rest")]
+
+
+@app.command()
+def batch(
+    config: Annotated[Path, typer.Argument(help="a batch, schema: identify-batch/1")],
+    out: Out = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    resume: Resume = False,
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the summary")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Fit many postures or studies, and tell whether a parameter depends on posture; exit code 4 when a fit failed."""
+    from identify.batch.run import run_batch
+    from identify.batch.terminal import batch_bar, print_batch
+
+    with batch_bar(quiet) as watch:
+        result, written = run_batch(config, out, workers=workers, cluster=cluster, resume=resume, watch=watch)
+    if not quiet:
+        print_batch(result)
+    _finish(written, report, quiet)
+    if result.failed:
+        raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+@app.command("map")
+def map_(
+    model: Annotated[Path, typer.Argument(help="result file of a fit")],
+    postures: Annotated[Path | None, typer.Option(help="CSV of postures: joint1_deg, joint2_deg, ..., and name if wanted")] = None,
+    grid: Annotated[list[str] | None, typer.Option(help="JOINT:FIRST:LAST:COUNT in degrees, such as 2:-60:60:9; repeatable")] = None,
+    tool: Annotated[int | None, typer.Option(help="node of the tool's point; default: the last of the points")] = None,
+    band: Annotated[tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz; default: of the fit")] = None,
+    lines: Annotated[int, typer.Option(help="frequencies over the band")] = 100,
+    modes: Annotated[int, typer.Option(min=1, help="how many modes")] = 6,
+    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_map.h5")] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    resume: Resume = False,
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the map")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Map a fitted model over postures: frequencies, damping and FRFs of the tool, with intervals; HDF5 and CSV."""
+    from identify.batch.mapping import MapOptions, parse_grid, run_map
+    from identify.batch.terminal import batch_bar, print_said
+
+    options = MapOptions(postures, tuple(parse_grid(text) for text in grid or ()), tool, band, lines, modes)
+    with batch_bar(quiet) as watch:
+        result, written = run_map(model, options, out, workers=workers, cluster=cluster, resume=resume, watch=watch)
+    if not quiet:
+        print_said(result.verdict, result.notes)
+    _finish(written, report, quiet)
+
+
 @app.command()
 def check(config: Config, quiet: Quiet = False) -> None:
     """Examine the measured data of a study before a fit; exit code 3 when a check fails."""
@@ -118,31 +247,59 @@ def init(
 
 
 @app.command()
-def config() -> None:
+def config(motion: Annotated[bool, typer.Option("--motion", help="of a study of motion")] = False) -> None:
     """Print the schema of a config as JSON: every key with its default and meaning."""
     import json
 
-    from identify.schema import study_schema
+    from identify.schema import motion_schema, study_schema
 
-    typer.echo(json.dumps(study_schema(), indent=2))
+    typer.echo(json.dumps(motion_schema() if motion else study_schema(), indent=2))
 
 
 @app.command()
-def report(result: Annotated[Path, typer.Argument(help="result file of a run")]) -> None:
-    """Write the HTML and PDF reports of a result beside it, from the result file alone."""
+def report(
+    files: Annotated[list[Path], typer.Argument(help="result file of a run; of several fits, to compare them", metavar="RUN.h5 ...")],
+    export: Annotated[Path | None, typer.Option(help="also every figure as PNG and SVG, and the data as CSV, into this folder")] = None,
+) -> None:
+    """Write the HTML and PDF reports of a result beside it, from the result file alone; of several results, of their comparison."""
     from identify.reports.write import write_reports
 
-    typer.echo("\n".join(f"wrote {name}" for name in write_reports(result)))
+    typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files, export=export)))
 
 
 @app.command()
-def compare(files: Annotated[list[Path], typer.Argument(help="result files of runs", metavar="A.h5 B.h5 ...")]) -> None:
+def compare(
+    files: Annotated[list[Path], typer.Argument(help="result files of runs", metavar="A.h5 B.h5 ...")],
+    report: Annotated[bool, typer.Option("--report", help="also write an HTML and a PDF report beside the first")] = False,
+) -> None:
     """Set results side by side: cost, gap, parameters, modes and errors."""
     from identify.compare import compare as side_by_side
+    from identify.comparison import unique_labels
     from identify.results import read
     from identify.terminal import print_comparison
 
-    print_comparison(side_by_side([read(path) for path in files], [path.stem for path in files]))
+    print_comparison(side_by_side([read(path) for path in files], unique_labels(files)))
+    if report:
+        from identify.reports.write import write_reports
+
+        typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files)))
+
+
+def _fit_motion(config: Path, out: Path | None, overrides: dict[str, int | None], report: bool, quiet: bool, *, refused: bool) -> None:
+    """Fit a study of motion."""
+    from identify.motion_run import run_motion_fit
+    from identify.motion_terminal import print_motion
+    from identify.terminal import progress_bar
+
+    if refused:
+        raise InputError(str(config), "`--resume` or `--profile` with a study of motion", "a study of vibration", "leave the option out")
+    with progress_bar(quiet) as progress:
+        result, path = run_motion_fit(config, out, overrides, progress)
+    if not quiet:
+        print_motion(result)
+    _finish([path], report, quiet)
+    if not result.converged:
+        raise typer.Exit(EXIT_NOT_CONVERGED)
 
 
 def _finish(written: list[Path], report: bool, quiet: bool) -> None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identify import results
 from identify.costs.target import FrfTarget, ModalTarget, Targets
+from identify.effects.base import Parameter
 from identify.errors import InputError
 from identify.fit import Fit
 from identify.frf_errors import frf_errors
@@ -26,7 +27,7 @@ from identify.optimizers.base import Scale
 from identify.posture_geometry import drawn_geometry, joints, sensor_geometry, standing
 from identify.problem import Measurement, Problem
 from identify.profile import profile
-from identify.provenance import provenance_of
+from identify.provenance import description_of, provenance_of
 
 Array = NDArray[np.float64]
 
@@ -57,17 +58,18 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         gap_validation=gaps[1],
         converged=fit.best.converged,
         seconds=fit.seconds,
-        parameters=_parameters(problem, fit, trusted, scale),
+        parameters=parameter_table(problem.parameters, fit.values, trusted, scale),
         correlation=trusted.correlation,
         singular_values=trusted.singular_values,
         directions=trusted.directions,
         inseparable=together,
-        starts=_starts(fit),
+        starts=start_table(fit),
         history=fit.history,
         measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
         published=_published(problem),
         profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
         provenance=provenance_of(problem),
+        description=description_of(problem.file),
     )
 
 
@@ -98,8 +100,9 @@ def _start_notes(fit: Fit) -> list[str]:
     return notes
 
 
-def _parameters(problem: Problem, fit: Fit, trusted: Trust, scale: Scale) -> results.ParameterTable:
-    p, free = problem.parameters, scale.free
+def parameter_table(p: Sequence[Parameter], fitted: Array, trusted: Trust, scale: Scale) -> results.ParameterTable:
+    """All parameters with what the data say about the free ones; fitted (parameters,)."""
+    free = scale.free
 
     def spread(values: Array) -> Array:
         full = np.full(len(p), np.nan)
@@ -112,7 +115,7 @@ def _parameters(problem: Problem, fit: Fit, trusted: Trust, scale: Scale) -> res
         name=tuple(x.name for x in p),
         unit=tuple(x.unit for x in p),
         initial=np.array([x.initial for x in p]),
-        value=fit.values,
+        value=fitted,
         lower=np.array([x.lower for x in p]),
         upper=np.array([x.upper for x in p]),
         log=np.array([x.log for x in p]),
@@ -124,7 +127,8 @@ def _parameters(problem: Problem, fit: Fit, trusted: Trust, scale: Scale) -> res
     )
 
 
-def _starts(fit: Fit) -> results.StartTable:
+def start_table(fit: Fit) -> results.StartTable:
+    """One row per start of a fit."""
     return results.StartTable(
         initial=np.array([s.initial for s in fit.starts]),
         final=np.array([s.final for s in fit.starts]),

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from identify.costs.base import Objective, parse_cost
+from identify.effects.base import Parameter
 from identify.errors import InputError
 from identify.identifiability import QUIET
 from identify.journal import Journal
 from identify.optimizers.base import Ended, Optimizer, Outcome, Scale, Search
-from identify.problem import Problem
-from identify.study import Study
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,29 @@ _SAME = 1e-3
 """Relative difference of cost below which two starts are said to have found the same minimum."""
 _ENOUGH = 3
 """That many starts in the best minimum end the fit early, if the gap is noise."""
+
+
+class FittedFile(Protocol):
+    """A study with its file."""
+
+    @property
+    def study(self) -> Any:
+        """A study: `cost`, `stages`, `last_resort`, `starts`, `start_factor`, `target_cost` and `seed` are read of it."""
+
+
+class Fittable(Protocol):
+    """What can be fitted: a study, its parameters, and what its cost compares (`identify.problem`, `identify.motion.problem`)."""
+
+    @property
+    def file(self) -> FittedFile:
+        """The study with its file."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All parameters, fixed ones too."""
+
+    def targets(self, use: str = "fit", names: Sequence[str] | None = None) -> Any:
+        """What the study's cost compares, of these measurements or of all."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +88,15 @@ class Fit:
         return _agreeing(self.starts)
 
 
+@dataclass(frozen=True)
+class Stage:
+    """One stage: what searches, what it minimises, and which parameters (parameters,) it moves."""
+
+    optimizer: Optimizer
+    objective: Objective
+    moves: NDArray[np.bool_]
+
+
 @dataclass
 class Progress:
     """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations, best cost in the stage),
@@ -76,7 +109,7 @@ class Progress:
     rows: list[tuple[float, ...]] = field(default_factory=list)
 
 
-def fit(problem: Problem, progress: Progress | None = None) -> Fit:
+def fit(problem: Fittable, progress: Progress | None = None) -> Fit:
     """Fit a problem as its study says; the same seed gives the same result.
 
     Raises InputError where the data cannot move a free parameter, or the model has no solution at any start.
@@ -86,14 +119,14 @@ def fit(problem: Problem, progress: Progress | None = None) -> Fit:
     scale = Scale(problem.parameters)
     check_moves(problem, objective)
     starts: list[Start] = []
-    stages = _with_costs(study.stages, problem, objective)
-    for number, x in enumerate(_starting_points(problem, scale)):
+    stages = _stages(study.stages, problem, objective)
+    for number, x in enumerate(starting_points(problem, scale)):
         starts.append(_run(number, x, stages, objective, scale, problem, progress))
         if _settled(starts, study):
             break
     if study.last_resort and len(starts) > 1 and not _settled(starts, study):
         x = scale.to_x(min(starts, key=lambda start: start.cost).final)
-        starts.append(_run(len(starts), x, _with_costs(study.last_resort, problem, objective), objective, scale, problem, progress))
+        starts.append(_run(len(starts), x, _stages(study.last_resort, problem, objective), objective, scale, problem, progress))
     winner = min(starts, key=lambda start: start.cost)
     if not np.isfinite(winner.cost):
         raise InputError("effects", "the model has no solution at any start", "better start values", "set `initial`")
@@ -101,12 +134,26 @@ def fit(problem: Problem, progress: Progress | None = None) -> Fit:
     return Fit(winner.final, winner.cost, tuple(starts), history, time.perf_counter() - progress.began)
 
 
-def _with_costs(stages: Sequence[Optimizer], problem: Problem, objective: Objective) -> list[tuple[Optimizer, Objective]]:
-    """Each stage with what it minimises: its own cost, or the study's."""
-    return [(stage, stage.cost.objective(problem.targets()) if stage.cost else objective) for stage in stages]
+def _stages(optimizers: Sequence[Optimizer], problem: Fittable, objective: Objective) -> list[Stage]:
+    """Each optimizer with its own cost or the study's, on its own measurements or all, for its own parameters or all."""
+    stages, names = [], [parameter.name for parameter in problem.parameters]
+    for number, one in enumerate(optimizers):
+        own = objective
+        if one.cost or one.measurements:
+            own = (one.cost or problem.file.study.cost).objective(problem.targets(names=one.measurements))
+        moves = np.ones(len(names), dtype=bool)
+        if one.parameters:
+            moves = np.array([any(fnmatchcase(name, pattern) for pattern in one.parameters) for name in names])
+            if not any(p.free and moved for p, moved in zip(problem.parameters, moves, strict=True)):
+                found = f"no free parameter is called {' or '.join(one.parameters)}"
+                raise InputError(
+                    f"optimizer.{number}.parameters", found, "names such as " + ", ".join(names[:3]), "`*` stands for any part"
+                )
+        stages.append(Stage(one, own, moves))
+    return stages
 
 
-def _settled(starts: Sequence[Start], study: Study) -> bool:
+def _settled(starts: Sequence[Start], study: Any) -> bool:
     """Whether the best minimum is beyond doubt: at its target, or found by several starts, and no more than noise where that is known.
 
     A local minimum looks exactly like something missing from the model, so a gap above noise is not believed early.
@@ -125,35 +172,41 @@ def _agreeing(starts: Sequence[Start]) -> int:
 def _run(
     number: int,
     x: Array,
-    stages: Sequence[tuple[Optimizer, Objective]],
+    stages: Sequence[Stage],
     objective: Objective,
     scale: Scale,
-    problem: Problem,
+    problem: Fittable,
     progress: Progress,
 ) -> Start:
     began, initial, evaluations = time.perf_counter(), scale.to_values(x), 0
-    outcome = Outcome(False, "no stage ran")
+    outcome, values = Outcome(False, "no stage ran"), initial
     study = problem.file.study
-    for position, (stage, stage_objective) in enumerate(stages):
+    for position, stage in enumerate(stages):
 
-        def watch(count: int, best: float, position: int = position, kind: str = stage.kind) -> None:
+        def watch(count: int, best: float, position: int = position, kind: str = stage.optimizer.kind) -> None:
             progress.rows.append((number, position, count, best, time.perf_counter() - progress.began))
             progress.show(number, study.starts, kind, count, best)
 
-        target = study.target_cost if stage_objective is objective else 0.0
-        search = Search(stage_objective, scale, stage.evaluations, target, watch, progress.journal)
+        target = study.target_cost if stage.objective is objective else 0.0
+        part = _part(problem, stage, values)
+        search = Search(stage.objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
         try:
-            outcome = stage.minimize(search, x, np.random.default_rng([study.seed, number, position]))
+            outcome = stage.optimizer.minimize(search, part.to_x(values), np.random.default_rng([study.seed, number, position]))
         except Ended as end:
             outcome = Outcome(end.reached, end.reason)
-        x = x if search.best_x is None else search.best_x
+        values = values if search.best_x is None else part.to_values(search.best_x)
         evaluations += search.evaluations
-    values = scale.to_values(x)
     cost = float(objective.costs(values[None])[0])
     return Start(initial, values, cost, evaluations, time.perf_counter() - began, outcome.converged, outcome.sentence)
 
 
-def _starting_points(problem: Problem, scale: Scale) -> list[Array]:
+def _part(problem: Fittable, stage: Stage, values: Array) -> Scale:
+    """The parameters that a stage moves; the others are held at their present values (parameters,)."""
+    rows = zip(problem.parameters, values.tolist(), stage.moves.tolist(), strict=True)
+    return Scale(tuple(replace(p, initial=value, free=p.free and moved) for p, value, moved in rows))
+
+
+def starting_points(problem: Fittable, scale: Scale) -> list[Array]:
     """The initial values, then a Latin hypercube: within the start factor on log scales, within the bounds on linear ones."""
     study = problem.file.study
     first = scale.to_x(np.array([parameter.initial for parameter in problem.parameters]))
@@ -167,7 +220,7 @@ def _starting_points(problem: Problem, scale: Scale) -> list[Array]:
     return [first, *(low + sampler.random(study.starts - 1) * (high - low))]
 
 
-def check_moves(problem: Problem, objective: Objective) -> None:
+def check_moves(problem: Fittable, objective: Objective) -> None:
     """Raise an InputError that names the free parameters to which the cost is blind at the start."""
     scale = Scale(problem.parameters)
     initial = np.array([parameter.initial for parameter in problem.parameters])

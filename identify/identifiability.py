@@ -66,6 +66,8 @@ def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
     lower, upper = scale.bounds()
     bread = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
     covariance = bread @ variance @ bread
+    blind = np.flatnonzero(np.diag(covariance) <= 0)  # the residuals say nothing of these, not even how they scatter
+    covariance[blind, blind] = np.diag(bread)[blind]
     widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
     covariance *= np.outer(widening, widening)
     std = np.sqrt(np.diag(covariance))
@@ -76,7 +78,7 @@ def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
         independent_std=np.sqrt(np.diag(bread)),
         low=limits[0],
         high=limits[1],
-        status=_status(scale, values, std),
+        status=statuses(scale, values, std),
         correlation=covariance / np.outer(std, std),
         singular_values=np.sqrt(np.maximum(squares[::-1], 0.0)),
         directions=directions[:, ::-1].T,
@@ -169,7 +171,8 @@ def _outer(a: Complex, b: Complex, factor: complex = 1.0) -> Array:
     return np.asarray((factor * (np.conj(flat_a).T @ flat_b)).real)
 
 
-def _status(scale: Scale, values: Array, std: Array) -> tuple[str, ...]:
+def statuses(scale: Scale, values: Array, std: Array) -> tuple[str, ...]:
+    """determined, weak or not determined, per free parameter, from the standard deviation on the search scale."""
     parameters = [scale.parameters[number] for number in scale.free]
     size = np.array([1.0 if p.log else abs(v) / (p.upper - p.lower) * 10 for p, v in zip(parameters, values[scale.free], strict=True)])
     relative = std / np.maximum(size, 1e-12)

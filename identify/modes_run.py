@@ -6,6 +6,7 @@ import io
 import re
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
@@ -32,6 +33,7 @@ from identify.modes_result import ModesResult
 from identify.posture_geometry import drawn_geometry, sensor_geometry, standing
 from identify.problem import Problem, load_problem
 from identify.provenance import provenance, provenance_of, sha256
+from identify.settings import option_settings
 from identify.study import read_study
 
 T = TypeVar("T", bound=BaseModel)
@@ -59,13 +61,13 @@ def run_modes(
         if data.suffix.lower() in _STUDIES:
             problem = _study(data, file, geometry, length_unit)
             measured, settings = _of_study(problem), _settings(problem.file.study.modal, modal)
-            name, came_from = problem.file.study.name, provenance_of(problem)
+            name, came_from = problem.file.study.name, provenance_of(_overridden(problem, modal))
         else:
             file = file or FrfFileOptions()
             one, notes = _of_file(data, file, geometry, length_unit)
             measured, settings, name = [one], _settings(ModalSettings(), modal), data.stem
             inputs = [(str(path), sha256(path)) for path in (data, geometry) if path is not None]
-            came_from = provenance("", _asked(file, settings, geometry, length_unit), inputs)
+            came_from = provenance("", _asked(file, settings, geometry, length_unit), inputs, _sources(file, settings, modal))
         path = out or Path("reports") / f"{name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
         _keep_inputs(path, tables, [data, *(Path(m.data.source) for m in measured)])
@@ -110,6 +112,18 @@ def _study(config: Path, file: FrfFileOptions | None, geometry: Path | None, len
     if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
         raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
     return problem
+
+
+def _overridden(problem: Problem, modal: dict[str, Any] | None) -> Problem:
+    """The problem with what the command line said about the analysis."""
+    overrides = {f"modal.{key}": value for key, value in (modal or {}).items()}
+    return replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
+
+
+def _sources(file: FrfFileOptions, settings: ModalSettings, modal: dict[str, Any] | None) -> results.SettingTable:
+    """The settings of an analysis of a file, each with its source."""
+    given = {**file.model_dump(exclude_defaults=True), **{f"modal.{key}": value for key, value in (modal or {}).items()}}
+    return option_settings({"": file, "modal": settings}, given)
 
 
 def _of_study(problem: Problem) -> list[Measured]:
@@ -158,6 +172,7 @@ def _drawn(sensors: Geometry) -> results.Geometry:
         points=sensors.position_m,
         skeleton=np.zeros((0, 3)),
         segments=np.array(segments, dtype=int).reshape(-1, 2),
+        axes=sensors.axes,
     )
 
 

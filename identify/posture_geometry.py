@@ -39,7 +39,13 @@ def drawn_geometry(engine: Engine, points: Sequence[Point]) -> DrawnGeometry:
         point_links=tuple(point.link for point in points),
         points=np.array([engine.position(point.link, point.position) for point in points]).reshape(-1, 3),
         skeleton=np.array([np.zeros(3), *(engine.position(frame, at) for frame, at in joints(engine, points))]),
+        axes=_axes(engine, points),
     )
+
+
+def _axes(engine: Engine, points: Sequence[Point]) -> Array:
+    """The directions of every point's channels, as rows (n, 3, 3), in the base's axes."""
+    return np.array([point.axes @ engine.axes(point.link).T for point in points]).reshape(-1, 3, 3)
 
 
 def sensor_geometry(engine: Engine, points: Sequence[Point]) -> Geometry:
@@ -48,6 +54,6 @@ def sensor_geometry(engine: Engine, points: Sequence[Point]) -> Geometry:
     return Geometry(
         nodes=nodes,
         position_m=np.array([engine.position(point.link, point.position) for point in points]).reshape(-1, 3),
-        axes=np.array([point.axes @ engine.axes(point.link).T for point in points]).reshape(-1, 3, 3),
+        axes=_axes(engine, points),
         lines=(nodes,) if len(nodes) > 1 else (),
     )

@@ -26,7 +26,17 @@ Texts = tuple[str, ...]
 LAYOUT = 1
 UNFINISHED = "unfinished"
 _ELSEWHERE = "choose another with `--out`"
-_KINDS = {"fit": "a finished fit", "modes": "a modal analysis", UNFINISHED: "an interrupted run"}
+_KINDS = {
+    "fit": "a finished fit",
+    "modes": "a modal analysis",
+    "discovery": "a search for missing effects",
+    "batch": "a batch",
+    "map": "a map",
+    "map-part": "part of a map",
+    "motion": "a simulated or fitted motion",
+    "explained": "an explained motion",
+    UNFINISHED: "an interrupted run",
+}
 T = TypeVar("T")
 
 
@@ -65,7 +75,8 @@ class StartTable:
 class Geometry:
     """Where things are at a posture, in the base's axes, m: points (n, 3) with their nodes, and the skeleton of joint origins (k, 3).
 
-    segments (j, 2): rows of points that a measurement's trace lines join.
+    segments (j, 2): rows of points that a measurement's trace lines join; axes (n, 3, 3): rows are the directions of the channels X, Y
+    and Z of each point, None in files written before they were kept.
     """
 
     nodes: NDArray[np.int_]
@@ -74,6 +85,7 @@ class Geometry:
     points: Array
     skeleton: Array
     segments: NDArray[np.int_] | None = None
+    axes: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -167,8 +179,17 @@ class ProfileCurve:
 
 
 @dataclass(frozen=True)
+class SettingTable:
+    """Every setting of a run: its key, its value as text, and where the value came from (`identify.settings`)."""
+
+    key: Texts
+    value: Texts
+    source: Texts
+
+
+@dataclass(frozen=True)
 class Provenance:
-    """Where a result comes from."""
+    """Where a result comes from; settings: None in files written before they were kept."""
 
     identify: str
     python: str
@@ -180,6 +201,16 @@ class Provenance:
     config: str
     input_files: Texts
     input_sha256: Texts
+    settings: SettingTable | None = None
+
+
+@dataclass(frozen=True)
+class Description:
+    """The texts of the files that describe the robot (its name says what it is) and the points, so that a result can be used alone."""
+
+    robot_name: str
+    robot: str
+    points: str
 
 
 @dataclass(frozen=True)
@@ -212,6 +243,7 @@ class Result:
     published: PublishedValues | None
     profiles: dict[str, ProfileCurve]
     provenance: Provenance
+    description: Description | None = None
 
 
 @dataclass(frozen=True)

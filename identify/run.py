@@ -17,8 +17,8 @@ from identify.evaluate import evaluate
 from identify.fit import Progress, fit
 from identify.measured.finding import Finding
 from identify.measured.quality import check
-from identify.problem import Problem, load_problem, measurement_names, read_frfs
-from identify.provenance import provenance_of
+from identify.problem import load_problem, measurement_names, read_frfs
+from identify.provenance import provenance, provenance_of, robot_inputs, sha256
 from identify.robot.points import read_points
 from identify.study import Study, StudyFile, read_study
 
@@ -37,16 +37,30 @@ def run_fit(
     profiled: names of parameters whose profile likelihood is wanted.  While it runs, the file holds what `resume` needs;
     a finished run of the same study is not run again by it.
     """
-    file, progress = _override(read_study(config), overrides), progress or Progress()
+    file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
+    return fit_study(file, path, progress, resume=resume, profiled=profiled), path
+
+
+def fit_study(
+    file: StudyFile,
+    path: Path,
+    progress: Progress | None = None,
+    *,
+    resume: bool = False,
+    replace: bool = False,
+    profiled: Sequence[str] = (),
+) -> results.Result:
+    """The same for a study that has been read; replace: where `resume` finds a run of something else, begin anew instead of refusing."""
+    progress = progress or Progress()
     with threadpool_limits(1):
         problem = load_problem(file)
-        key = _key(problem, overrides)
+        key = run_key(provenance_of(problem), file)
         if resume:
             done = _finished(path, key)
             if done is not None:
-                return done, path
-            progress.journal.remembered = _remembered(path, key)
+                return done
+            progress.journal.remembered = _remembered(path, key, replace)
         progress.journal.save = lambda costs: results.write(results.unfinished(key, costs), path)
         results.check_writable(path)  # now, not after an hour; an older result stays until this run has something to save
         try:
@@ -56,31 +70,49 @@ def run_fit(
             raise
         result = evaluate(problem, found, key, profiled)
     results.write(result, path)
-    return result, path
+    return result
 
 
-def _key(problem: Problem, overrides: dict[str, Any]) -> str:
+def finished_before(file: StudyFile, path: Path) -> results.Result | None:
+    """The finished run of this very study, data and versions at `path`, told from the hashes of its input files, which are not parsed."""
+    if any(m.repeats for m in file.study.measurements):
+        return None  # their mean has no hash of its own
+    try:
+        measured = [(str(m.source), sha256(file.resolve(m.source))) for m in file.study.measurements]
+        inputs = [*robot_inputs(file), *measured]
+    except OSError:
+        return None
+    return _finished(path, run_key(provenance(file.path.name, file.text, inputs), file))
+
+
+def run_key(p: results.Provenance, file: StudyFile) -> str:
     """What makes two runs the same: settings, input files, and the versions that compute."""
-    p = provenance_of(problem)
-    settings = ",".join(f"{name}={value}" for name, value in sorted(overrides.items()) if value is not None)
+    settings = ",".join(f"{name}={value}" for name, value in sorted(file.overrides.items()))
     parts = (p.config_sha256, settings, *p.input_sha256, p.identify, p.python, *p.packages)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
-def _remembered(path: Path, key: str) -> NDArray[np.float64]:
-    """The costs of the interrupted run at `path`; InputError where there is none, or one of something else."""
-    if not path.exists():
+def _remembered(path: Path, key: str, replace: bool) -> NDArray[np.float64]:
+    """The costs of the interrupted run at `path`; InputError where it is one of something else, unless that may be replaced."""
+    if not path.exists() or (replace and results.kind_of(path) != results.UNFINISHED):
         return np.zeros(0)
     kept = results.read(path, results.Unfinished)
-    if kept.key != key:
-        found = "the interrupted run there had another config, data or version"
-        raise InputError(str(path), found, "the same study", "run without `--resume`, or choose another file with `--out`")
+    if kept.key != key and replace:
+        return np.zeros(0)
+    check_key(path, kept.key, key)
     return kept.costs
+
+
+def check_key(path: Path, found: str, key: str) -> None:
+    """Raise an InputError where the interrupted run at `path` is one of something else."""
+    if found != key:
+        different = "the interrupted run there had another config, data or version"
+        raise InputError(str(path), different, "the same study", "run without `--resume`, or choose another file with `--out`")
 
 
 def _finished(path: Path, key: str) -> results.Result | None:
     """The finished run of the same study at `path`, if there is one."""
-    if not path.exists() or results.kind_of(path) == results.UNFINISHED:
+    if not path.exists() or results.kind_of(path) != results.Result.KIND:
         return None
     done: results.Result = results.read(path)
     return done if done.key == key else None
@@ -96,9 +128,10 @@ def run_checks(config: Path) -> dict[str, list[Finding]]:
     }
 
 
-def _override(file: StudyFile, overrides: dict[str, Any]) -> StudyFile:
+def override(file: StudyFile, overrides: dict[str, Any]) -> StudyFile:
+    """The study with keys replaced by those that are not None."""
     given = {key: value for key, value in overrides.items() if value is not None}
     if not given:
         return file
     study = Study.model_validate({**{name: getattr(file.study, name) for name in file.study.model_fields_set}, **given})
-    return file.model_copy(update={"study": study})
+    return file.model_copy(update={"study": study, "overrides": given})

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from pydantic_core import to_jsonable_python
+
 from identify.costs.base import COSTS
 from identify.effects.base import EFFECTS
+from identify.motion.controller import CONTROLLERS
+from identify.motion.study import MotionStudy
 from identify.optimizers.base import OPTIMIZERS
 from identify.study import Study
 
@@ -17,3 +21,12 @@ def study_schema() -> dict[str, Any]:
         kinds = {name: registry.get(name).model_json_schema() for name in registry.names()}
         schema["properties"][key]["kinds"] = kinds
     return schema
+
+
+def motion_schema() -> dict[str, Any]:
+    """JSON Schema of a study of motion; `servo` and `optimizer` list the schema of every registered kind."""
+    schema = MotionStudy.model_json_schema(by_alias=True)
+    for key, registry in (("servo", CONTROLLERS), ("optimizer", OPTIMIZERS)):
+        schema["properties"][key]["kinds"] = {name: registry.get(name).model_json_schema() for name in registry.names()}
+    plain: dict[str, Any] = to_jsonable_python(schema, inf_nan_mode="strings")  # JSON has no infinity, and limits default to it
+    return plain

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+from inspect import isabstract
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from ruamel.yaml import YAML
@@ -23,6 +24,7 @@ from identify.modal.settings import ModalSettings
 from identify.optimizers.base import Optimizer, parse_optimizer
 
 SCHEMA = "identify/1"
+S = TypeVar("S", bound=BaseModel)
 _ROBUST_THEN_LIKELY: tuple[dict[str, Any], ...] = (
     {"kind": "gauss-newton", "cost": {"kind": "frf-least-squares", "residual": "log"}},
     {"kind": "gauss-newton"},
@@ -68,6 +70,15 @@ class RelativeNoise(Settings):
     relative: float = Field(gt=0, description="standard deviation of the complex value over the RMS of the FRF")
 
 
+class ImpactSettings(Settings):
+    """The blows of a hammer test, half-sines: what amplitude-dependent effects depend on."""
+
+    peak_n: float = Field(gt=0, description="mean peak force of the blows, N")
+    width_ms: float = Field(
+        6.5, gt=0, description="how long a blow lasts, ms; friction torques found are in proportion to peak times width"
+    )
+
+
 class MeasurementSettings(FrfFileOptions):
     """One measurement: a file of FRFs, or a table of modes, at one posture."""
 
@@ -79,9 +90,11 @@ class MeasurementSettings(FrfFileOptions):
     modes: Path | None = Field(None, description="modal table: .yaml or .csv")
     shapes: Path | None = Field(None, description="mode shapes of a modal table in .csv")
     posture_deg: list[float] = Field(description="joint angles, one per joint")
+    speed_deg_per_s: list[float] | None = Field(None, description="joint speeds of a robot that moved, one per joint: Coriolis terms")
     detached: str | None = Field(None, description="this link and all beyond it were taken off")
     outputs: list[str] | None = Field(None, description="response channels to use, such as 12:+Z; default: all")
     inputs: list[str] | None = Field(None, description="force channels to use; default: all")
+    impact: ImpactSettings | None = Field(None, description="the blows of a hammer test; needed by amplitude-dependent effects only")
     noise: Literal["coherence"] | RelativeNoise = Field("coherence", description="`coherence` (with `averages`), or {relative: 0.02}")
     use: Literal["fit", "validate"] = Field("fit", description="`validate`: never fitted, only predicted")
 
@@ -121,6 +134,7 @@ class Study(Settings):
         min_length=1,
         description="the physics of the model; default: drive compliance of all joints",
     )
+    initial: dict[str, float] = Field({}, description="start values by name of parameter, over those of the effects")
     cost: Annotated[Cost, BeforeValidator(parse_cost)] = Field(
         parse_cost("frf-least-squares"), description="how far a model is from the data"
     )
@@ -166,6 +180,8 @@ class StudyFile(Settings):
     text: str
     sha256: str
     study: Study
+    overrides: dict[str, Any] = {}
+    """What the command line said in place of keys of the study, by key."""
 
     def resolve(self, path: Path) -> Path:
         """A path of the config, relative to the config's folder."""
@@ -177,21 +193,37 @@ def read_study(path: Path) -> StudyFile:
 
     Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
     """
+    study, text = read_settings(path, Study, SCHEMA)
+    return StudyFile(path=path, text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=study)
+
+
+def read_settings(path: Path, kind: type[S], schema: str) -> tuple[S, str]:
+    """The settings of that kind in a YAML file, whose `schema:` is to be `schema`, and its text; raises as `read_study` does."""
+    data, text = read_yaml(path)
+    if not isinstance(data, dict):
+        raise InputError(str(path), "not a mapping of keys", f"`schema: {schema}` and the other keys", "see `identify config`")
+    return validated(path, data, kind), text
+
+
+def validated(path: Path, data: Any, kind: type[S]) -> S:
+    """Settings of that kind from the data of a config; raises InputErrors with every key that is wrong, and its line."""
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        raise InputErrors([_input_error(path, data, fault, kind) for fault in error.errors()]) from error
+
+
+def read_yaml(path: Path) -> tuple[Any, str]:
+    """What a YAML file holds, and its text; raises InputError for one that cannot be read or is no YAML."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(str(path), f"cannot be read ({error})", "a config file", "write one with `identify init`") from error
-    data = _parse_yaml(path, text)
-    if not isinstance(data, dict):
-        raise InputError(str(path), "not a mapping of keys", f"`schema: {SCHEMA}` and the other keys", "see `identify config`")
-    try:
-        study = Study.model_validate(data)
-    except ValidationError as error:
-        raise InputErrors([_input_error(path, data, fault) for fault in error.errors()]) from error
-    return StudyFile(path=path, text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=study)
+    return parse_yaml(path, text), text
 
 
-def _parse_yaml(path: Path, text: str) -> Any:
+def parse_yaml(path: Path, text: str) -> Any:
+    """The text of a config as data that know their lines; InputError where it is no YAML."""
     try:
         return YAML(typ="rt").load(text)
     except MarkedYAMLError as error:
@@ -202,12 +234,12 @@ def _parse_yaml(path: Path, text: str) -> Any:
         raise InputError(str(path), f"not YAML ({error})", "`key: value` lines") from error
 
 
-def _input_error(path: Path, data: Any, fault: Any) -> InputError:
+def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> InputError:
     """A pydantic error as a sentence with the key and its line."""
     keys = [key for key in fault["loc"] if not (isinstance(key, str) and key[:1].isupper())]  # class names of unions are no keys
-    where = f"{path}{_line(data, keys)}: {'.'.join(map(str, keys)) or 'config'}"
+    where = f"{path}{line_of(data, keys)}: {'.'.join(map(str, keys)) or 'config'}"
     if fault["type"] == "extra_forbidden":
-        known = [field.alias or name for name, field in _fields_at(keys[:-1]).items()]
+        known = [field.alias or name for name, field in _fields_at(kind, keys[:-1]).items()]
         near = difflib.get_close_matches(str(keys[-1]), known, n=1)
         fix = f"did you mean `{near[0]}`?" if near else "remove it"
         return InputError(where, "unknown key", "one of " + ", ".join(known) if known else "a known key", fix)
@@ -219,7 +251,7 @@ def _input_error(path: Path, data: Any, fault: Any) -> InputError:
     return InputError(where, f"found {found!r}", fault["msg"][:1].lower() + fault["msg"][1:])
 
 
-def _line(data: Any, keys: list[Any]) -> str:
+def line_of(data: Any, keys: list[Any]) -> str:
     """` line N` of a key in the YAML, or of the nearest parent that has one."""
     line = ""
     for key in keys:
@@ -231,15 +263,16 @@ def _line(data: Any, keys: list[Any]) -> str:
     return line
 
 
-def _fields_at(keys: list[Any]) -> dict[str, Any]:
+def _fields_at(kind: type[BaseModel], keys: list[Any]) -> dict[str, Any]:
     """The fields that are known where an unknown key was found; empty inside plug points, whose errors name them."""
-    models: dict[str, type[BaseModel]] = {
-        "robot": RobotSettings,
-        "measurements": MeasurementSettings,
-        "payload": Payload,
-        "modal": ModalSettings,
-    }
-    names = [key for key in keys if isinstance(key, str)]
-    if not names:
-        return dict(Study.model_fields)
-    return dict(models[names[-1]].model_fields) if names[-1] in models else {}
+    models: list[type[BaseModel]] = [kind]
+    for key in (key for key in keys if isinstance(key, str)):
+        models = [inner for model in models if key in model.model_fields for inner in _models_in(model.model_fields[key].annotation)]
+    return {name: field for model in models if not isabstract(model) for name, field in model.model_fields.items()}
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The settings models that a field's type mentions."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in _models_in(part)]

@@ -14,11 +14,14 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from identify.compare import SideBySide
+from identify.discovery.loop import Story
+from identify.discovery.result import DiscoveryResult, OptionTable
 from identify.fit import Progress
 from identify.measured.finding import Finding
 from identify.modes_result import AnalysedMeasurement, ModesResult
-from identify.results import MeasurementResult, Result
+from identify.results import MeasurementResult, ParameterTable, Result
 
+_SHOWN = 6
 _MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}
 
 
@@ -39,32 +42,68 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
         yield Progress(show)
 
 
+@contextmanager
+def story(quiet: bool) -> Iterator[Story]:
+    """The turns of a discovery as they come, and a bar over the candidates of a step; nothing where quiet."""
+    console = Console(stderr=True)
+    columns = (TextColumn("trying candidates"), BarColumn(), TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn())
+    with Bar(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as bar:
+        task = bar.add_task("", total=None)
+
+        def say(sentence: str) -> None:
+            if not quiet:
+                bar.console.print(sentence, highlight=False)
+
+        yield Story(say, lambda number, total: bar.update(task, completed=number, total=total))
+
+
+def print_discovery(result: DiscoveryResult) -> None:
+    """The verdict, what was added with its numbers, and where each step looked."""
+    console = Console()
+    console.print(*result.verdict, sep="\n", highlight=False)
+    for note in result.notes:
+        console.print(f"[yellow]note:[/] {escape(note)}", highlight=False)
+    for name in result.added.named:
+        console.print(f"added: {escape(name)}", highlight=False)
+    for number, step in enumerate(result.steps.values(), start=1):
+        console.print(f"\nStep {number}. {escape(step.where)}", escape(step.decision), escape(step.advice), sep="\n", highlight=False)
+        console.print(_option_table(step.options))
+
+
+def _option_table(options: OptionTable) -> Table:
+    """The best candidates of a step."""
+    table = Table("candidate", "gap", "not fitted", "evidence", "", box=SIMPLE_HEAD)
+    for row in range(min(_SHOWN, len(options.sentence))):
+        numbers = (options.gap[row], options.gap_validation[row])
+        evidence = "" if np.isnan(options.evidence[row]) else f"{options.evidence[row]:.0f}"
+        table.add_row(options.sentence[row], *("" if np.isnan(n) else f"{n:.2f}" for n in numbers), evidence, options.verdict[row])
+    return table
+
+
 def print_result(result: Result) -> None:
     """The verdict, the parameters and the modes."""
     console = Console()
     console.print(*result.verdict, sep="\n", highlight=False)
     for note in result.notes:
         console.print(f"[yellow]note:[/] {note}", highlight=False)
-    console.print(parameter_table(result))
+    console.print(parameter_rows(f"{result.name}: parameters", result.parameters))
     for measurement in result.measurements.values():
         console.print(mode_table(measurement))
 
 
-def parameter_table(result: Result) -> Table:
+def parameter_rows(title: str, p: ParameterTable) -> Table:
     """Fitted values with their intervals."""
-    title, tight = f"{result.name}: parameters", (0, 1, 0, 0)
+    tight = (0, 1, 0, 0)
     table = Table("parameter", "value", "unit", "95 %", "data say", title=title, box=SIMPLE_HEAD, pad_edge=False, padding=tight)
     for number, column in enumerate(table.columns):
         column.no_wrap, column.justify = True, "right" if number in (1, 3) else "left"
-    p = result.parameters
     for row, name in enumerate(p.name):
-        table.add_row(name, f"{p.value[row]:.4g}", p.unit[row], _interval(result, row), p.status[row])
+        table.add_row(name, f"{p.value[row]:.4g}", p.unit[row], _interval(p, row), p.status[row])
     return table
 
 
-def _interval(result: Result, row: int) -> str:
+def _interval(p: ParameterTable, row: int) -> str:
     """Half the 95 % interval in per cent of the value where it is narrow, its ends where it is wide."""
-    p = result.parameters
     if not p.free[row]:
         return ""
     half = (p.high_95[row] - p.low_95[row]) / 2 / abs(p.value[row]) if p.value[row] else np.inf

@@ -158,6 +158,12 @@ class Optimizer(BaseModel, ABC):
     kind: str
     evaluations: int = Field(1000, ge=1, description="budget of cost evaluations of this stage, per start")
     cost: Cost | None = Field(None, description="another cost for this stage, such as a robust first one; default: the study's")
+    parameters: list[str] | None = Field(
+        None, min_length=1, description="what this stage moves, `*` for any part of a name, such as joint1.*; default: all that are free"
+    )
+    measurements: list[str] | None = Field(
+        None, min_length=1, description="names of the measurements that this stage compares; default: all that are fitted"
+    )
 
     @field_validator("cost", mode="before")
     @classmethod
