@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from identify.costs.target import FrfTarget, ModalTarget, Targets, frf_target
+from identify.costs.target import FrfTarget, ModalTarget, Targets, frf_target, record_length
 from identify.effects.base import Effect, Parameter, parse_effect
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
+from identify.model.impact import Impact
 from identify.model.modes import complex_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
@@ -28,6 +29,7 @@ NODES = {1: ("link3", [0.0, 0.1, 0.2]), 2: ("link5", [0.1, 0.0, 0.1]), 3: ("link
 POINTS = {
     node: Point(node, f"{link}_a", link, np.array(at), np.eye(3), f"points.csv line {node + 1}") for node, (link, at) in NODES.items()
 }
+IMPACT = Impact(180.0, 6.5e-3, 1.0)
 CHANNELS = tuple(Channel(node, axis) for node in NODES for axis in (1, 2, 3))
 
 
@@ -42,7 +44,7 @@ def predictor(system: System, lines: int = 60, band: tuple[float, float] = (3, 8
     """A target without data for these response channels and forces at the last point, with all that effects do to the measurement."""
     f, forces = np.linspace(*band, lines), CHANNELS[-3:]
     empty = FrfSet(f, np.zeros((lines, len(channels), 3), complex), channels, forces, "accelerance", window_decay_per_s=0.7)
-    return frf_target("synthetic", empty, system, POINTS)
+    return frf_target("synthetic", empty, system, POINTS, record=record_length(empty), impact=IMPACT)
 
 
 def targets(

@@ -57,7 +57,15 @@ def test_there_is_no_import_cycle() -> None:
         visit(name, ())
 
 
-LAYERS = [("robot", "measured"), ("effects",), ("model",), ("costs", "optimizers", "modal"), ("reports",)]
+LAYERS = [
+    ("robot", "measured"),
+    ("effects",),
+    ("model",),
+    ("costs", "optimizers", "modal"),
+    ("motion_effects", "motion"),
+    ("discovery", "batch"),
+    ("reports",),
+]
 
 
 def test_arrows_run_downwards_only() -> None:
@@ -115,7 +123,17 @@ def test_readme_commands_and_files_exist() -> None:
 
 @pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "configs").glob("*.yaml")))
 def test_every_config_loads(config: str) -> None:
-    from identify.problem import load_problem
+    from identify.motion.explain_run import known_of
+    from identify.motion.explain_study import is_explain_study, read_explain_study
+    from identify.motion.problem import load_motion
+    from identify.motion.study import is_motion_study, read_motion_study
+    from identify.problem import load_problem, read_robot
     from identify.study import read_study
 
-    assert load_problem(read_study(ROOT / "configs" / config)).parameters
+    path = ROOT / "configs" / config
+    if is_explain_study(path):
+        explained = read_explain_study(path)
+        assert known_of(explained.study, read_robot(explained.study.robot, path.parent)).joints
+        return
+    problem = load_motion(read_motion_study(path)) if is_motion_study(path) else load_problem(read_study(path))
+    assert problem.parameters

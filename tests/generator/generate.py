@@ -17,13 +17,13 @@ from tests.generator.spec import TestSpec
 from tests.generator.universal import Function, dataset
 
 
-def generate(spec: TestSpec, folder: Path, truth: Path | None = None) -> None:
+def generate(spec: TestSpec, folder: Path, truth: Path | None = None, postures: Array | None = None) -> None:
     """Simulate a test and write robot.urdf, points.csv, test.json and the UFF files into `folder`.
 
-    The truth goes to `truth`, by default NAME.truth.json beside the folder.
+    The truth goes to `truth`, by default NAME.truth.json beside the folder.  postures (n, joints), degrees: drawn where not given.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    postures = draw_postures(spec)
+    postures = draw_postures(spec) if postures is None else postures
     plants = [make_plant(spec, posture) for posture in postures]
     linear = [linearise(plant, spec.hammer_points[0]) for plant in plants]
     decay = stated_decay(spec, linear)

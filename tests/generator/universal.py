@@ -59,3 +59,31 @@ def _axes(is_frf: bool) -> list[str]:
     ordinates = [(12, "Acceleration", "m/s2"), (13, "Force", "N")] if is_frf else [(0, "Coherence", "NONE"), (0, "NONE", "NONE")]
     axes = [(18, "Frequency", "Hz"), *ordinates, (0, "", "NONE")]
     return [f"{code:10d}{0:5d}{0:5d}{0:5d} {label:<20s} {unit:<20s}" for code, label, unit in axes]
+
+
+@dataclass(frozen=True)
+class Record:
+    """One time record: node and direction (1 to 6) of the channel, its unit, values (n,)."""
+
+    node: int
+    direction: int
+    unit: str
+    values: Array
+
+
+_KINDS = {"m/s^2": (12, "Acceleration"), "N": (13, "Force"), "rad": (8, "Displacement")}
+
+
+def time_dataset(record: Record, rate: float) -> bytes:
+    """One dataset 58b of a time response sampled at `rate` (Hz) from time 0, single precision."""
+    data = record.values.astype("<f4").tobytes()
+    opening = f"    -1\n    58b     1     2          11{len(data):12d}     0     0           0           0\n"
+    code, label = _KINDS[record.unit]
+    axes = [(17, "Time", "s"), (code, label, record.unit), (0, "NONE", "NONE"), (0, "", "NONE")]
+    header = [
+        *[" " * 80] * 5,
+        f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':>10s}{record.node:10d}{record.direction:4d} {'NONE':>10s}{0:10d}{0:4d}",
+        f"{2:10d}{len(record.values):10d}{1:10d}{0.0:13.5e}{1 / rate:13.5e}{0.0:13.5e}",
+        *[f"{code:10d}{0:5d}{0:5d}{0:5d} {label:<20s} {unit:<20s}" for code, label, unit in axes],
+    ]
+    return opening.encode() + "\n".join(header).encode() + b"\n" + data + b"\n    -1\n"

@@ -126,7 +126,7 @@ def test_single_pairs_in_hdf5_groups(tmp_path: Path) -> None:
         ({"averages": 4.5}, {}, "averages: 4.5"),
         ({"averages": [4.0, 5.0]}, {}, "one real number"),
         ({}, {"unit": "g/N"}, "the key unit says"),
-        ({}, {"outputs": ["9:+X", "2:+X", "1:+X"]}, "other channels than the file names"),
+        ({}, {"outputs": ["9:+X", "2:+X", "1:+X"]}, "a channel that the file does not name"),
         ({}, {"variables": {"frf": "H"}}, "frf should be at 'H', where nothing is"),
         ({}, {"variables": {"FRF": "frf"}}, "unknown name 'FRF'"),
         ({}, {"variables": {"1:+X/2:+X": "frf"}}, r"values of shape \(7, 3, 2\); expected 7"),

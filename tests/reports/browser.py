@@ -21,7 +21,14 @@ from typing import Any
 
 import pytest
 
-_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+_NAMES = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+)
+_CHOSEN = "IDENTIFY_BROWSER"
 _FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -40,10 +47,11 @@ _PATIENCE_S = 60.0
 
 
 def chromium() -> str:
-    """The browser's path; skips the calling test where there is none."""
-    found = next(filter(None, map(shutil.which, _NAMES)), None)
+    """The browser's path, from IDENTIFY_BROWSER or under its usual names; skips the calling test where there is none."""
+    names = [os.environ[_CHOSEN]] if _CHOSEN in os.environ else list(_NAMES)
+    found = next(filter(None, map(shutil.which, names)), None)
     if found is None:
-        pytest.skip(f"no browser is here (one of {', '.join(_NAMES)}): the page is not opened")
+        pytest.skip(f"no browser is here (one of {', '.join(names)}; `make browser` installs one on Debian): the page is not opened")
     return found
 
 

@@ -12,7 +12,7 @@ import pytest
 def poppler(tool: str, *arguments: str) -> str:
     """The output of one of poppler's tools (pdftotext, pdffonts, pdfinfo)."""
     if shutil.which(tool) is None:
-        pytest.skip(f"{tool} (package poppler-utils) is not installed: the PDF is not read")
+        pytest.skip(f"{tool} (package poppler-utils; `make browser` installs it on Debian) is not here: the PDF is not read")
     return subprocess.run([tool, *arguments], check=True, capture_output=True, text=True, encoding="utf-8").stdout
 
 

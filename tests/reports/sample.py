@@ -22,6 +22,7 @@ from identify.results import (
     Provenance,
     PublishedValues,
     Result,
+    SettingTable,
     StartTable,
 )
 
@@ -85,7 +86,9 @@ def _geometry(points: int) -> Geometry:
     along = np.stack([np.interp(t, np.linspace(0, 1, 5), skeleton[:, axis]) for axis in range(3)], axis=1)
     links = tuple(f"link_{int(4 * x)}" for x in t)
     names = tuple(f"p<{i}>" for i in range(1, points + 1))
-    return Geometry(np.arange(1, points + 1), names, links, along + np.array([0.05, 0.03, 0.02]), skeleton)
+    turned = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    axes = np.tile(turned, (points, 1, 1))
+    return Geometry(np.arange(1, points + 1), names, links, along + np.array([0.05, 0.03, 0.02]), skeleton, axes=axes)
 
 
 def _modes(rng: np.random.Generator, points: int, joints: int) -> Modes:
@@ -224,4 +227,17 @@ def _provenance() -> Provenance:
         config=CONFIG,
         input_files=("a/long/folder/with/many/parts/and/more/parts/of/it/robot.urdf", "points.csv"),
         input_sha256=("34" * 32, "56" * 32),
+        settings=SettingTable(
+            ("name", "band_hz", "measurements.0.noise", "measurements.1.noise", "measurements.0.file", "measurements.1.file", "seed"),
+            ("made_up_arm", "[3, 80]", "coherence", "coherence", "null", "a < b.uff", "3"),
+            (
+                "made_up_arm.yaml line 2",
+                "made_up_arm.yaml line 4",
+                "default",
+                "default",
+                "default",
+                "made_up_arm.yaml line 9",
+                "command line",
+            ),
+        ),
     )

@@ -46,26 +46,8 @@ def _picture(page: Page, canvas: str = "robot-model") -> str:
     return str(page.run(f"$('{canvas}').toDataURL()"))
 
 
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("name", ["frf", "modal"])
-def test_everything_is_drawn_in_silence(page: Page, files: dict[str, Path], name: str, dark: bool) -> None:
-    page.console.clear()
-    page.requests.clear()
-    page.open(files[name], dark=dark)
-    page.run("drawAll()")
-    page.wait("[...document.querySelectorAll('.plot')].every(plot => plot.querySelector('.main-svg'))")
-    empty = page.run(
-        "[...document.querySelectorAll('.plot')].filter(p => !p.querySelector('.scatterlayer .trace, .heatmaplayer image')).map(p => p.id)"
-    )
-    assert empty == []
-    assert page.run("getComputedStyle(document.body).backgroundColor") == ("rgb(20, 24, 29)" if dark else "rgb(255, 255, 255)")
-    assert page.run("document.documentElement.scrollWidth <= innerWidth"), "nothing sticks out"
-    assert page.console == []
-    assert all(address.startswith(("file:", "data:", "blob:")) for address in page.requests), page.requests
-
-
 def test_the_helper_sees_errors_and_requests(page: Page, tmp_path: Path) -> None:
-    """Negative control of the test above."""
+    """Negative control of `test_kinds.test_everything_is_drawn_in_silence`."""
     broken = tmp_path / "broken.html"
     broken.write_text("<img src='http://127.0.0.1:9/x.png'><script>document.documentElement.dataset.ready = 1; missing()</script>")
     page.console.clear()
@@ -171,7 +153,7 @@ def test_the_view_turns_and_points_tell_their_names(page: Page, files: dict[str,
     assert turned != before
     page.run("$('robot-reset').click()")
     assert _picture(page) == before
-    _choose(page, "robot-measurement", "1")
+    _choose(page, "robot-measurement", "posture2")
     assert page.run("$('robot-about').textContent").startswith("posture2, validation only")
 
 

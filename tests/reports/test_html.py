@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
-from identify.reports import html
+from identify import results
+from identify.comparison import compared
+from identify.reports import compare_html, html
 from identify.results import Result
 from tests.reports.sample import CONFIG, frf_result, large_result, modal_result
 
@@ -97,3 +101,12 @@ def test_three_thousand_frfs_stay_below_20_mb() -> None:
     result = large_result()
     assert sum(len(m.frf.output) for m in result.measurements.values() if m.frf) == pytest.approx(3000, abs=5)
     assert len(html.page(result).encode()) < 20e6
+
+
+def test_two_runs_of_three_thousand_frfs_stay_below_20_mb(tmp_path: Path) -> None:
+    files = [tmp_path / "a.h5", tmp_path / "b.h5"]
+    results.write(large_result(), files[0])
+    shutil.copy(files[0], files[1])
+    page = compare_html.page(compared(files))
+    assert page.count('"curves":{"size":64') == 3
+    assert len(page.encode()) < 20e6

@@ -18,7 +18,7 @@ from tests.reports.sample import CONFIG, frf_result, modal_result
 def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
     result = frf_result() if request.param == "frf" else modal_result()
     path = tmp_path_factory.mktemp("pdf") / "run.pdf"
-    path.write_bytes(pdf.document(result))
+    path.write_bytes(pdf.document(result).compile(result))
     return result, path
 
 
@@ -60,5 +60,5 @@ def test_six_of_many_postures_are_drawn(tmp_path: Path) -> None:
     one = result.measurements["table"]
     many = dataclasses.replace(result, measurements={f"p{i}": dataclasses.replace(one, name=f"p{i}") for i in range(8)})
     path = tmp_path / "many.pdf"
-    path.write_bytes(pdf.document(many))
+    path.write_bytes(pdf.document(many).compile(many))
     assert "The first 6 of 8 postures." in " ".join(lines(path))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import re
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -16,10 +15,8 @@ import pytest
 
 from identify import results
 from identify.errors import InputError
-from identify.reports import measurement_tables, tables
-from identify.reports.cells import NONE, Table
+from identify.reports.cells import NONE
 from identify.reports.write import write_reports
-from tests.reports.pdf_text import lines
 from tests.reports.sample import frf_result, modal_result
 
 
@@ -53,34 +50,6 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     results.write(frf_result() if request.param == "frf" else modal_result(), path)
     assert write_reports(path) == [path.with_name("arm.study.html"), path.with_name("arm.study.pdf")]
     return path
-
-
-def _printed(result: results.Result) -> list[Table]:
-    """The tables of numbers that both reports print in full."""
-    made = [tables.parameter_table(result), tables.start_table(result), tables.direction_table(result)]
-    made += [measurement_tables.mode_table(m) for m in result.measurements.values()]
-    made += [measurement_tables.error_table(result), measurement_tables.measurement_table(result)]
-    return made + [t for t in (tables.published_table(result), tables.profile_table(result)) if t]
-
-
-def test_the_page_prints_every_table(run: Path) -> None:
-    rows = Tables(run.with_suffix(".html").read_text("utf-8")).rows
-    for table in _printed(results.read(run)):
-        assert all(list(row) in rows for row in table.rows), table.title
-
-
-def test_the_pdf_prints_the_same_numbers(run: Path) -> None:
-    printed = [re.sub(r"\s+", " ", line).strip() for line in lines(run.with_suffix(".pdf"))]
-    for table in _printed(results.read(run)):
-        for row in table.rows:
-            numbers = [cell for cell, column in zip(row, table.columns, strict=True) if column.numeric]
-            found = [line for line in printed if line.startswith(row[0]) and _in_order(numbers, line.split(" "))]
-            assert found, (table.title, row)
-
-
-def _in_order(cells: list[str], words: list[str]) -> bool:
-    rest = iter(words)
-    return all(cell in rest for cell in cells)
 
 
 def test_numbers_are_those_of_the_file(run: Path) -> None:

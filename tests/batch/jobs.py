@@ -1,0 +1,63 @@
+"""Jobs for the tests of executors: good ones, and every way to go wrong.  Workers import them by name."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import time
+from pathlib import Path
+
+
+def square(x: float, attempt: int) -> dict[str, float]:
+    """x squared, said aloud as libraries do."""
+    print("a library prints")
+    return {"value": x * x}
+
+
+def slow(seconds: float, attempt: int) -> dict[str, int]:
+    """Takes its time."""
+    time.sleep(seconds)
+    return {"pid": os.getpid()}
+
+
+def endless(attempt: int) -> dict[str, int]:
+    """Never returns."""
+    while True:
+        time.sleep(1)
+
+
+def wrong(attempt: int) -> dict[str, int]:
+    """Fails in its own words."""
+    raise ValueError("the numbers do not add up")
+
+
+def dies(attempt: int) -> dict[str, int]:
+    """Takes its process along."""
+    os.kill(os.getpid(), signal.SIGKILL)
+    return {}
+
+
+def dies_at_first(attempt: int) -> dict[str, int]:
+    """Its worker is lost twice."""
+    return dies(attempt) if attempt < 3 else {"value": attempt}
+
+
+def fails_at_first(attempt: int) -> dict[str, int]:
+    """Fails once."""
+    return wrong(attempt) if attempt < 2 else {"value": attempt}
+
+
+def no_room(attempt: int) -> dict[str, int]:
+    """Finds the disk full."""
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def no_room_until(there: str, attempt: int) -> dict[str, int]:
+    """Finds the disk full until a file is there."""
+    return {} if Path(there).exists() else no_room(attempt)
+
+
+def threads(attempt: int) -> dict[str, str]:
+    """What a worker is told of threads."""
+    return {"OMP_NUM_THREADS": os.environ["OMP_NUM_THREADS"]}

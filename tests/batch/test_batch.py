@@ -1,0 +1,213 @@
+"""Batches of fits: killed workers, broken inputs, interruption and resumption, on data from closed forms written in the tests."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from identify import results
+from identify.batch.executor import Executor
+from identify.batch.run import run_batch
+from identify.batch_result import BatchResult
+from identify.cli import app
+from identify.errors import InputError, InputErrors
+from identify.reports import batch_tables
+from tests.batch import planar
+from tests.batch.conftest import Inline, Opener, always, kill_one
+
+POSTURES, KILLS = 5, 4
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a batch of a few postures of an arm whose joint 2 gets stiffer with joint 3."""
+    folder = tmp_path_factory.mktemp("batch")
+    planar.write_study(folder, planar.postures(POSTURES), planar.with_posture)
+    planar.write_batch(folder, ["joint: true"])
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(study: Path) -> BatchResult:
+    """The batch, fitted in peace in this process."""
+    seen: list[dict[str, int]] = []
+    with always(Executor(Inline(), lambda: 1, "this process")):
+        result, written = run_batch(study / "batch.yaml", study / "calm.h5", watch=lambda index: seen.append(_read(index.path)["counts"]))
+    assert written[0] == study / "calm.h5"
+    done = [counts["done"] for counts in seen]
+    assert done == sorted(done), "the index can be read while the batch runs"
+    return result
+
+
+def _read(path: Path) -> dict[str, dict[str, int]]:
+    return dict(json.loads(path.read_text()))
+
+
+def test_it_finds_that_a_stiffness_depends_on_posture(undisturbed: BatchResult) -> None:
+    d = undisturbed.dependence
+    assert [name for name, depends in zip(d.parameter, d.depends, strict=True) if depends] == ["joint2.rz.stiffness"]
+    row = d.parameter.index("joint2.rz.stiffness")
+    assert d.trend_joint[row] == 3
+    assert d.slope_per_rad[row] == pytest.approx(0.15, abs=0.02)
+    assert "sign of an effect that the model lacks" in undisturbed.notes[0]
+    assert any("one set of parameters does not do" in note for note in undisturbed.notes)
+    truth = np.array([planar.with_posture(np.deg2rad(q))[1] for q in undisturbed.jobs.posture_deg])
+    column = undisturbed.parameters.name.index("joint2.rz.stiffness")
+    away = np.log(undisturbed.parameters.value[:, column] / truth) / undisturbed.parameters.std[:, column]
+    assert np.abs(away).max() < 4
+    assert undisturbed.jobs.gap == pytest.approx(np.ones(POSTURES), abs=0.15)
+
+
+def test_results_and_summary_are_files_that_reports_read(undisturbed: BatchResult, study: Path) -> None:
+    kept = results.read(study / "calm.h5", BatchResult)
+    assert kept.verdict == undisturbed.verdict
+    assert np.array_equal(kept.parameters.value, undisturbed.parameters.value)
+    for row, name in enumerate(kept.jobs.name):
+        one: results.Result = results.read(study / "calm" / f"{name}.h5")
+        assert np.array_equal(one.parameters.value, kept.parameters.value[row])
+        assert one.measurements[name].modes.frequency_hz == pytest.approx(kept.modes.frequency_hz[row])
+    assert kept.joint_file == "joint.h5"
+    assert len(batch_tables.job_table(kept).rows) == POSTURES
+
+
+def test_killed_workers_lose_nothing(opener: Opener, undisturbed: BatchResult, study: Path) -> None:
+    """Workers are killed at random while the batch runs; every result is whole and equal to the undisturbed one."""
+    rng, ended, kills = np.random.default_rng(4), threading.Event(), []
+    with opener() as executor, always(executor):
+        out = study / f"killed_{executor.about.split()[0]}.h5"
+
+        def kill() -> None:
+            while not ended.wait(rng.uniform(0.3, 1.5)):
+                if sum(kills) < KILLS:
+                    kills.append(kill_one(executor, rng))
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        try:
+            result, written = run_batch(study / "batch.yaml", out)
+        finally:
+            ended.set()
+            killer.join()
+    assert sum(kills) >= 2
+    assert result.jobs.state == ("done",) * POSTURES, result.jobs.error
+    for table in ("parameters", "modes", "dependence"):
+        assert _equal(getattr(undisturbed, table), getattr(result, table)), table
+    assert _read(written[1])["counts"] == {"waiting": 0, "running": 0, "done": POSTURES + 1, "failed": 0}
+    for name in _read(written[1])["jobs"]:
+        one: results.Result = results.read(out.with_suffix("") / f"{name}.h5")
+        calm: results.Result = results.read(study / "calm" / f"{name}.h5")
+        assert np.array_equal(one.parameters.std, calm.parameters.std, equal_nan=True)
+        assert np.array_equal(one.history[:, :4], calm.history[:, :4])
+    assert not list(written[1].parent.glob(".*")), "nothing half-written is left"
+
+
+def _equal(one: object, other: object) -> bool:
+    """Whether two tables are the same, number by number."""
+    pairs = [(value, getattr(other, name)) for name, value in vars(one).items()]
+    return all(np.array_equal(a, b, equal_nan=getattr(a, "dtype", np.dtype(bool)).kind == "f") for a, b in pairs)
+
+
+def test_broken_inputs_are_told_and_the_rest_is_fitted(at_once: None, tmp_path: Path) -> None:
+    """A third of the inputs are broken, each in its own way."""
+    folder = tmp_path / "broken"
+    planar.write_study(folder, planar.postures(12, seed=5)[:8])
+    (folder / "p2.csv").unlink()
+    (folder / "p4.csv").write_bytes(b"\x00\xff not a table")
+    text = (folder / "p6.csv").read_text()
+    (folder / "p6.csv").write_text(text[: len(text) // 2].rsplit(",", 1)[0])
+    table = (folder / "postures.csv").read_text().splitlines()
+    table[8] = table[8].rsplit(",", 1)[0] + ","
+    (folder / "postures.csv").write_text("\n".join(table))
+    lines = ["measurements:", "  - {file: p1.csv, name: typo, posture_deg: [1, 2, 3], outputz: [1]}"]
+    config = planar.write_batch(folder, lines)
+    out = tmp_path / "out.h5"
+    done = CliRunner().invoke(app, ["batch", str(config), "--out", str(out), "--no-report"])
+    assert done.exit_code == 4, done.output
+    assert "failed: p2" in done.output
+    result = results.read(out, BatchResult)
+    state = dict(zip(result.jobs.name, result.jobs.state, strict=True))
+    assert [name for name, s in state.items() if s == "failed"] == ["typo", "p2", "p4", "p6", "p8"]
+    assert [name for name, s in state.items() if s == "done"] == ["p1", "p3", "p5", "p7"]
+    said = dict(zip(result.jobs.name, result.jobs.error, strict=True))
+    for name, part in (
+        ("typo", "did you mean `outputs`"),
+        ("p2", "p2.csv"),
+        ("p4", "p4.csv"),
+        ("p6", "p6.csv"),
+        ("p8", "2 angles; expected 3"),
+    ):
+        assert part in said[name], said[name]
+    assert result.jobs.attempts[0] == 2
+    failures = batch_tables.failure_table(result)
+    assert failures is not None and len(failures.rows) == 5
+
+
+def test_an_interrupted_batch_goes_on_and_computes_nothing_twice(
+    at_once: None, study: Path, undisturbed: BatchResult, tmp_path: Path
+) -> None:
+    out = tmp_path / "stop.h5"
+    command = [
+        sys.executable,
+        "-m",
+        "identify",
+        "batch",
+        str(study / "batch.yaml"),
+        "--out",
+        str(out),
+        "--workers",
+        "1",
+        "--no-report",
+        "-q",
+    ]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    index = out.with_suffix("") / "index.json"
+    end = time.monotonic() + 90
+    while time.monotonic() < end and not (index.exists() and _read(index)["counts"]["done"] >= 2):
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=60) == 130
+    assert not out.exists()
+    jobs: dict[str, Any] = _read(index)["jobs"]
+    kept = {name: (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns for name, job in jobs.items() if job["state"] == "done"}
+    assert 2 <= len(kept) < POSTURES + 1
+    resumed, _ = run_batch(study / "batch.yaml", out, resume=True)
+    assert f"{len(set(kept) - {'joint'})} were kept from before" in resumed.verdict[0]
+    for name, changed in kept.items():
+        assert (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns == changed, "nothing is computed twice"
+    assert np.array_equal(resumed.parameters.value, undisturbed.parameters.value)
+
+
+def test_a_changed_input_is_fitted_again(at_once: None, tmp_path: Path) -> None:
+    planar.write_study(tmp_path, planar.postures(2))
+    config = planar.write_batch(tmp_path)
+    run_batch(config, tmp_path / "out.h5")
+    (tmp_path / "p2.csv").write_text(planar.frf_csv(planar.postures(2)[1], planar.constant, np.random.default_rng(99)))
+    again, _ = run_batch(config, tmp_path / "out.h5", resume=True)
+    assert "1 were kept" in again.verdict[0]
+
+
+def test_all_failed_is_an_error(at_once: None, tmp_path: Path) -> None:
+    planar.write_study(tmp_path, planar.postures(2))
+    config = planar.write_batch(tmp_path)
+    for name in ("p1.csv", "p2.csv"):
+        (tmp_path / name).unlink()
+    with pytest.raises(InputError, match=r"none of the 2 fits ended well; p1: .*p1\.csv"):
+        run_batch(config, tmp_path / "out.h5")
+
+
+def test_a_wrong_base_study_is_told_at_once(tmp_path: Path) -> None:
+    planar.write_study(tmp_path, planar.postures(1))
+    base = tmp_path / "study.yaml"
+    base.write_text(base.read_text().replace("starts:", "stars:"))
+    with pytest.raises(InputErrors, match="did you mean `starts`"):
+        run_batch(planar.write_batch(tmp_path), tmp_path / "out.h5")

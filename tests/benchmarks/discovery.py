@@ -1,0 +1,138 @@
+"""Score `identify discover` on a folder of hammer tests with something hidden: python -m tests.benchmarks.discovery FOLDER [--json OUT].
+
+A case is a folder NAME with robot.urdf, points.csv, test.json and FRF files, beside NAME.truth.json, which is read for scoring only.
+Postures named posture3 are for validation.  Right means: the kinds, places and classes of axes of the truth, and nothing else.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from identify.discovery.loop import Discovery, Story, discover
+from identify.discovery.workers import Workers
+from identify.effects.base import Effect
+from identify.effects.joint_compliance import CLASSES
+from identify.problem import Problem, load_problem
+from identify.study import read_study
+from tests.hidden import config_of
+from tests.shared import ROOT
+
+_BASE = {"rx": "rocking", "ry": "rocking", "rz": "turning", "tx": "sliding", "ty": "sliding", "tz": "lifting"}
+_ALSO = {"turned-axes": "sensor-rotation"}
+"""Other words for the same thing."""
+
+
+def main() -> None:
+    """Run all cases of a folder, or those named, and print how each went."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.discovery", description=__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", default=ROOT / "hidden")
+    parser.add_argument("--json", type=Path, help="also write the scores to this file")
+    parser.add_argument("--cases", nargs="+", help="only these")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    given = parser.parse_args()
+    names = given.cases or sorted(path.name.removesuffix(".truth.json") for path in given.folder.glob("*.truth.json"))
+    scores = {}
+    for name in names:
+        scores[name] = score(given.folder / name, given.workers)
+        print(line(name, scores[name]), flush=True)
+        if given.json:
+            given.json.write_text(json.dumps(scores, indent=1))
+    print(total(scores))
+
+
+def score(case: Path, workers: int) -> dict[str, Any]:
+    """One case: what was hidden, what was named, right or wrong, gaps before and after, seconds."""
+    truth = json.loads(case.with_name(f"{case.name}.truth.json").read_text())
+    with tempfile.TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        problem = load_problem(read_study(config_of(case, Path(folder))))
+        with Workers(problem, workers) as at_work:
+            found = discover(problem, at_work, Story())
+        seconds = time.perf_counter() - began
+    hidden, named = {label for effect in truth["effects"] for label in _true(effect)}, _named(problem, found)
+    return {
+        "truth": sorted(hidden),
+        "named": sorted(named),
+        "sentences": [option.effect.sentence() for option in found.added],
+        "right": hidden == named,
+        "false_additions": len(named - hidden),
+        "gap_before": found.first.gap,
+        "gap_after": found.final.gap,
+        "gap_validation_before": _number(found.first.gap_validation),
+        "gap_validation_after": _number(found.final.gap_validation),
+        "seconds": seconds,
+    }
+
+
+def line(name: str, s: dict[str, Any]) -> str:
+    """One case in a row."""
+    validation = " -> ".join("none" if s[key] is None else f"{s[key]:.2f}" for key in ("gap_validation_before", "gap_validation_after"))
+    result = "right" if s["right"] else "WRONG"
+    return (
+        f"{name:26s} {result}  truth: {', '.join(s['truth']) or 'nothing':44s} named: {', '.join(s['named']) or 'nothing':44s} "
+        f"gap {s['gap_before']:.2f} -> {s['gap_after']:.2f}, validation {validation}, {s['false_additions']} false, {s['seconds']:.1f} s"
+    )
+
+
+def total(scores: dict[str, dict[str, Any]]) -> str:
+    """All cases in a row."""
+    right, false = sum(s["right"] for s in scores.values()), sum(s["false_additions"] for s in scores.values())
+    slowest = max((s["seconds"] for s in scores.values()), default=0.0)
+    return f"{right} of {len(scores)} right, {false} false additions, slowest {slowest:.1f} s"
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _true(effect: dict[str, Any]) -> Iterator[str]:
+    """Labels of a hidden effect: its kind with the place and the class of its axes."""
+    kind = _ALSO.get(effect["kind"], effect["kind"])
+    if kind == "base-compliance":
+        yield from {f"{kind} {_BASE[axis]}" for axis in effect.get("axes", ["rx", "ry"])}
+    elif kind == "joint-compliance":
+        yield f"{kind} {effect['joint']} {effect['axes_class']}"
+    else:
+        places = ("point",) if "point" in effect else ("joint", "link", "axis")  # a fault is told by its point
+        yield " ".join([kind, *(str(effect[key]) for key in places if key in effect)])
+
+
+def _named(problem: Problem, found: Discovery) -> set[str]:
+    """The same labels of what was found."""
+    return {label for option in found.added for label in _labels(problem, option.effect)}
+
+
+def _labels(problem: Problem, effect: Effect) -> Iterator[str]:
+    data = effect.model_dump(mode="json")
+    if effect.kind == "base-compliance":
+        yield from {f"{effect.kind} {_BASE[axis]}" for axis in data["axes"]}
+    elif effect.kind == "joint-compliance":
+        classes = {name for name, axes in CLASSES.items() if set(axes) & set(data["axes"])}
+        yield from {f"{effect.kind} {joint} {name}" for joint in data["joints"] for name in classes}
+    elif "joints" in data:
+        yield from {f"{effect.kind} {joint}" for joint in data["joints"]}
+    else:
+        point = _point(problem, data)
+        places = [data.get("link"), data.get("axis")] if point is None else [point]
+        yield " ".join([effect.kind, *(str(place) for place in places if place is not None)])
+
+
+def _point(problem: Problem, data: dict[str, Any]) -> str | None:
+    """Name of the point that an effect of the measurement acts on."""
+    place = data.get("channel", data.get("point"))
+    if place is None:
+        return None
+    node = str(place).split(":")[0]
+    return problem.points[int(node)].name if node.isdigit() and int(node) in problem.points else node
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,157 @@
+"""The loop finds what is hidden in hammer tests that were simulated by a generator which shares no code with it, and nothing else."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from identify import results
+from identify.cli import app
+from identify.discovery.loop import Story
+from identify.discovery.result import DiscoveryResult, UnfinishedDiscovery
+from identify.discovery.run import run_discover
+from identify.errors import InputError
+from identify.run import run_fit
+from tests.generator.cases import hide
+from tests.generator.generate import generate
+from tests.generator.makes import MAKES
+from tests.generator.spec import TestSpec
+from tests.hidden import config_of
+
+NODES = [5, 9, 12, 14]
+
+
+def hidden(folder: Path, case: str, seed: int) -> Path:
+    """A small hammer test with something hidden: two postures, few points; its config."""
+    arm = MAKES["compact"](seed).at_points(NODES)
+    spec = hide(TestSpec(arm=arm, seed=seed, postures=3, binary=True), case)
+    generate(replace(spec, case=case), folder / case)
+    return config_of(folder / case, folder, extra="starts: 5")
+
+
+@pytest.fixture(scope="module")
+def tilted(tmp_path_factory: pytest.TempPathFactory) -> tuple[DiscoveryResult, list[Path], list[str]]:
+    """A joint that tilts, found: the result, what was written, what was said."""
+    folder, said = tmp_path_factory.mktemp("tilt"), []
+    config = hidden(folder, "tilt_j2", 3)
+    result, written = run_discover(config, folder / "out" / "found.h5", {}, Story(say=said.append), workers=1)
+    return result, written, said
+
+
+def test_the_hidden_effect_is_named_and_nothing_else(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+    result, _, said = tilted
+    assert result.added.sentence == ("tilt compliance of joint 2 (rx, ry)",)
+    assert result.before.gap > 3
+    assert result.after.gap < 1.1
+    assert result.after.gap_validation < 1.2
+    assert "tilt compliance of joint 2" in result.verdict[0]
+    assert re.search(r"joint2\.rx\.stiffness = \S+ N m/rad \(\S+ to \S+\)", result.added.named[0])
+    assert any("tilt compliance of joint 2" in sentence for sentence in said)
+
+
+def test_the_truth_is_in_the_intervals(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+    result, written, _ = tilted
+    truth = json.loads((written[0].parents[1] / "tilt_j2.truth.json").read_text())
+    p = result.after.parameters
+    for number, k in enumerate(truth["k"], start=1):
+        row = p.name.index(f"joint{number}.rz.stiffness")
+        assert p.value[row] == pytest.approx(k, rel=0.02)
+
+
+def test_every_step_says_where_and_what(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+    result, _, _ = tilted
+    first, last = result.steps["0"], list(result.steps.values())[-1]
+    assert first.kept
+    assert first.options.sentence[0] == first.best
+    assert first.options.evidence[0] > 100
+    assert len(first.options.sentence) > 50
+    assert f"{first.gap:.2f} times the noise" in first.where
+    shares = first.parts.share[[kind == "band" for kind in first.parts.kind]]
+    assert shares.sum() == pytest.approx(1, abs=1e-6)
+    assert last.best == ""
+    assert "supported by the data" in last.decision
+
+
+def test_the_gap_shrinks_band_by_band(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+    result, _, _ = tilted
+    assert result.map_before.gap.shape == (3, len(result.map_before.bands_hz) - 1, len(result.map_before.channels))
+    assert np.nanmax(result.map_after.gap) < np.nanmax(result.map_before.gap) / 2
+    assert np.nanmedian(result.map_after.gap) == pytest.approx(1, abs=0.2)
+
+
+def test_the_new_config_starts_where_discovery_ended(tilted: tuple[DiscoveryResult, list[Path], list[str]], tmp_path: Path) -> None:
+    result, written, _ = tilted
+    assert written[1].suffix == ".yaml"
+    assert "found by identify discover" in written[1].read_text()
+    refitted, _ = run_fit(written[1], tmp_path / "r.h5", {"starts": 1})
+    assert refitted.gap == pytest.approx(result.after.gap, rel=1e-3)
+    assert refitted.effects == result.after.effects
+
+
+def test_the_result_file_holds_all_of_it(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+    result, written, _ = tilted
+    read = results.read(written[0], DiscoveryResult)
+    assert read.verdict == result.verdict
+    assert read.added.config == result.added.config
+    assert np.array_equal(read.map_after.gap, result.map_after.gap, equal_nan=True)
+    assert read.after.gap == result.after.gap
+    assert list(read.steps) == list(result.steps)
+
+
+def test_a_finished_run_is_not_run_again(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+    result, written, _ = tilted
+    again, _ = run_discover(written[0].parents[1] / "tilt_j2.yaml", written[0], {}, Story(), workers=1, resume=True)
+    assert again.seconds == result.seconds
+
+
+def test_nothing_is_added_where_nothing_is_hidden(tmp_path: Path) -> None:
+    result, written = run_discover(hidden(tmp_path, "none", 4), tmp_path / "none.h5", {}, Story(), workers=1)
+    assert result.added.sentence == ()
+    assert written == [tmp_path / "none.h5"]
+    assert result.verdict[0].startswith("Nothing is missing")
+
+
+def test_without_validation_channels_are_left_out_instead(tmp_path: Path) -> None:
+    config = hidden(tmp_path, "delay", 5)
+    config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", config.read_text()))
+    result, _ = run_discover(config, tmp_path / "r.h5", {}, Story(), workers=1)
+    assert result.added.sentence == ("time delay of all responses",)
+    assert "left out" in result.elsewhere
+    assert np.isfinite(result.steps["0"].gap_validation)
+
+
+def test_an_interrupted_run_goes_on_to_the_same_end(tilted: tuple[DiscoveryResult, list[Path], list[str]], tmp_path: Path) -> None:
+    whole, written, _ = tilted
+    config, out, count = written[0].parents[1] / "tilt_j2.yaml", tmp_path / "parts.h5", [0]
+
+    def stop(number: int, total: int) -> None:
+        count[0] += 1
+        if count[0] == 60:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_discover(config, out, {}, Story(done=stop), workers=1)
+    tried = [json.loads(text) for text in results.read(out, UnfinishedDiscovery).trials]
+    assert len(tried) > 60
+    rest, _ = run_discover(config, out, {}, Story(), workers=1, resume=True)
+    assert rest.added.config == whole.added.config
+    assert rest.after.parameters.value.tolist() == whole.after.parameters.value.tolist()
+
+
+def test_resume_refuses_another_study(tmp_path: Path) -> None:
+    out = tmp_path / "r.h5"
+    results.write(UnfinishedDiscovery(results.LAYOUT, results.UNFINISHED, "another", ()), out)
+    with pytest.raises(InputError, match="another config"):
+        run_discover(hidden(tmp_path, "none", 4), out, {}, Story(), workers=1, resume=True)
+
+
+def test_data_without_noise_are_refused(tmp_path: Path) -> None:
+    answer = CliRunner().invoke(app, ["discover", str(Path(__file__).parents[2] / "configs" / "umons_tx200.yaml"), "--workers", "1"])
+    assert isinstance(answer.exception, InputError)
+    assert "modal table" in str(answer.exception)

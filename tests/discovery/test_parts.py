@@ -1,0 +1,224 @@
+"""The parts of the loop, each on its own."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ruamel.yaml import YAML
+
+from identify.discovery import told
+from identify.discovery.candidates import candidates
+from identify.discovery.evidence import CONVINCING, Judge, confirmed, convinces, removed
+from identify.discovery.guesses import guesses
+from identify.discovery.loop import Discovery
+from identify.discovery.new_config import config_text
+from identify.discovery.search import Option, Step
+from identify.discovery.trial import Bench, Task, Trial, left_out, thinned
+from identify.discovery.where import Part, band_limits, gap_map, in_words, parts
+from identify.discovery.workers import Workers
+from identify.effects.base import Effect, Parameter, parse_effect
+from identify.problem import Problem, load_problem
+from identify.study import StudyFile, read_study
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
+ROCKING = parse_effect({"kind": "base-compliance", "axes": ["rx", "ry"]})
+TILT = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
+
+
+@pytest.fixture(scope="module")
+def file() -> StudyFile:
+    """The shipped example."""
+    return read_study(CONFIG)
+
+
+@pytest.fixture(scope="module")
+def problem(file: StudyFile) -> Problem:
+    """With its data."""
+    return load_problem(file)
+
+
+def _trial(squares: float, validation: float, free: int, new: tuple[Effect, ...] = (), how: str = "thorough") -> Trial:
+    return Trial(Task((), new, {}, how), {}, squares, 1000, validation, 0 if math.isnan(validation) else 500, free)  # type: ignore[arg-type]
+
+
+class TestEvidence:
+    def test_a_parameter_has_its_price(self) -> None:
+        judge = Judge(1.0)
+        assert judge.evidence(_trial(1100, 1, 10), _trial(1000, 1, 12)) == pytest.approx(100 - 2 * math.log(1000))
+
+    def test_correlated_residuals_count_for_less(self) -> None:
+        before, after = _trial(1100, 1, 10), _trial(1000, 1, 12)
+        assert Judge(20.0).evidence(before, after) < 0 < Judge(1.0).evidence(before, after)
+
+    def test_other_data_must_agree(self) -> None:
+        assert not confirmed(_trial(9000, 500, 1), _trial(1000, 600, 2))
+        assert confirmed(_trial(9000, 600, 1), _trial(1000, 500, 2))
+        assert confirmed(_trial(9000, math.nan, 1), _trial(1000, math.nan, 2))
+
+    @pytest.mark.parametrize(
+        ("after", "elsewhere", "enough"),
+        [(1000, 500, True), (30000, 500, False), (1000, 14000, False), (1000, 20000, False)],
+    )
+    def test_an_addition_must_explain_most_of_it(self, after: float, elsewhere: float, enough: bool) -> None:
+        assert convinces(Judge(1.0), _trial(50000, 15000, 1), _trial(after, elsewhere, 3)) is enough
+
+    def test_what_is_within_errors_of_the_noise_model_is_not_believed(self) -> None:
+        assert not convinces(Judge(1.0), _trial(1040, 530, 1), _trial(1015, 500, 2))
+
+    def test_share_removed(self) -> None:
+        assert removed(5.0, 3.0) == pytest.approx(0.5)
+        assert removed(5.0, 0.9) == 1.0
+
+
+class TestGuesses:
+    def test_a_spring_is_tried_from_soft_to_stiff_with_its_damping(self) -> None:
+        found = guesses(
+            [Parameter("j.rx.stiffness", "N m/rad", 1e5, 1.0, 1e12), Parameter("j.rx.damping", "N m s/rad", 10.0, 1e-6, 1e6)], (3, 80)
+        )
+        assert found[0].tolist() == [1e5, 10.0]
+        assert found[1:, 0].min() == pytest.approx(1e3)
+        assert found[1:, 0].max() == pytest.approx(1e8)
+        assert found[1:, 1] / np.sqrt(found[1:, 0]) == pytest.approx(10 / np.sqrt(1e5))
+
+    def test_a_resonator_is_tuned_over_the_band(self) -> None:
+        names = (("l.u.mass", 1.0), ("l.u.stiffness", 15791.0), ("l.u.damping", 5.0))
+        found = guesses([Parameter(name, "", start, 1e-9, 1e12) for name, start in names], (3, 80))
+        hz = np.sqrt(found[1:, 1] / found[1:, 0]) / (2 * np.pi)
+        assert hz.min() == pytest.approx(3)
+        assert hz.max() == pytest.approx(80)
+
+    def test_others_go_across_their_bounds_and_stay_inside(self) -> None:
+        found = guesses([Parameter("responses.delay", "s", 0.0, -5e-3, 5e-3, log=False)], (3, 80))
+        assert found[0, 0] == 0
+        assert -5e-3 <= found.min() < -4e-3
+        assert 4e-3 < found.max() <= 5e-3
+
+
+class TestCandidates:
+    def test_every_kind_has_its_places_but_what_the_model_has(self, problem: Problem) -> None:
+        known = problem.file.study.effects
+        found = candidates(problem, known)
+        kinds = {effect.kind for effect in found}
+        assert {"base-compliance", "link-flexibility", "appended-resonator", "added-mass", "time-delay", "channel-polarity"} <= kinds
+        assert not any(effect.kind == "joint-compliance" and "rz" in effect.axes for effect in found)  # type: ignore[attr-defined]
+
+    def test_of_a_group_of_axes_the_rest_is_left(self, problem: Problem) -> None:
+        known = [*problem.file.study.effects, parse_effect({"kind": "base-compliance", "axes": ["rx"]})]
+        axes = [effect.axes for effect in candidates(problem, known) if effect.kind == "base-compliance"]  # type: ignore[attr-defined]
+        assert ["ry"] in axes
+        assert ["rx", "ry"] not in axes
+
+    def test_amplitude_needs_blows_of_different_strength(self, problem: Problem) -> None:
+        assert not any(effect.needs_levels for effect in candidates(problem, problem.file.study.effects))
+
+
+class TestTrials:
+    def test_few_lines_and_fitted_measurements_only(self, problem: Problem) -> None:
+        thin = thinned(problem)
+        assert [m.settings.use for m in thin.measurements] == ["fit", "fit"]
+        assert all(30 <= len(m.given.data.frequency_hz) <= 63 for m in thin.measurements)
+        assert thin.measurements[0].given.record == problem.measurements[0].given.record
+
+    def test_channels_left_out_are_all_there(self, problem: Problem) -> None:
+        split = left_out(thinned(problem))
+        outputs = [set(map(str, m.given.data.outputs)) for m in split.measurements[:2]]
+        assert not outputs[0] & outputs[1]
+        assert outputs[0] | outputs[1] == set(map(str, problem.measurements[0].given.data.outputs))
+
+    def test_a_model_that_cannot_be_made_is_a_trial_that_failed(self, problem: Problem) -> None:
+        known = tuple(problem.file.study.effects)
+        trial = Bench(problem).run(Task(known, known, {}))
+        assert trial.gap == math.inf
+        assert "claimed" in trial.failure
+
+    def test_what_was_tried_is_remembered_in_order(self, problem: Problem) -> None:
+        known = tuple(problem.file.study.effects)
+        tasks = [Task(known, (effect,), {}, "glance") for effect in (ROCKING, parse_effect({"kind": "time-delay"}))]
+        saved: list[int] = []
+        with Workers(problem, 1, saved=lambda: saved.append(1)) as workers:
+            first = workers.run(tasks)
+            again = workers.run(tasks[::-1])
+        assert len(saved) == 2
+        assert [t.squares for t in again] == [t.squares for t in first[::-1]]
+        assert again[0].values == first[1].values
+
+    def test_processes_find_what_one_finds(self, problem: Problem) -> None:
+        known = tuple(problem.file.study.effects)
+        tasks = [Task(known, (effect,), {}, "brief") for effect in (ROCKING, TILT)]
+        with Workers(problem, 1) as one, Workers(problem, 2) as two:
+            assert [t.squares for t in one.run(tasks)] == [t.squares for t in two.run(tasks)]
+
+
+class TestWhere:
+    def test_parts_of_each_kind_make_the_whole(self, problem: Problem) -> None:
+        values = np.array([p.initial for p in problem.parameters])
+        found = parts(problem, values, band_limits(problem))
+        for kind in ("measurement", "band", "point", "direction", "force"):
+            assert sum(p.share for p in found if p.kind == kind) == pytest.approx(1)
+        assert {p.name for p in found if p.kind == "direction"} == {"X", "Y", "Z"}
+
+    def test_the_map_has_the_size_of_the_whole(self, problem: Problem) -> None:
+        values = np.array([p.initial for p in problem.parameters])
+        found = gap_map(problem, values, band_limits(problem))
+        assert found.gap.shape == (3, 12, 30)
+        assert np.nanmax(found.gap) > 10
+
+    def test_words_name_what_stands_out(self) -> None:
+        rows = [Part("band", "10 to 12 Hz", 9.0, 0.8), Part("band", "12 to 14 Hz", 2.0, 0.1), Part("band", "14 to 16 Hz", 2.0, 0.1)]
+        assert "80% of it at 10 to 12 Hz" in in_words(rows, 5.0)
+        even = [Part("band", f"{n} Hz", 5.0, 0.1) for n in range(10)]
+        assert "evenly" in in_words(even, 5.0)
+        assert "nothing stands out" in in_words(rows, 1.02)
+
+
+class TestNewConfig:
+    def test_it_is_the_study_with_more_effects_and_values(self, file: StudyFile, tmp_path: Path) -> None:
+        text = config_text(file, [(ROCKING, "found")], {"joint1.rz.stiffness": 1234567.0}, tmp_path)
+        (tmp_path / "new.yaml").write_text(text)
+        assert "# The model: rigid links" in text
+        assert "# found\n- {kind: base-compliance" in text
+        study = read_study(tmp_path / "new.yaml").study
+        assert study.effects == [*file.study.effects, ROCKING]
+        assert study.initial == {"joint1.rz.stiffness": 1234570.0}
+        assert (tmp_path / study.measurements[0].source).resolve() == file.resolve(file.study.measurements[0].source).resolve()
+
+    def test_a_study_without_effects_gets_its_default_written_out(self, file: StudyFile, tmp_path: Path) -> None:
+        data = YAML().load(file.text)
+        del data["effects"]
+        with (tmp_path / "bare.yaml").open("w") as stream:
+            YAML().dump(data, stream)
+        bare = read_study(tmp_path / "bare.yaml")
+        (tmp_path / "new.yaml").write_text(config_text(bare, [(TILT, "found")], {}, tmp_path))
+        assert read_study(tmp_path / "new.yaml").study.effects == [*bare.study.effects, TILT]
+
+
+class TestSentences:
+    def _step(self, before: Trial, *options: Option, alike: tuple[Option, ...] = ()) -> Step:
+        return Step(before, options, options[0] if options and options[0].evidence > CONVINCING else None, alike, Judge(1.0))
+
+    def test_nothing_missing(self) -> None:
+        trial = _trial(1030, 520, 12)
+        assert told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0].startswith("Nothing is missing")
+
+    def test_something_the_catalogue_does_not_have(self) -> None:
+        trial = _trial(50000, 25000, 12)
+        assert "nothing in the catalogue explains it" in told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0]
+
+    def test_something_found(self) -> None:
+        before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))
+        option = Option(ROCKING, after, 4000.0)
+        found = Discovery(before, after, (option,), (self._step(before, option),))
+        first, second = told.verdict(found)
+        assert "compliance of the base (rx, ry)" in first
+        assert "7.07" in first
+        assert "noise" in second
+
+    def test_what_cannot_be_told_apart_is_said(self) -> None:
+        before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))
+        best, other = Option(ROCKING, after, 4000.0), Option(TILT, _trial(1031, 520, 16, (TILT,)), 3999.0)
+        step = self._step(before, best, other, alike=(other,))
+        assert told.alike(step) == ("tilt compliance of joint 2 (rx, ry)",)
+        assert told.verdict_of(other, step) == "the data cannot tell it from the best"

@@ -1,0 +1,207 @@
+"""Amplitude-dependent effects in FRFs: their linear limits, derivatives, and what they find in simulated hammer tests at several levels."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.costs.base import parse_cost
+from identify.costs.target import FrfTarget, Targets
+from identify.discovery.levels import level_gap, torque_gaps
+from identify.effects.base import EFFECTS, parse_effect
+from identify.errors import InputError, InputErrors
+from identify.fit import fit
+from identify.model.impact import Impact
+from identify.problem import Problem, load_problem
+from identify.study import read_study
+from tests.arms import arm, initial
+from tests.generator.cases import hide
+from tests.generator.generate import generate
+from tests.generator.makes import MAKES
+from tests.generator.spec import TestSpec
+from tests.hidden import truth, write_config
+from tests.targets import model, predictor
+
+DRIVES = {"kind": "joint-compliance"}
+STAGES = [
+    {"kind": "gauss-newton", "tolerance": 1e-3, "cost": {"kind": "frf-least-squares", "residual": "log"}},
+    {"kind": "gauss-newton", "tolerance": 1e-4},
+]
+"""The default stages, content with less."""
+FRICTION = {"kind": "joint-friction", "joints": [2], "torque": {"initial": 30.0}}
+
+
+def _target(folder: Path, *effects: dict[str, Any], peak: float = 180.0, top: float = 80.0) -> tuple[FrfTarget, np.ndarray]:
+    """A target of the random arm with its drives elastic, struck with a peak force (N), up to `top` Hz, and the initial values."""
+    system, parameters = model(arm(folder), [parse_effect(effect) for effect in (DRIVES, *effects)])
+    target = predictor(system, lines=40, band=(3.0, top))
+    if target.blow is not None:
+        target = replace(target, blow=replace(target.blow, impact=replace(target.blow.impact, peak=peak)))
+    return target, initial(parameters)
+
+
+def _apart(one: np.ndarray, other: np.ndarray) -> float:
+    """Largest difference over the largest value."""
+    return float(np.abs(one - other).max() / np.abs(other).max())
+
+
+@pytest.mark.parametrize(
+    ("effect", "lost", "felt"),
+    [(FRICTION, 1e9, 180.0), ({"kind": "hardening-stiffness", "joints": [2], "cubic": {"initial": 1e9}}, 1e-6, 1e6)],
+)
+def test_a_blow_that_makes_the_torque_negligible_gives_the_linear_frfs(
+    effect: dict[str, Any], lost: float, felt: float, tmp_path: Path
+) -> None:
+    linear, values = _target(tmp_path, {"kind": "window-decay"})
+    linear = replace(linear, record=1.0)
+    struck, more = _target(tmp_path, {"kind": "window-decay"}, effect, peak=lost)
+    assert _apart(struck.predict(more), linear.predict(values)) < 1e-3
+    struck, more = _target(tmp_path, {"kind": "window-decay"}, effect, peak=felt)
+    assert _apart(struck.predict(more), linear.predict(values)) > 0.1, "the check can fail"
+
+
+def test_friction_that_never_slips_is_a_damper_and_an_inertia(tmp_path: Path) -> None:
+    """T = D v + D tau dv/dt, exactly linear: the whole route through time against the route through matrices."""
+    linear, values = _target(tmp_path)
+    own = {"torque": {"initial": 1e4}, "stick_damping": {"initial": 3e3, "bounds": [1, 1e6]}, "stick_time": {"initial": 0.03}}
+    stuck = {"kind": "joint-friction", "joints": [2], **own}
+    struck, more = _target(tmp_path, stuck, peak=1e-3)
+    tau = more[-1]
+    mass = linear.system.mass + 3e3 * tau * np.diag([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    values = values.copy()
+    values[3] += 3e3  # joint2.rz.damping
+    expected = replace(linear, system=replace(linear.system, mass=mass), record=1.0).predict(values)
+    assert _apart(struck.predict(more), expected) < 5e-3
+    assert _apart(linear.predict(values), expected) > 5e-2, "the inertia counts"
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        [FRICTION],
+        [{"kind": "hardening-stiffness", "joints": [1, 3], "cubic": {"initial": [1e13, 3e13]}}],
+        [FRICTION, {"kind": "hardening-stiffness", "joints": [3], "cubic": {"initial": 3e13}}, {"kind": "window-decay"}],
+    ],
+)
+def test_derivatives_are_those_of_the_prediction(effects: list[dict[str, Any]], tmp_path: Path) -> None:
+    target, values = _target(tmp_path, *effects, top=30.0)
+    free = np.arange(len(values))[2:]
+    h, gradient = target.gradient(values, free)
+    assert h == pytest.approx(target.predict(values))
+    for column, number in [*enumerate(free)][::2]:
+        step = np.zeros(len(values))
+        step[number] = 3e-4 * abs(values[number]) or 3e-4
+        expected = (target.predict(values + step) - target.predict(values - step)) / (2 * step[number])
+        assert _apart(gradient[..., column], expected) < 0.03, number
+
+
+def test_sets_that_share_a_bench_are_predicted_as_each_alone(tmp_path: Path) -> None:
+    target, values = _target(tmp_path, FRICTION)
+    assert target.blow is not None
+    harder = replace(target, blow=replace(target.blow, impact=Impact(700.0, 6.5e-3, 1.0)))
+    noise = np.ones(target.data.frf.shape)
+    both = [replace(one, noise=noise) for one in (target, harder)]
+    objective = parse_cost("frf-least-squares").objective(Targets(tuple(both)))
+    free = np.array([2, 3, 12])
+    together, slopes = objective.residuals(values, free)
+    alone = [parse_cost("frf-least-squares").objective(Targets((one,))).residuals(values, free) for one in both]
+    assert together == pytest.approx(np.concatenate([r for r, _ in alone]), rel=1e-9, abs=1e-12)
+    assert slopes == pytest.approx(np.concatenate([j for _, j in alone]), rel=1e-6, abs=1e-12 * np.abs(slopes).max())
+    assert _apart(target.predict(values), harder.predict(values)) > 0.01
+    crowd = values * np.exp(0.1 * np.random.default_rng(0).normal(size=(13, len(values))))
+    assert objective.costs(crowd) == pytest.approx([float(objective.costs(one[None])[0]) for one in crowd], rel=1e-9)
+
+
+def test_levels_are_needed_by_these_effects_only() -> None:
+    needing = {kind for kind in EFFECTS.names() if EFFECTS.get(kind).needs_levels}
+    assert needing == {"joint-friction", "hardening-stiffness"}
+
+
+def test_a_locked_joint_and_a_blow_that_was_not_stated_are_refused(tmp_path: Path) -> None:
+    system, _ = model(arm(tmp_path), [parse_effect({"kind": "joint-compliance", "joints": [1, 3]}), parse_effect(FRICTION)])
+    with pytest.raises(InputError, match=r"joint2\.rz, which is locked"):
+        predictor(system)
+    path = _study(_tested("none", tmp_path, levels=(1.0,)), [FRICTION], stated=False)
+    with pytest.raises(InputErrors, match="no `impact`, on which a nonlinear effect depends"):
+        load_problem(read_study(path))
+
+
+def _tested(case: str, folder: Path, levels: Sequence[float] = (0.3, 3.0)) -> Path:
+    """A simulated test of few points at one posture with something hidden in it."""
+    spec = TestSpec(MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=1, averages=3)
+    generate(replace(hide(spec, case), levels=tuple(levels)), folder / "test", folder / "truth.json")
+    return folder / "test"
+
+
+def _study(test: Path, effects: list[dict[str, Any]], stated: bool = True) -> Path:
+    """A config beside the test; `stated` says whether it tells how hard the blows were."""
+    about = json.loads((test / "test.json").read_text())
+    usual = {"averages": about["averages"], "window_decay_per_s": about["exponential_window_decay_per_s"]}
+    files = [
+        {"file": one["file"], "posture_deg": one["posture_deg"], **usual, **({"impact": {"peak_n": one["level_n"]}} if stated else {})}
+        for one in about["files"]
+    ]
+    springs = {**DRIVES, "stiffness": {"initial": about["initial_stiffness_nm_per_rad"]}}
+    study = {"schema": "identify/1", "robot": {"urdf": "robot.urdf"}, "points": "points.csv", "measurements": files}
+    study |= {"band_hz": [3, 80], "effects": [springs, *effects], "starts": 1, "optimizer": STAGES}
+    (test / "study.yaml").write_text(json.dumps(study))
+    return test / "study.yaml"
+
+
+def _fitted(test: Path, effects: list[dict[str, Any]]) -> tuple[Problem, np.ndarray, float]:
+    problem = load_problem(read_study(_study(test, effects)))
+    found = fit(problem)
+    return problem, found.values, found.cost
+
+
+@pytest.mark.parametrize(
+    ("case", "kind", "parameter", "truth_of", "close"),
+    [
+        ("friction_j2", "joint-friction", "joint2.rz.friction_torque", "torque_nm", 0.1),
+        ("hardening_j3", "hardening-stiffness", "joint3.rz.cubic_stiffness", "cubic_nm_per_rad3", 0.3),
+    ],
+)
+def test_it_is_found_in_a_simulated_test(case: str, kind: str, parameter: str, truth_of: str, close: float, tmp_path: Path) -> None:
+    """Four blows within 20 % of their level leave 6 % of their mean open (one sigma), and twice that of a cubic stiffness."""
+    joint = int(case[-1])
+    test = _tested(case, tmp_path)
+    hidden = json.loads((tmp_path / "truth.json").read_text())["effects"][0][truth_of]
+    problem, values, before = _fitted(test, [])
+    gaps = torque_gaps(problem.targets().frf, values)
+    assert level_gap(problem) > 1.5
+    assert min(gaps, key=lambda name: gaps[name]) == f"joint{joint}.rz"
+    problem, values, after = _fitted(test, [{"kind": kind, "joints": [joint]}])
+    named = {p.name: v for p, v in zip(problem.parameters, values, strict=True)}
+    assert before > 2
+    assert after - 1 < 0.3 * (before - 1)
+    assert named[parameter] == pytest.approx(hidden, rel=close)
+    wrong = _fitted(test, [{"kind": kind, "joints": [4]}])[2]
+    assert wrong - 1 > 0.8 * (before - 1)
+
+
+def test_levels_agree_where_nothing_depends_on_them(tmp_path: Path) -> None:
+    problem = load_problem(read_study(_study(_tested("none", tmp_path), [])))
+    assert level_gap(problem) == pytest.approx(1.0, abs=0.3)
+    assert np.isnan(level_gap(replace(problem, measurements=problem.measurements[:1])))
+
+
+def test_the_nonlinear_response_explains_friction_in_a_test_made_outside_this_project(tmp_path: Path) -> None:
+    """At least half of what is above noise must go, on fitted and on validation data; most of it does."""
+    gaps = []
+    for extra in ("", "  - {kind: joint-friction, joints: [2]}\n"):
+        problem = load_problem(
+            read_study(write_config("friction_j2_101", tmp_path, extra=f"{extra}starts: 1\noptimizer: {json.dumps(STAGES)}"))
+        )
+        found = fit(problem)
+        there = problem.file.study.cost.objective(problem.targets("validate"))
+        gaps.append((found.cost, float(there.costs(found.values[None])[0])))
+    named = {p.name: v for p, v in zip(problem.parameters, found.values, strict=True)}
+    assert [named[f"joint{n}.rz.stiffness"] for n in range(1, 7)] == pytest.approx(truth("friction_j2_101")["k"], rel=0.02)
+    for before, after in zip(*gaps, strict=True):
+        assert after - 1 < 0.2 * (before - 1)

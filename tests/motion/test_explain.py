@@ -1,0 +1,148 @@
+"""Hidden effects are named, with the truth inside the intervals; nothing is named where nothing is hidden."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.motion.explain_result import ExplainResult, TargetResult
+from identify.motion.explain_run import run_explain
+from tests.motion.hidden_drive import RATE, RATIO, Array, Hidden, Motion, study
+
+
+def _run(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object) -> ExplainResult:
+    return run_explain(study(folder, count, hidden, judged, **more), folder / "out.h5")[0]
+
+
+def _value(found: TargetResult, effect: str, name: str) -> tuple[float, float, float]:
+    row = next(n for n, pair in enumerate(zip(found.values.effect, found.values.name, strict=True)) if pair == (effect, name))
+    return found.values.value[row], found.values.low_95[row], found.values.high_95[row]
+
+
+def _holds(found: TargetResult, effect: str, name: str, truth: float, within: float) -> None:
+    value, low, high = _value(found, effect, name)
+    assert value == pytest.approx(truth, rel=within), (effect, name)
+    # A little wider than 95 %, because dozens of values are looked at, and half a per cent for what is linearised.
+    slack = 0.005 * abs(truth)
+    assert value - 1.6 * (value - low) - slack <= truth <= value + 1.6 * (high - value) + slack, (effect, name, low, truth, high)
+
+
+def _only(joints: int, joint: int, values: Array) -> Array:
+    found = np.zeros((len(values), joints))
+    found[:, joint - 1] = values
+    return found
+
+
+def _friction(m: Motion) -> Array:
+    """Coulomb and viscous friction of joint 1, with Stribeck's fall at joint 3."""
+    first = 1.2 * np.sign(m.v[:, 0]) + 2.0 * m.v[:, 0]
+    third = (0.8 + 0.6 * np.exp(-((m.v[:, 2] / 0.08) ** 2))) * np.sign(m.v[:, 2])
+    return _only(3, 1, first) + _only(3, 3, third)
+
+
+def _balancer(m: Motion) -> Array:
+    """A spring without slack length between two anchors: its torque by the cross product of lever and pull."""
+    angle = m.q[:, 1]
+    arm = 0.2 * np.stack([np.cos(angle + 0.3), np.sin(angle + 0.3)], axis=1)
+    pull = 9000.0 * (np.array([-0.5, 0.25]) - arm)
+    return _only(3, 2, -(arm[:, 0] * pull[:, 1] - arm[:, 1] * pull[:, 0]) / RATIO[1])
+
+
+def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
+    def ripple(m: Motion) -> Array:
+        return _only(3, 1, 0.3 * np.cos(6 * RATIO[0] * m.q[:, 0] + 0.4))
+
+    hidden = Hidden((_friction, _balancer, ripple), payload_kg=12.0, memory=0.8, extra={"links": False})
+    found = _run(tmp_path, 3, hidden).targets["torque"]
+    expected = {"joint1.coulomb-friction", "joint1.viscous-friction", "joint3.coulomb-friction", "joint3.stribeck-friction"}
+    expected |= {"joint2.gravity-balancer", "payload-mass", "joint1.torque-ripple.6"}
+    assert set(found.effects.name) == expected
+    _holds(found, "joint1.coulomb-friction", "torque", 1.2, 0.05)
+    _holds(found, "joint1.viscous-friction", "damping", 2.0, 0.05)
+    _holds(found, "joint3.coulomb-friction", "torque", 0.8, 0.1)
+    _holds(found, "joint3.stribeck-friction", "excess", 0.6, 0.25)
+    _holds(found, "joint3.stribeck-friction", "speed", 0.08, 0.25)
+    _holds(found, "payload-mass", "mass", 12.0, 0.1)
+    peak = 9000.0 * 0.2 * np.hypot(0.5, 0.25)
+    sine, cosine = (_value(found, "joint2.gravity-balancer", name)[0] for name in ("sine", "cosine"))
+    assert np.hypot(sine, cosine) == pytest.approx(peak, rel=0.05)
+    assert found.gap.max() < 3.0  # the noise keeps 0.8 of its last value, so that it is more than what changes from sample to sample
+    assert found.explained.min() > 0.9
+
+
+def test_deflection(tmp_path: Path) -> None:
+    """Backlash at joint 1, hardening at joint 2, a transmission error at joint 3, and all encoders late."""
+
+    def bend(m: Motion) -> Array:
+        hard = np.array([np.real(r[np.abs(r.imag) < 1e-9][0]) for r in (np.roots([4e10, 0, 4e5, -torque]) for torque in m.rigid[:, 1])])
+        wave = m.rigid[:, 2] / 6e5 + 6e-5 * np.sin(2 * RATIO[2] * m.q[:, 2] + 0.5)
+        return np.stack([m.rigid[:, 0] / 5e5 + 1.5e-4 * np.sign(m.rigid[:, 0]), hard, wave], axis=1)
+
+    hidden = Hidden(deflection=bend, latency_s=(0.003, 0.003, 0.002, 0, 0))
+    found = _run(tmp_path, 3, hidden, effects=_kinds("deflection")).targets["deflection"]
+    for effect in ("joint1.backlash", "joint2.hardening-stiffness", "joint3.angular-transmission-error.1", "joint1.joint-compliance"):
+        assert effect in found.effects.name
+    assert {"joint2.backlash", "joint3.backlash", "joint2.joint-compliance"}.isdisjoint(found.effects.name)
+    _holds(found, "joint1.sensor-latency", "latency", 0.003, 0.05)
+    _holds(found, "joint3.sensor-latency", "latency", 0.002, 0.05)
+    _holds(found, "joint1.backlash", "half width", 1.5e-4, 0.1)
+    _holds(found, "joint3.angular-transmission-error.1", "order", 2 * RATIO[2], 0.01)
+    _holds(found, "joint3.joint-compliance", "compliance", 1 / 6e5, 0.05)
+    soft, _, _ = _value(found, "joint2.hardening-stiffness", "compliance at no load")
+    torque, _, _ = _value(found, "joint2.hardening-stiffness", "torque")
+    assert 1 / soft == pytest.approx(4e5, rel=0.1)
+    assert 1 / (soft**3 * torque**2) == pytest.approx(4e10, rel=0.3)
+
+
+def _kinds(target: str) -> str:
+    from identify.motion_effects.base import MOTION_EFFECTS
+
+    chosen = [kind for kind in MOTION_EFFECTS.names() if MOTION_EFFECTS.get(kind).target == target]
+    return "[" + ", ".join(chosen) + "]"
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.95])
+def test_of_noise_alone_nothing_is_named(tmp_path: Path, memory: float) -> None:
+    result = _run(tmp_path, 3, Hidden(torque_noise=0.2, memory=memory))
+    assert [found.effects.name for found in result.targets.values()] == [(), ()]
+    assert all("nothing was found" in sentence for sentence in result.verdict)
+
+
+def test_what_the_held_out_record_does_not_have_is_not_named(tmp_path: Path) -> None:
+    """A negative control: friction in the fitted record alone."""
+    hidden, clean = (Hidden(motor, extra={"links": False}) for motor in ((_friction,), ()))
+    assert not _run(tmp_path, 3, hidden, clean).targets["torque"].effects.name
+
+
+def test_gear_coupling_of_a_wrist(tmp_path: Path) -> None:
+    def coupled(m: Motion) -> Array:
+        return _only(5, 4, 0.3 * m.rigid[:, 4] / RATIO[3] + 0.2 * np.sign(m.v[:, 3]))
+
+    hidden = Hidden((coupled,), torque_noise=0.003, extra={"links": False})
+    found = _run(tmp_path, 5, hidden, joints=[4, 5]).targets["torque"]
+    assert set(found.effects.name) == {"joint4.gear-coupling.joint5", "joint4.coulomb-friction"}
+    _holds(found, "joint4.gear-coupling.joint5", "share", 0.3, 0.05)
+
+
+def test_integral_action(tmp_path: Path) -> None:
+    """The error of a position P, velocity PI loop by small Euler steps; without its integrator nothing of the kind is named."""
+
+    def servo(integral_time: float) -> Hidden:
+        def error(m: Motion) -> Array:
+            torque, state, found = m.rigid / RATIO[:3], np.zeros(3), np.empty_like(m.q)
+            for row in range(len(m.time)):
+                found[row] = (torque[row] / 40.0 + m.v[row] - state / integral_time) / 20.0
+                state = state + (20.0 * found[row] - m.v[row]) / RATE
+            return found + np.random.default_rng(0).normal(scale=1e-5, size=found.shape)
+
+        return Hidden(error=error, torque_noise=0.002, extra={"links": False})
+
+    tracking = _run(tmp_path, 3, servo(0.5)).targets["tracking"]
+    for joint in (1, 2, 3):
+        assert f"joint{joint}.integral-action" in tracking.effects.name
+        assert _value(tracking, f"joint{joint}.integral-action", "rate")[0] == pytest.approx(2.0, rel=0.05)
+    without = _run(tmp_path, 3, servo(1e9)).targets["tracking"]
+    assert not [name for name in without.effects.name if "integral" in name]
+    assert _value(without, "joint1.position-lag", "lag")[0] == pytest.approx(1 / 20, rel=0.02)

@@ -1,0 +1,146 @@
+"""Fits of motion to records that come from closed forms: values, intervals, effects found and effects not found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from identify.errors import InputError
+from identify.fit import Progress
+from identify.motion.command import Move
+from identify.motion.evaluate import evaluate_fit
+from identify.motion.trajectory import TrajectoryObjective, phase_rms
+from identify.motion.trajectory_fit import MotionFit, fit_motion
+from identify.optimizers.base import Scale
+from tests.motion import arms
+from tests.motion.test_simulate import DC
+
+Array = NDArray[np.float64]
+RATIO, KP, KD, NOISE = 55.0, 350.0, 7.0, {"motor_position": 1e-4, "motor_current": 0.05}
+FREE = {"initial": 45.0, "bounds": [20, 120]}
+SERVO = {
+    "kind": "pid-voltage",
+    "position_gain": {"initial": 200.0, "bounds": [50, 2000]},
+    "derivative_gain": {"initial": 4.0, "bounds": [1, 40]},
+}
+TURN, SAMPLES = arms.move(1, 35, 90), 40
+COULOMB = {"name": "dry friction", "numbers": {"friction.coulomb": {"initial": 1.0, "bounds": [0.01, 100]}}}
+INTEGRAL = {"name": "integral action", "numbers": {"servo.integral_gain": {"initial": 1.0, "bounds": [0.001, 1e4]}}}
+
+
+def truth(seconds: float, dry: float = 0.0) -> tuple[Array, Array]:
+    """Angle and current at the ticks (n,) of a sampled PD motor on a link without weight, exact but for dry friction, by small steps."""
+    inertia, parts = arms.ABOUT_JOINT + RATIO**2 * DC["rotor_inertia"], 50 if dry else 1
+    a = np.zeros((5, 5))  # angle, velocity, current, voltage, dry friction
+    a[0, 1], a[1, 2], a[1, 4] = 1.0, RATIO * DC["torque_constant"] / inertia, -1 / inertia
+    a[2, 1:4] = -RATIO * DC["back_emf"] / DC["inductance"], -DC["resistance"] / DC["inductance"], 1 / DC["inductance"]
+    hold, state, error, rows = expm(a * 1e-3 / parts), np.zeros(5), 0.0, []
+    for wanted in Move(**TURN).angle(np.arange(round(seconds * 1000) + 1) * 1e-3):
+        rows.append(state[[0, 2]].copy())
+        new = wanted - state[0]
+        state[3], error = KP * new + KD * (new - error) / 1e-3, new
+        for _ in range(parts):
+            state[4] = dry * np.tanh(state[1] / 2e-4)
+            state = hold @ state
+    angle, current = np.array(rows).T
+    return angle, current
+
+
+def record(folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.8) -> dict[str, Any]:
+    """A record's settings, and its file with noise."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng(seed)
+    angle, current = truth(seconds, dry)
+    every = len(angle) // SAMPLES
+    rows = [
+        angle[::every] + rng.normal(scale=1e-4, size=len(angle[::every])),
+        current[::every] + rng.normal(scale=0.05, size=len(angle[::every])),
+    ]
+    time = np.arange(len(rows[0])) * every * 1e-3
+    np.savetxt(folder / f"{name}.csv", np.column_stack([time, *rows]), delimiter=",", header="time_s,angle_rad,current_A", comments="")
+    signals = {"motor_position": {"at": "angle_rad", "unit": "rad"}, "motor_current": {"at": "current_A", "unit": "A"}}
+    return {
+        "name": name,
+        "start_deg": [0.0],
+        "duration_s": seconds,
+        "moves": [TURN],
+        "measured": {"file": f"{name}.csv", "signals": signals},
+    }
+
+
+def fitted(folder: Path, records: list[dict[str, Any]], **keys: Any) -> MotionFit:
+    problem = arms.study(folder, arms.one_link(0.0), motor=DC, gear={"ratio": FREE}, servo=SERVO, noise=NOISE, records=records, **keys)
+    return fit_motion(problem, Progress())
+
+
+def test_ratio_and_gains_are_found_within_their_intervals(tmp_path: Path) -> None:
+    """Over seeds, the truth lies in the 95 % intervals about as often as they say, and the gap is 1."""
+    inside, gaps = [], []
+    for seed in range(4):
+        found = fitted(tmp_path / str(seed), [record(tmp_path / str(seed), "a", seed)])
+        result = evaluate_fit(found.problem, found)
+        assert result.parameters is not None
+        p = result.parameters
+        inside.append((p.low_95 <= [RATIO, KP, KD]) & (p.high_95 >= [RATIO, KP, KD]))
+        np.testing.assert_allclose(p.value, [RATIO, KP, KD], rtol=0.06)
+        gaps.append(found.fit.cost)
+    assert np.mean(gaps) == pytest.approx(1.0, abs=0.1)
+    assert 0.7 <= np.mean(inside) <= 1.0
+    assert (p.high_95 / p.low_95 < 1.2).all()
+
+
+def test_a_bee_colony_then_gauss_newton_gets_there_from_afar(tmp_path: Path) -> None:
+    stages = [{"kind": "artificial-bee-colony", "evaluations": 150, "population": 10}, {"kind": "gauss-newton", "tolerance": 1e-8}]
+    found = fitted(tmp_path, [record(tmp_path, "a", 1)], optimizer=stages)
+    np.testing.assert_allclose(found.fit.values, [RATIO, KP, KD], rtol=0.03)
+    assert found.fit.cost == pytest.approx(
+        TrajectoryObjective(found.problem, found.problem.records, NOISE).costs(found.fit.values[None])[0]
+    )
+
+
+def test_a_missing_effect_is_added_and_a_spurious_one_is_not(tmp_path: Path) -> None:
+    """The truth has dry friction and no integral action; the second record judges."""
+    records = [record(tmp_path, "a", 1, dry=25.0), {**record(tmp_path, "b", 2, dry=25.0), "use": "validate"}]
+    found = fitted(tmp_path, records, candidates=[INTEGRAL, COULOMB])
+    kept = [trial.name for trial in found.trials if trial.kept]
+    assert kept == ["the model as it is", "dry friction"]
+    assert found.trials[0].gap_judged > 4.0
+    assert min(trial.gap_judged for trial in found.trials) < 1.3
+    names = [p.name for p in found.problem.parameters]
+    assert found.fit.values[names.index("joint1.friction.coulomb")] == pytest.approx(25.0, rel=0.05)
+
+
+def test_residuals_and_costs_agree_and_the_gradient_is_the_slope(tmp_path: Path) -> None:
+    problem = arms.study(
+        tmp_path, arms.one_link(0.0), motor=DC, gear={"ratio": FREE}, servo=SERVO, noise=NOISE, records=[record(tmp_path, "a", 3)]
+    )
+    objective, scale, values = TrajectoryObjective(problem, problem.records, NOISE), Scale(problem.parameters), problem.initial
+    residuals, slopes = objective.residuals(values, scale.free)
+    assert np.sqrt(np.sum(residuals**2)) == pytest.approx(objective.costs(values[None])[0], rel=1e-12)
+    for column, number in enumerate(scale.free):
+        moved = np.tile(values, (2, 1))
+        moved[:, number] *= [1 + 1e-3, 1 - 1e-3]
+        up, down = objective.costs(moved) ** 2
+        assert (up - down) / (moved[0] - moved[1])[number] == pytest.approx(2 * residuals @ slopes[:, column], rel=0.02)
+    assert objective.costs(np.array([[50.0, 2000.0, 40.0]]))[0] == np.inf  # that loop is unstable
+
+
+def test_rms_by_phase() -> None:
+    time = np.linspace(0, 2, 201)
+    difference = np.where(time < 1, 3.0, 4.0)[:, None] * [1.0, 2.0]
+    rms = phase_rms(difference, time, {"slow": (0, 0.99), "fast": (1, 2)})
+    np.testing.assert_allclose(rms[1:], [[3, 6], [4, 8]])
+    assert 3 < rms[0, 0] < 4
+
+
+def test_a_record_that_is_not_there_is_named(tmp_path: Path) -> None:
+    stage = [{"kind": "gauss-newton", "measurements": ["b"]}]
+    with pytest.raises(InputError, match="no record 'b' is fitted"):
+        fitted(tmp_path, [record(tmp_path, "a", 1)], optimizer=stage)
+    with pytest.raises(InputError, match=r"unknown number 'friction\.colomb'"):
+        fitted(tmp_path, [record(tmp_path, "a", 1)], candidates=[{"name": "x", "numbers": {"friction.colomb": 1.0}}])

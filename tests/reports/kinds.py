@@ -1,0 +1,127 @@
+"""One case a kind of report: what the tests that hold for every kind run over.  A new kind of report is one more row here."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from identify import results
+from identify.comparison import compared
+from identify.reports.document import Document
+from identify.reports.kinds import KINDS, read_any
+from identify.reports.write import write_reports
+from tests.reports.discovery_sample import discovery_result, null_result
+from tests.reports.explain_sample import explain_result
+from tests.reports.modes_sample import modes_result
+from tests.reports.motion_sample import motion_result
+from tests.reports.posture_sample import batch_result, map_result
+from tests.reports.sample import frf_result, modal_result
+
+
+@dataclass(frozen=True)
+class Case:
+    """kind: of the report; make: the results whose files give it; kept: numbers that must be those of the (first) file, as
+    (beginning of a table's title, heading of a column, dataset, factor); shapes, frfs: whether it has moving shapes, a channel picker.
+    """
+
+    name: str
+    kind: str
+    make: Callable[[], list[Any]]
+    kept: tuple[tuple[str, str, str, float], ...]
+    shapes: bool = True
+    frfs: bool = True
+
+
+def _two_runs() -> list[Any]:
+    one = frf_result(60, 4)
+    table = dataclasses.replace(one.parameters, value=one.parameters.value * 1.05)
+    other = dataclasses.replace(one, parameters=table, gap=2.5, cost_kind="frf-area", effects=(*one.effects, "compliance of the base (rx)"))
+    return [one, other]
+
+
+_PARAMETERS = (("Parameters", "Fitted", "parameters/value", 1.0), ("Parameters", "Start", "parameters/initial", 1.0))
+
+CASES = (
+    Case("fit", "fit", lambda: [frf_result(60, 4)], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0))),
+    Case("fit-of-modes", "fit", lambda: [modal_result()], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0)), frfs=False),
+    Case(
+        "modes",
+        "modes",
+        lambda: [modes_result()],
+        (
+            ("Modes, table", "Frequency", "measurements/table/modes/frequency_hz", 1.0),
+            ("Modes, table", "Damping ratio", "measurements/table/modes/damping_ratio", 100.0),
+        ),
+    ),
+    Case(
+        "compare",
+        "compare",
+        _two_runs,
+        (
+            ("Parameters", "first", "parameters/value", 1.0),
+            ("Modes, posture1", "first", "measurements/posture1/modes/frequency_hz", 1.0),
+        ),
+    ),
+    Case(
+        "discovery",
+        "discovery",
+        lambda: [discovery_result()],
+        (
+            ("Added effects", "Gap", "added/gap", 1.0),
+            ("Added effects", "Gap, other data", "added/gap_validation", 1.0),
+            ("Added effects", "Evidence", "added/evidence", 1.0),
+            ("Candidates of step 1", "Gap", "steps/0/options/gap", 1.0),
+            ("Candidates of step 2", "Evidence", "steps/1/options/evidence", 1.0),
+            ("Candidates of step 3", "Gap, other data", "steps/2/options/gap_validation", 1.0),
+            ("Parameters", "final model", "after/parameters/value", 1.0),
+            ("Parameters", "study's model", "before/parameters/value", 1.0),
+        ),
+    ),
+    Case(
+        "discovery-of-nothing",
+        "discovery",
+        lambda: [null_result()],
+        (
+            ("Candidates of step 1", "Gap", "steps/0/options/gap", 1.0),
+            ("Parameters", "Fitted", "before/parameters/value", 1.0),
+        ),
+    ),
+    Case("motion", "motion", lambda: [motion_result()], (), shapes=False, frfs=False),
+    Case("batch", "batch", lambda: [batch_result()], (), shapes=False, frfs=False),
+    Case("explained", "explained", lambda: [explain_result()], (), shapes=False, frfs=False),
+    Case("map", "map", lambda: [map_result()], (), shapes=False, frfs=False),
+)
+
+
+@dataclass(frozen=True)
+class Made:
+    """The reports of a case: result files, HTML, PDF, and the folder of its export."""
+
+    case: Case
+    files: list[Path]
+    page: Path
+    printed: Path
+    exported: Path
+
+    @cached_property
+    def result(self) -> Any:
+        """The result as it is read from its files."""
+        return compared(self.files) if len(self.files) > 1 else read_any(self.files[0])
+
+    @cached_property
+    def document(self) -> Document:
+        """The document that was printed."""
+        return KINDS[self.case.kind].document(self.result)
+
+
+def make(case: Case, folder: Path) -> Made:
+    """Write the results of a case and their reports into a folder."""
+    files = [folder / f"{name}.h5" for name, _ in zip(("first", "second", "third"), case.make(), strict=False)]
+    for file, result in zip(files, case.make(), strict=True):
+        results.write(result, file)
+    page, printed, exported = write_reports(*files, export=folder / "figures")
+    return Made(case, files, page, printed, exported)

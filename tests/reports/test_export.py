@@ -1,0 +1,84 @@
+"""Exported figures and data: complete, not rounded, and readable again."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from identify import results
+from identify.errors import InputError
+from identify.measured.frf_records import FrfFileOptions
+from identify.measured.loaders import load_frf_set
+from identify.reports import data, figures
+from identify.reports.document import Document
+from identify.reports.export import contents
+from identify.reports.write import write_reports
+from tests.reports.sample import frf_result, modal_result
+
+
+def test_exported_frfs_are_read_back_as_measurements(tmp_path: Path) -> None:
+    frf = frf_result(30, 3).measurements["posture1"].frf
+    assert frf is not None
+    made = Document()
+    with figures.style():
+        made.figure(Figure((1, 1)), "", *data.frfs(frf))
+    files = dict(contents(made))
+    path = tmp_path / "measured.csv"
+    path.write_bytes(files["figure01_overview_measured.csv"])
+    again = load_frf_set(path, FrfFileOptions(averages=4))
+    assert again.quantity == "accelerance"
+    assert again.window_decay_per_s == pytest.approx(frf.window_decay_per_s)
+    for pair, (output, channel) in enumerate(zip(frf.output, frf.input, strict=True)):
+        row, column = list(map(str, again.outputs)).index(output), list(map(str, again.inputs)).index(channel)
+        assert again.frf[:, row, column] == pytest.approx(frf.measured[:, pair], rel=1e-8)
+        assert again.coherence is not None and frf.coherence is not None
+        assert again.coherence[:, row, column] == pytest.approx(frf.coherence[:, pair], rel=1e-8)
+
+
+def test_a_figure_without_data_of_its_own_is_read_back() -> None:
+    made, figure = Document(), Figure((2, 2))
+    axes = figure.subplots()
+    axes.plot([1.0, 2.0], [1 / 3, 5.0], label="measured")
+    axes.plot([0.0], [0.0])
+    axes.set(xlabel="Frequency (Hz)", ylabel="Magnitude (m)")
+    made.add("heading", "Some <plot>")
+    with figures.style():
+        made.figure(figure, "")
+    rows = list(csv.reader(dict(contents(made))["figure01_some_plot.csv"].decode().splitlines()))
+    assert rows[0] == ["Panel", "Curve", "Frequency (Hz)", "Magnitude (m)"]
+    assert [(row[1], float(row[2]), float(row[3])) for row in rows[1:]] == [("measured", 1.0, 1 / 3), ("measured", 2.0, 5.0)]
+
+
+def test_alike_titles_do_not_overwrite_each_other() -> None:
+    made, table = Document(), data.geometry("a b", frf_result(5, 2).measurements["posture1"].geometry)
+    with figures.style():
+        made.figure(Figure((1, 1)), "", table, table)
+    assert [name for name, _ in contents(made)] == [
+        *(f"figure01_overview{ending}" for ending in (".svg", ".png", "_points_a_b_1.csv", "_points_a_b_2.csv"))
+    ]
+
+
+def test_without_export_nothing_else_is_written(tmp_path: Path) -> None:
+    results.write(modal_result(), tmp_path / "run.h5")
+    write_reports(tmp_path / "run.h5")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["run.h5", "run.html", "run.pdf"]
+
+
+def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    results.write(modal_result(), tmp_path / "run.h5")
+    (tmp_path / "figures").write_text("a file")
+    with pytest.raises(InputError, match="--export"):
+        write_reports(tmp_path / "run.h5", export=tmp_path / "figures")
+
+
+def test_arrows_point_where_the_channels_look() -> None:
+    from identify.reports.pick import arrows
+
+    g = frf_result(5, 3).measurements["posture1"].geometry
+    found = arrows(g, ["2:+X", "2:-Y", "3:+RZ", "9:+X", "2:+X"])
+    assert [row for row, _ in found] == [1, 1], "each once, translations of known points only"
+    assert np.array([way for _, way in found]) == pytest.approx(np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]))
