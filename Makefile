@@ -5,7 +5,7 @@ UV := $(BIN)/python -m uv
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint format bench lock clean
+.PHONY: demo test browser screenshots lint format bench lock clean
 
 demo: .venv/ready
 	$(BIN)/identify check configs/arm_hammer_test.yaml
@@ -14,6 +14,15 @@ demo: .venv/ready
 
 test: lint
 	$(BIN)/pytest
+
+# What tests of reports need beside the environment, on Debian; they are skipped, saying so, where it is not installed.
+browser:
+	$(if $(filter 0,$(shell id -u)),,sudo) apt-get update -qq
+	$(if $(filter 0,$(shell id -u)),,sudo) apt-get install -y -qq --no-install-recommends chromium poppler-utils
+
+# The README's pictures of reports, from runs in reports/.
+screenshots: .venv/ready
+	$(BIN)/python -m tests.reports.screenshots $(RUNS)
 
 lint: .venv/ready
 	$(BIN)/ruff format --check .
