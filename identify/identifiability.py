@@ -61,9 +61,13 @@ class Trust:
 
 def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
     """The intervals and their limits at parameter values (parameters,)."""
-    x, free = scale.to_x(values), scale.free
-    information, variance, count = _information(targets, values, free, scale.slope(x))
-    lower, upper = scale.bounds()
+    information, variance, count = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
+    return sandwich(information, variance, count, scale, values, tuple(_structure(targets, values)))
+
+
+def sandwich(information: Array, variance: Array, count: int, scale: Scale, values: Array, notes: tuple[str, ...] = ()) -> Trust:
+    """Trust from J'J and the variance of the scores J'e, both (free, free) on the search scale, of `count` residuals at values."""
+    x, (lower, upper) = scale.to_x(values), scale.bounds()
     bread = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
     covariance = bread @ variance @ bread
     blind = np.flatnonzero(np.diag(covariance) <= 0)  # the residuals say nothing of these, not even how they scatter
@@ -71,7 +75,7 @@ def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
     widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
     covariance *= np.outer(widening, widening)
     std = np.sqrt(np.diag(covariance))
-    limits = [scale.to_values(np.clip(x + sign * 1.96 * std, lower, upper))[free] for sign in (-1, 1)]
+    limits = [scale.to_values(np.clip(x + sign * 1.96 * std, lower, upper))[scale.free] for sign in (-1, 1)]
     squares, directions = np.linalg.eigh(information)
     return Trust(
         std=std,
@@ -83,7 +87,7 @@ def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
         singular_values=np.sqrt(np.maximum(squares[::-1], 0.0)),
         directions=directions[:, ::-1].T,
         count=count,
-        notes=tuple(_structure(targets, values)),
+        notes=notes,
     )
 
 

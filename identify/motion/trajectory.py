@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identify.costs.base import Objective
 from identify.errors import InputError
-from identify.identifiability import Trust, statuses
+from identify.identifiability import Trust, sandwich
 from identify.motion.problem import MotionProblem, Record
 from identify.motion.simulate import Motion
 from identify.optimizers.base import Scale
@@ -147,32 +147,10 @@ def phase_rms(difference: Array, time: Array, phases: Mapping[str, tuple[float, 
 def trajectory_trust(objective: TrajectoryObjective, scale: Scale, values: Array) -> Trust:
     """What the records say about the free parameters at values (parameters,).
 
-    The covariance is the sandwich A^-1 B A^-1 with A = J'J + P, J in units of noise, P what the bounds alone say, and B the variance of
-    the scores from sums over blocks of time, so that residuals that hang together over samples widen it; never less than independent
-    noise of the stated size says.
+    The variance of the scores is that of sums over blocks of time, so that residuals that hang together over samples widen the intervals.
     """
     residuals, slopes = objective.residuals(values, scale.free)
-    x, (lower, upper) = scale.to_x(values), scale.bounds()
     root = np.sqrt(objective.count)
-    e, j = root * residuals, root * slopes * scale.slope(x)
-    information = j.T @ j
-    bread = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
+    e, j = root * residuals, root * slopes * scale.slope(scale.to_x(values))
     scores = np.add.reduceat(j * e[:, None], np.arange(0, len(e), _BLOCK), axis=0)
-    covariance = bread @ (scores.T @ scores) @ bread
-    widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
-    covariance *= np.outer(widening, widening)
-    std = np.sqrt(np.diag(covariance))
-    limits = [scale.to_values(np.clip(x + sign * 1.96 * std, lower, upper))[scale.free] for sign in (-1, 1)]
-    squares, directions = np.linalg.eigh(information)
-    return Trust(
-        std=std,
-        independent_std=np.sqrt(np.diag(bread)),
-        low=limits[0],
-        high=limits[1],
-        status=statuses(scale, values, std),
-        correlation=covariance / np.outer(std, std),
-        singular_values=np.sqrt(np.maximum(squares[::-1], 0.0)),
-        directions=directions[:, ::-1].T,
-        count=objective.count,
-        notes=(),
-    )
+    return sandwich(j.T @ j, scores.T @ scores, objective.count, scale, values)
