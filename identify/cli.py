@@ -45,11 +45,11 @@ def fit(
     quiet: Quiet = False,
 ) -> None:
     """Fit a study, of vibration or of motion: data in, parameters with intervals out."""
-    from identify.motion.study import is_motion_study
     from identify.run import run_fit
+    from identify.study import has_schema
     from identify.terminal import print_result, progress_bar
 
-    if is_motion_study(config):
+    if has_schema(config, "identify-motion/"):
         _fit_motion(config, out, {"seed": seed, "starts": starts}, report, quiet, refused=resume or bool(profile))
         return
     with progress_bar(quiet) as progress:
@@ -96,10 +96,10 @@ def discover(
     import os
 
     from identify.discovery.run import run_discover
-    from identify.motion.explain_study import is_explain_study
+    from identify.study import has_schema
     from identify.terminal import print_discovery, story
 
-    if is_explain_study(config):
+    if has_schema(config, "identify-explain/"):
         if resume or starts or workers:
             found = "`--resume`, `--starts` or `--workers` with recorded motion"
             raise InputError(str(config), found, "a study of vibration", "leave the option out")

@@ -9,7 +9,7 @@ import difflib
 import hashlib
 from inspect import isabstract
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from ruamel.yaml import YAML
@@ -173,19 +173,29 @@ class Study(Settings):
         return [parse_optimizer(globally), parse_optimizer(dict(_ROBUST_THEN_LIKELY[1]))]
 
 
-class StudyFile(Settings):
+class ConfigFile(Settings, Generic[S]):
     """A study with the file it came from: text and sha256 go into the result, paths in it are relative to its folder."""
 
     path: Path
     text: str
     sha256: str
-    study: Study
-    overrides: dict[str, Any] = {}
-    """What the command line said in place of keys of the study, by key."""
+    study: S
+
+    @classmethod
+    def of(cls, path: Path, study: S, text: str) -> Self:
+        """A study, the text that says it, and where that is."""
+        return cls(path=path, text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=study)
 
     def resolve(self, path: Path) -> Path:
         """A path of the config, relative to the config's folder."""
         return self.path.parent / path
+
+
+class StudyFile(ConfigFile[Study]):
+    """A study of FRFs or modes with its file."""
+
+    overrides: dict[str, Any] = {}
+    """What the command line said in place of keys of the study, by key."""
 
 
 def read_study(path: Path) -> StudyFile:
@@ -193,8 +203,13 @@ def read_study(path: Path) -> StudyFile:
 
     Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
     """
-    study, text = read_settings(path, Study, SCHEMA)
-    return StudyFile(path=path, text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=study)
+    return StudyFile.of(path, *read_settings(path, Study, SCHEMA))
+
+
+def has_schema(path: Path, prefix: str) -> bool:
+    """Whether a config says that its schema is of that family, such as `identify-motion/`."""
+    data, _ = read_yaml(path)
+    return isinstance(data, dict) and str(data.get("schema", "")).startswith(prefix)
 
 
 def read_settings(path: Path, kind: type[S], schema: str) -> tuple[S, str]:

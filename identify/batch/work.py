@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 from collections.abc import Sequence
 from pathlib import Path
@@ -41,4 +40,4 @@ def derived(study: Path, name: str, measurements: Sequence[dict[str, Any]] | Non
     YAML(typ="rt").dump(data, stream)
     text = stream.getvalue()
     settings = validated(Path(name), dict(data), Study)  # without lines: those of the base study would mislead
-    return StudyFile(path=study.with_name(f"{name}.yaml"), text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=settings)
+    return StudyFile.of(study.with_name(f"{name}.yaml"), settings, text)

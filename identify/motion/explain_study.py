@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Literal
 
@@ -10,7 +9,7 @@ from pydantic import Field, model_validator
 
 from identify.motion.records import Quantity, SignalSettings, TimeAxis
 from identify.motion_effects.base import MOTION_EFFECTS
-from identify.study import RobotSettings, Settings, read_settings, read_yaml
+from identify.study import ConfigFile, RobotSettings, Settings, read_settings
 
 SCHEMA = "identify-explain/1"
 
@@ -73,29 +72,13 @@ class ExplainStudy(Settings):
         return self
 
 
-class ExplainFile(Settings):
-    """A study with the file it came from; paths in it are relative to its folder."""
-
-    path: Path
-    text: str
-    sha256: str
-    study: ExplainStudy
-
-    def resolve(self, path: Path) -> Path:
-        """A path of the config, relative to the config's folder."""
-        return self.path.parent / path
+class ExplainFile(ConfigFile[ExplainStudy]):
+    """A study of recorded motion to explain with its file."""
 
 
 def read_explain_study(path: Path) -> ExplainFile:
-    """The study in a YAML file.
+    """The study of recorded motion to explain in a YAML file.
 
     Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
     """
-    study, text = read_settings(path, ExplainStudy, SCHEMA)
-    return ExplainFile(path=path, text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=study)
-
-
-def is_explain_study(path: Path) -> bool:
-    """Whether a config says that it is a study of recorded motion to explain."""
-    data, _ = read_yaml(path)
-    return isinstance(data, dict) and str(data.get("schema", "")).startswith("identify-explain/")
+    return ExplainFile.of(path, *read_settings(path, ExplainStudy, SCHEMA))

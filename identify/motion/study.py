@@ -5,7 +5,6 @@ What the settings mean is turned into something that moves in `identify.motion.p
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,7 +20,7 @@ from identify.motion.motor import Motor
 from identify.motion.numbers import Number, Settings
 from identify.motion.records import Quantity, SignalSettings, TimeAxis
 from identify.optimizers.base import Optimizer, parse_optimizer
-from identify.study import RobotSettings, read_settings, read_yaml
+from identify.study import ConfigFile, RobotSettings, read_settings
 
 SCHEMA = "identify-motion/1"
 WEIGHTS = ("motor_position", "motor_velocity", "motor_torque", "motor_current", "link_position", "link_velocity")
@@ -110,17 +109,8 @@ class MotionStudy(Settings):
         return self
 
 
-class MotionFile(Settings):
-    """A study of motion with the file it came from; paths in it are relative to its folder."""
-
-    path: Path
-    text: str
-    sha256: str
-    study: MotionStudy
-
-    def resolve(self, path: Path) -> Path:
-        """A path of the config, relative to the config's folder."""
-        return self.path.parent / path
+class MotionFile(ConfigFile[MotionStudy]):
+    """A study of motion with its file."""
 
 
 def read_motion_study(path: Path) -> MotionFile:
@@ -128,11 +118,4 @@ def read_motion_study(path: Path) -> MotionFile:
 
     Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
     """
-    study, text = read_settings(path, MotionStudy, SCHEMA)
-    return MotionFile(path=path, text=text, sha256=hashlib.sha256(text.encode()).hexdigest(), study=study)
-
-
-def is_motion_study(path: Path) -> bool:
-    """Whether a config says that it is a study of motion."""
-    data, _ = read_yaml(path)
-    return isinstance(data, dict) and str(data.get("schema", "")).startswith("identify-motion/")
+    return MotionFile.of(path, *read_settings(path, MotionStudy, SCHEMA))
