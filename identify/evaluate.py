@@ -216,7 +216,6 @@ def _measured_shapes(problem: Problem, m: Measurement, table: ModalTable) -> NDA
 
 def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: Scale) -> results.FrfComparison:
     outputs, inputs = target.pairs
-    initial = np.array([parameter.initial for parameter in problem.parameters])
     fitted, gradient = target.gradient_pairs(fit.values, scale.free)
     measured, difference = target.measured, fitted - target.measured
     std = trusted.std * scale.slope(scale.to_x(fit.values))
@@ -232,7 +231,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: S
         output=tuple(str(target.data.outputs[i]) for i in outputs),
         input=tuple(str(target.data.inputs[i]) for i in inputs),
         measured=measured,
-        initial=target.predict_pairs(initial),
+        initial=target.predict_pairs(problem.initial),
         fitted=fitted,
         band_95=band,
         noise=target.sigma if known else None,

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 _SAME = 1e-3
 """Relative difference of cost below which two starts are said to have found the same minimum."""
-_ENOUGH = 3
+ENOUGH = 3
 """That many starts in the best minimum end the fit early, if the gap is noise."""
 
 
@@ -49,6 +49,10 @@ class Fittable(Protocol):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters, fixed ones too."""
+
+    @property
+    def initial(self) -> Array:
+        """Where the search starts, (parameters,)."""
 
     def targets(self, use: str = "fit", names: Sequence[str] | None = None) -> Any:
         """What the study's cost compares, of these measurements or of all."""
@@ -85,7 +89,7 @@ class Fit:
     @property
     def agreeing(self) -> int:
         """How many starts found the best minimum."""
-        return _agreeing(self.starts)
+        return agreeing([start.cost for start in self.starts])
 
 
 @dataclass(frozen=True)
@@ -160,13 +164,13 @@ def _settled(starts: Sequence[Start], study: Any) -> bool:
     """
     best = min(start.cost for start in starts)
     plausible = best <= QUIET or study.cost != parse_cost("frf-least-squares")
-    return best <= study.target_cost or (plausible and _agreeing(starts) >= _ENOUGH)
+    return best <= study.target_cost or (plausible and agreeing([start.cost for start in starts]) >= ENOUGH)
 
 
-def _agreeing(starts: Sequence[Start]) -> int:
-    """How many starts ended in the best minimum."""
-    best = min(start.cost for start in starts)
-    return sum(_same(start.cost, best) for start in starts)
+def agreeing(costs: Sequence[float]) -> int:
+    """How many of these costs are those of the best minimum."""
+    best = min(costs)
+    return sum(bool(np.isfinite(cost) and cost - best <= _SAME * max(best, 1e-12)) for cost in costs)
 
 
 def _run(
@@ -209,7 +213,7 @@ def _part(problem: Fittable, stage: Stage, values: Array) -> Scale:
 def starting_points(problem: Fittable, scale: Scale) -> list[Array]:
     """The initial values, then a Latin hypercube: within the start factor on log scales, within the bounds on linear ones."""
     study = problem.file.study
-    first = scale.to_x(np.array([parameter.initial for parameter in problem.parameters]))
+    first = scale.to_x(problem.initial)
     if study.starts == 1:
         return [first]
     lower, upper = scale.bounds()
@@ -223,7 +227,7 @@ def starting_points(problem: Fittable, scale: Scale) -> list[Array]:
 def check_moves(problem: Fittable, objective: Objective) -> None:
     """Raise an InputError that names the free parameters to which the cost is blind at the start."""
     scale = Scale(problem.parameters)
-    initial = np.array([parameter.initial for parameter in problem.parameters])
+    initial = problem.initial
     residuals, slopes = objective.residuals(initial, scale.free)
     if not np.isfinite(residuals).all():
         return
@@ -232,7 +236,3 @@ def check_moves(problem: Fittable, objective: Objective) -> None:
     if still:
         fix = "set `fixed: true` for it, remove the effect, or measure where it moves"
         raise InputError("effects", f"no measured data can move {', '.join(still)}", "free parameters that the data depend on", fix)
-
-
-def _same(cost: float, best: float) -> bool:
-    return bool(np.isfinite(cost) and cost - best <= _SAME * max(best, 1e-12))

@@ -82,6 +82,15 @@ class Problem:
         values = {p.name: p.initial for p in self.parameters}
         return _assembled, (self.file, self.robot, self.points, [m.given for m in self.measurements], values, self.reference)
 
+    @property
+    def initial(self) -> Array:
+        """Where the search starts, (parameters,)."""
+        return np.array([p.initial for p in self.parameters])
+
+    def at(self, values: Mapping[str, float]) -> Array:
+        """Values by name as an array (parameters,)."""
+        return np.array([values[p.name] for p in self.parameters])
+
     def targets(self, use: str = "fit", names: Sequence[str] | None = None) -> Targets:
         """What is to be fitted, or only predicted (`validate`); of these measurements only, if any are named.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import glob
-import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,11 +14,11 @@ from pydantic import Field, model_validator
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
+from identify.config_paths import relocate_measurement
 from identify.errors import InputError
 from identify.study import Settings, read_settings, read_yaml
 
 SCHEMA = "identify-batch/1"
-_PATHS = ("file", "modes", "shapes")
 _ANGLE = re.compile(r"joint(\d+)_deg")
 Data = dict[str, Any]
 
@@ -86,7 +85,7 @@ def read_batch(path: Path) -> Batch:
             items.append(Item(str(one.get("name") or _stem(one)), study, ({**one, "use": "fit"},)))
         joint = Item("joint", study, tuple(measured)) if settings.joint else None
     for pattern in settings.studies:
-        items += [Item(found.stem, found) for found in _found(path.parent, pattern)]
+        items += [Item(Path(found).stem, path.parent / found) for found in _found(path.parent, pattern)]
     return Batch(path, text, settings, tuple(_distinct(items)), joint)
 
 
@@ -104,7 +103,7 @@ def _listed(path: Path, settings: BatchSettings, study: Path) -> Iterator[Data]:
         if glob.has_magic(file):
             many = {key: value for key, value in one.items() if key != "name"}
             for found in _found(path.parent, file):
-                yield {**many, "file": _relative(found, study)}
+                yield _moved({**many, "file": found}, path.parent, study)
         else:
             yield _moved(one, path.parent, study)
 
@@ -150,22 +149,14 @@ def posture_of(row: Data) -> list[Any]:
 
 def _moved(one: Data, folder: Path, study: Path) -> Data:
     """The measurement with its paths relative to the folder of the study."""
-    moved = {key: _relative(folder / str(value), study) if key in _PATHS else value for key, value in one.items()}
-    if isinstance(one.get("repeats"), list):
-        moved["repeats"] = [_relative(folder / str(file), study) for file in one["repeats"]]
+    moved = dict(one)
+    relocate_measurement(moved, folder, study.parent)
     return moved
 
 
-def _relative(path: Path, study: Path) -> str:
-    try:
-        return Path(os.path.relpath(path, study.parent)).as_posix()
-    except ValueError:  # another drive
-        return path.resolve().as_posix()
-
-
-def _found(folder: Path, pattern: str) -> list[Path]:
+def _found(folder: Path, pattern: str) -> list[str]:
     """The files of a pattern in order; the pattern itself where there is none, so that its fit says that there is no such file."""
-    return [folder / name for name in sorted(glob.glob(pattern, root_dir=folder, recursive=True))] or [folder / pattern]
+    return sorted(glob.glob(pattern, root_dir=folder, recursive=True)) or [pattern]
 
 
 def _stem(one: Data) -> str:

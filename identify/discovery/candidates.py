@@ -40,8 +40,7 @@ def plausible(problem: Problem, values: Mapping[str, float], found: Sequence[Eff
     simulated = [effect for effect in found if isinstance(effect, NonlinearEffect)]
     if not simulated:
         return list(found)
-    present = np.array([values[p.name] for p in problem.parameters])
-    gaps = torque_gaps(problem.targets().frf, present)
+    gaps = torque_gaps(problem.targets().frf, problem.at(values))
     places = sorted(
         {tuple(effect.coordinates(problem.robot)) for effect in simulated}, key=lambda names: min(gaps.get(n, np.inf) for n in names)
     )

@@ -14,7 +14,7 @@ from identify.discovery.search import Option, Step, search
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.errors import InputError
-from identify.fit import starting_points
+from identify.fit import ENOUGH, agreeing, starting_points
 from identify.identifiability import QUIET
 from identify.optimizers.base import Scale
 from identify.problem import Problem
@@ -28,8 +28,8 @@ _TENTATIVE = 0.2
 _MOST = 6
 _NEARLY = 0.9
 """Once this share of what was above noise is gone, only what convinces by itself is added."""
-_TOGETHER, _ENOUGH, _SAME = 4, 3, 1e-3
-"""Starts of the first fit that are tried at once; how many must agree, and how well, for no more to be tried."""
+_TOGETHER = 4
+"""Starts of the first fit that are tried at once."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,7 @@ def _base(problem: Problem, workers: Workers) -> Trial:
     ends: list[Trial] = []
     for first in range(0, len(tasks), _TOGETHER):
         ends = sorted([*ends, *workers.run(tasks[first : first + _TOGETHER])], key=lambda trial: trial.squares)
-        agreeing = sum(end.gap <= (1 + _SAME) * ends[0].gap for end in ends)
-        if agreeing >= _ENOUGH and (ends[0].gap <= QUIET or len(ends) > _TOGETHER):
+        if agreeing([end.gap for end in ends]) >= ENOUGH and (ends[0].gap <= QUIET or len(ends) > _TOGETHER):
             break
     [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
     return trial

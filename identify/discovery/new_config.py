@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -12,23 +11,21 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
+from identify.config_paths import relocate_measurement, relocated
 from identify.effects.base import Effect
 from identify.study import StudyFile
 from identify.whole import write_whole
 
 _PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",))
-_MEASURED = ("file", "modes", "shapes")
 
 
-def write_config(file: StudyFile, new: Sequence[tuple[Effect, str]], values: Mapping[str, float], path: Path) -> None:
-    """Write the study with effects added, each with a remark, and start values for all parameters; paths go on meaning the same files."""
-    write_whole(
-        path, partial(Path.write_text, data=config_text(file, new, values, path.parent), encoding="utf-8"), "choose another with `--out`"
-    )
+def write_config(text: str, path: Path) -> None:
+    """Write the text of a config, whole or not at all."""
+    write_whole(path, partial(Path.write_text, data=text, encoding="utf-8"), "choose another with `--out`")
 
 
 def config_text(file: StudyFile, new: Sequence[tuple[Effect, str]], values: Mapping[str, float], folder: Path) -> str:
-    """The text of that config, for a file in `folder`."""
+    """The study with effects added, each with a remark, and start values for all parameters, as the text of a file in `folder`."""
     yaml = YAML(typ="rt")
     yaml.width = 140
     data = yaml.load(file.text)
@@ -59,21 +56,11 @@ def _in_one_line(effect: Effect) -> CommentedMap:
 
 def _move(data: Any, old: Path, new: Path) -> None:
     """Paths relative to one folder become relative to another."""
-    for keys in _PATHS:
-        _moved(data, keys, old, new)
+    for *outer, key in _PATHS:
+        part = data
+        for name in outer:
+            part = part.get(name, {})
+        if key in part:
+            part[key] = relocated(part[key], old, new)
     for measurement in data["measurements"]:
-        for key in _MEASURED:
-            _moved(measurement, (key,), old, new)
-        if "repeats" in measurement:
-            measurement["repeats"] = [_relative(one, old, new) for one in measurement["repeats"]]
-
-
-def _moved(data: Any, keys: Sequence[str], old: Path, new: Path) -> None:
-    for key in keys[:-1]:
-        data = data.get(key, {})
-    if keys[-1] in data:
-        data[keys[-1]] = _relative(data[keys[-1]], old, new)
-
-
-def _relative(path: str, old: Path, new: Path) -> str:
-    return path if Path(path).is_absolute() else Path(os.path.relpath(old / path, new)).as_posix()
+        relocate_measurement(measurement, old, new)

@@ -17,10 +17,10 @@ from identify.discovery import told
 from identify.discovery.advise import advise
 from identify.discovery.loop import Discovery, Story, check_data, discover
 from identify.discovery.new_config import config_text, entry_of, write_config
-from identify.discovery.result import AddedEffects, DiscoveryResult, GapByBand, OptionTable, PartTable, StepResult, UnfinishedDiscovery
+from identify.discovery.result import AddedEffects, DiscoveryResult, OptionTable, PartTable, StepResult, UnfinishedDiscovery
 from identify.discovery.search import Step
 from identify.discovery.trial import Trial
-from identify.discovery.where import GapMap, band_limits, gap_map, in_words, parts
+from identify.discovery.where import band_limits, gap_map, in_words, parts
 from identify.discovery.workers import Memory, Workers
 from identify.evaluate import evaluate
 from identify.fit import Fit, Start
@@ -64,7 +64,7 @@ def run_discover(
     written = [path]
     if found.added:
         written.append(path.with_suffix(".yaml"))
-        write_config(file, _remarks(found), found.final.values, written[1])
+        write_config(result.after.provenance.config, written[1])
     return result, written
 
 
@@ -107,8 +107,7 @@ def _remarks(found: Discovery) -> list[tuple[Any, str]]:
 
 def _result(problem: Problem, found: Discovery, key: str, path: Path, began: float) -> DiscoveryResult:
     first, final = found.first, found.final
-    before = with_effects(problem, first.task.effects, first.values)
-    after = with_effects(problem, final.task.effects, final.values)
+    after = with_effects(problem, final.task.effects, {})
     text = config_text(problem.file, _remarks(found), final.values, path.parent)
     fitted = evaluate(replace(after, file=after.file.model_copy(update={"text": text})), _as_fit(after, final), key)
     bands = band_limits(problem)
@@ -123,10 +122,10 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         seconds=time.perf_counter() - began,
         elsewhere="measurements for validation" if validated else "a third of the response channels, left out of one more fit",
         added=_added(after, found, fitted),
-        steps={str(number): _step(problem, found, number) for number in range(len(found.steps))},
-        map_before=_kept(gap_map(before, _values(before, first), bands)),
-        map_after=_kept(gap_map(after, _values(after, final), bands)),
-        before=evaluate(before, _as_fit(before, first), key),
+        steps={str(number): _step(problem, found, number, bands) for number in range(len(found.steps))},
+        map_before=gap_map(problem, problem.at(first.values), bands),
+        map_after=gap_map(after, after.at(final.values), bands),
+        before=evaluate(problem, _as_fit(problem, first), key),
         after=fitted,
         provenance=provenance_of(problem),
     )
@@ -134,14 +133,9 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
 
 def _as_fit(problem: Problem, trial: Trial) -> Fit:
     """A trial as the fit of its model, which began where the study says."""
-    values = _values(problem, trial)
-    initial = np.array([problem.file.study.initial.get(p.name, p.initial) for p in problem.parameters])
-    start = Start(initial, values, trial.gap, 0, 0.0, True, "refitted in the search for missing effects")
+    values = problem.at(trial.values)
+    start = Start(problem.initial, values, trial.gap, 0, 0.0, True, "refitted in the search for missing effects")
     return Fit(values, trial.gap, (start,), np.zeros((0, 5)), 0.0)
-
-
-def _values(problem: Problem, trial: Trial) -> Array:
-    return np.array([trial.values[p.name] for p in problem.parameters])
 
 
 def _added(after: Problem, found: Discovery, fitted: results.Result) -> AddedEffects:
@@ -161,10 +155,10 @@ def _added(after: Problem, found: Discovery, fitted: results.Result) -> AddedEff
     )
 
 
-def _step(problem: Problem, found: Discovery, number: int) -> StepResult:
+def _step(problem: Problem, found: Discovery, number: int, bands: Array) -> StepResult:
     step = found.steps[number]
     model = with_effects(problem, step.before.task.effects, step.before.values)
-    by_part = parts(model, _values(model, step.before), band_limits(problem))
+    by_part = parts(model, model.initial, bands)
     known = len(problem.file.study.effects)
     return StepResult(
         model=tuple(effect.sentence() for effect in step.before.task.effects[known:]),
@@ -205,7 +199,3 @@ def _advice(problem: Problem, step: Step) -> str:
         return ""
     one, other = ((option.trial.task.effects, option.trial.values) for option in (step.best, step.alike[0]))
     return advise(problem, one, other)
-
-
-def _kept(m: GapMap) -> GapByBand:
-    return GapByBand(m.measurements, m.bands_hz, m.channels, m.gap)

@@ -111,8 +111,7 @@ def _thoroughly(workers: Workers, promising: Sequence[Trial]) -> list[list[Trial
 def _inflation(problem: Problem, trial: Trial) -> float:
     """How many times too small the naive variance of the parameters is, for the worst of those that the data determine."""
     model = with_effects(problem, trial.task.effects, trial.values)
-    values = np.array([trial.values[p.name] for p in model.parameters])
-    found = trust(model.targets(), Scale(model.parameters), values)
+    found = trust(model.targets(), Scale(model.parameters), model.initial)
     ratio = (found.std / found.independent_std) ** 2
     known = np.array([status != "not determined" for status in found.status])
     return float(np.max(ratio, where=known, initial=1.0))

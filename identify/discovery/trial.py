@@ -87,7 +87,8 @@ class Bench:
 
     def __init__(self, problem: Problem) -> None:
         self.whole, self.thin = problem, thinned(problem)
-        self.kept = left_out(self.thin)
+        self._validated = any(m.settings.use == "validate" for m in problem.measurements)
+        self.kept = self.thin if self._validated else left_out(self.thin)
         self._corrected: tuple[tuple[tuple[Effect, ...], Mapping[str, float]], Problem] | None = None
         self._initial = {p.name: p.initial for p in problem.parameters}
         lines = [m.target.data.frequency_hz for m in problem.measurements if isinstance(m.target, FrfTarget)]
@@ -124,7 +125,7 @@ class Bench:
     def _thorough(self, task: Task) -> Trial:
         """From the values given and, as a local minimum looks like a wrong model, from several other starts; then on all lines."""
         problem = self._model("thin", task)
-        given = _initial(problem)[None]
+        given = problem.initial[None]
         ends = [_descend(problem, given, _QUICK)]
         simulated = any(isinstance(effect, NonlinearEffect) for effect in task.effects)  # which takes too long for more than one start
         for fresh in self._others(problem, given):
@@ -133,7 +134,7 @@ class Bench:
             ends.append(_descend(problem, self._robustly(problem, fresh[None], _QUICK)[None], _QUICK))
         values = min(ends, key=lambda end: end[1])[0]
         problem = self._model("whole", replace(task, values=_named(problem, values)))
-        values, cost = _descend(problem, _initial(problem)[None], _THOROUGH)
+        values, cost = _descend(problem, problem.initial[None], _THOROUGH)
         count, found = _count(problem, "fit"), _named(problem, values)
         squares, validation = self._elsewhere(problem, task, found)
         return Trial(task, found, cost**2 * count, count, squares, validation, _free(problem))
@@ -162,11 +163,11 @@ class Bench:
 
     def _elsewhere(self, problem: Problem, task: Task, found: Mapping[str, float]) -> tuple[float, int]:
         """Sum of squares and count on data that were not fitted: those for validation, or channels left out of one more fit."""
-        if not _count(problem, "validate"):
+        if not self._validated:
             problem = self._model("kept", replace(task, values=found))
-            values = _descend(problem, _initial(problem)[None], _QUICK)[0]
+            values = _descend(problem, problem.initial[None], _QUICK)[0]
         else:
-            values = np.array([found[p.name] for p in problem.parameters])
+            values = problem.at(found)
         count = _count(problem, "validate")
         return (_squares(problem, values, "validate") if count else float("nan")), count
 
@@ -192,7 +193,7 @@ class Bench:
 
     def _starts(self, problem: Problem, task: Task) -> Array:
         """(m, parameters): what is known stays where it is, what is new goes over its grid."""
-        initial = _initial(problem)
+        initial = problem.initial
         new = [number for number, p in enumerate(problem.parameters) if p.free and p.name not in task.values]
         if not new:
             return initial[None]
@@ -223,7 +224,7 @@ def _corrected(one: Measurement, other: Measurement, simulated: Problem, without
     """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their present values."""
     if not isinstance(one.target, FrfTarget) or not isinstance(other.target, FrfTarget):
         return other
-    part = one.target.predict(_initial(simulated)) - other.target.predict(_initial(without))
+    part = one.target.predict(simulated.initial) - other.target.predict(without.initial)
     data = replace(other.target.data, frf=other.target.data.frf - part)
     return replace(other, given=replace(other.given, data=data))
 
@@ -254,10 +255,6 @@ def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
     """The best of the starts (m, parameters) as they are, and its cost."""
     costs = FrfLeastSquares().objective(problem.targets()).costs(starts)
     return starts[int(np.argmin(costs))], float(costs.min())
-
-
-def _initial(problem: Problem) -> Array:
-    return np.array([p.initial for p in problem.parameters])
 
 
 def _descend(problem: Problem, starts: Array, optimizer: GaussNewton, objective: Objective | None = None) -> tuple[Array, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.costs.target import FrfTarget
+from identify.discovery.result import GapByBand
 from identify.identifiability import QUIET
 from identify.model.modes import complex_modes
 from identify.problem import Problem
@@ -32,23 +33,13 @@ class Part:
     share: float
 
 
-@dataclass(frozen=True)
-class GapMap:
-    """RMS residual over noise (measurements, bands, channels), NaN where nothing was measured; bands_hz (bands + 1,) are their limits."""
-
-    measurements: tuple[str, ...]
-    bands_hz: Array
-    channels: tuple[str, ...]
-    gap: Array
-
-
 def band_limits(problem: Problem) -> Array:
     """(bands + 1,), Hz: limits of bands of equal width on a logarithmic axis over all FRFs."""
     frequencies = np.concatenate([target.data.frequency_hz for target in _targets(problem)])
     return np.geomspace(frequencies.min(), frequencies.max() * (1 + 1e-9), _BANDS + 1)
 
 
-def gap_map(problem: Problem, values: Array, bands: Array) -> GapMap:
+def gap_map(problem: Problem, values: Array, bands: Array) -> GapByBand:
     """The gap by band and response channel for each FRF measurement."""
     targets = _targets(problem)
     names = tuple(sorted({channel_name(problem.points, output) for t in targets for output in t.data.outputs}))
@@ -57,9 +48,9 @@ def gap_map(problem: Problem, values: Array, bands: Array) -> GapMap:
         squares, outputs = _squares(target, values), target.pairs[0]
         own = np.array([channel_name(problem.points, target.data.outputs[output]) for output in outputs])
         for band, lines in enumerate(_lines(target, bands)):
-            for name in np.unique(own[:]) if lines.any() else ():
+            for name in np.unique(own) if lines.any() else ():
                 gap[row, band, names.index(name)] = np.sqrt(squares[np.ix_(lines, own == name)].mean())
-    return GapMap(tuple(t.name for t in targets), bands, names, gap)
+    return GapByBand(tuple(t.name for t in targets), bands, names, gap)
 
 
 def parts(problem: Problem, values: Array, bands: Array) -> list[Part]:

@@ -7,9 +7,10 @@ import json
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager
+from functools import partial
 from types import TracebackType
 
 from threadpoolctl import threadpool_limits
@@ -30,20 +31,15 @@ class Workers(AbstractContextManager["Workers"]):
 
     def __init__(self, problem: Problem, count: int, memory: Memory | None = None, saved: Callable[[], None] = lambda: None) -> None:
         self.memory, self._saved = {} if memory is None else memory, saved
-        self._bench = Bench(problem) if count == 1 else None
         context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
         self._pool = None if count == 1 else ProcessPoolExecutor(count, context, _start, (problem,))
+        self._map = partial(map, Bench(problem).run) if self._pool is None else partial(self._pool.map, _run)
 
     def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
         """The trials of all tasks in their order; `done` is called after each."""
         keys = [_key(task) for task in tasks]
         new = [(key, task) for key, task in zip(keys, tasks, strict=True) if key not in self.memory]
-        if self._pool is None:
-            assert self._bench is not None
-            found: Iterable[Trial] = map(self._bench.run, [task for _, task in new])
-        else:
-            found = self._pool.map(_run, [task for _, task in new])
-        for (key, _), trial in zip(new, found, strict=True):
+        for (key, _), trial in zip(new, self._map([task for _, task in new]), strict=True):
             numbers = [trial.squares, trial.count, trial.squares_validation, trial.count_validation, trial.free]
             self.memory[key] = (dict(trial.values), [float(number) for number in numbers], trial.failure)
             self._saved()

@@ -76,6 +76,11 @@ class FittableMotion:
         """All parameters."""
         return self.problem.parameters
 
+    @property
+    def initial(self) -> Array:
+        """Where the search starts, (parameters,)."""
+        return self.problem.initial
+
     def targets(self, use: str = "fit", names: Sequence[str] | None = None) -> MotionTargets:
         """The records of that use, or those of them that are named; InputError for an unknown name."""
         known = {record.settings.name: record for record in self.problem.records if record.settings.use == use}

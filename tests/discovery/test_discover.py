@@ -78,6 +78,16 @@ def test_every_step_says_where_and_what(tilted: tuple[DiscoveryResult, list[Path
     assert "supported by the data" in last.decision
 
 
+def test_start_values_are_those_of_the_study_and_the_effects(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+    result, written, _ = tilted
+    asked = json.loads((written[0].parents[1] / "tilt_j2" / "test.json").read_text())["initial_stiffness_nm_per_rad"]
+    for fitted in (result.before, result.after):
+        p = fitted.parameters
+        assert [p.initial[p.name.index(f"joint{n}.rz.stiffness")] for n in range(1, len(asked) + 1)] == pytest.approx(asked)
+        assert np.array_equal(fitted.starts.initial[0], p.initial)
+        assert not np.allclose(p.initial, p.value, rtol=0.01)
+
+
 def test_the_gap_shrinks_band_by_band(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
     result, _, _ = tilted
     assert result.map_before.gap.shape == (3, len(result.map_before.bands_hz) - 1, len(result.map_before.channels))

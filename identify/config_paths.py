@@ -1,0 +1,29 @@
+"""Paths in configs, which are relative to the folder of the config: made to mean the same files from another folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import MutableMapping
+from pathlib import Path
+from typing import Any
+
+_MEASURED = ("file", "modes", "shapes")
+
+
+def relocated(path: str | Path, old: Path, new: Path) -> str:
+    """A path that was relative to one folder, relative to another; absolute ones stay, as do those on another drive."""
+    if Path(path).is_absolute():
+        return Path(path).as_posix()
+    try:
+        return Path(os.path.relpath(old / path, new)).as_posix()
+    except ValueError:  # another drive
+        return (old / path).resolve().as_posix()
+
+
+def relocate_measurement(one: MutableMapping[str, Any], old: Path, new: Path) -> None:
+    """Change the paths of a measurement in place."""
+    for key in _MEASURED:
+        if key in one:
+            one[key] = relocated(str(one[key]), old, new)
+    if isinstance(one.get("repeats"), list):
+        one["repeats"] = [relocated(str(file), old, new) for file in one["repeats"]]
