@@ -20,9 +20,9 @@ KILLS = 20
 
 @pytest.fixture
 def config(tmp_path: Path) -> Path:
-    """The TX200 study with a global search that takes some ten seconds."""
+    """The TX200 study with a global search that takes some seconds."""
     text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
-    text = text.replace("{kind: nelder-mead, evaluations: 20000}", "[{kind: differential-evolution, evaluations: 12000}, nelder-mead]")
+    text = text.replace("{kind: nelder-mead, evaluations: 20000}", "[{kind: differential-evolution, evaluations: 6000}, nelder-mead]")
     path = tmp_path / "long.yaml"
     path.write_text(text.replace("target_cost: 1.0e-3 ", "target_cost: 1.0e-12 ").replace("starts: 10", "starts: 4"))
     return path
@@ -56,7 +56,7 @@ def test_killed_twenty_times_and_resumed(config: Path, tmp_path: Path) -> None:
         process = subprocess.Popen(_command(config, disturbed, "--resume"), stderr=subprocess.DEVNULL)
         if number % 2:
             _wait_until_under_way(process, disturbed)
-        time.sleep(rng.uniform(0.0, 1.5))
+        time.sleep(rng.uniform(0.0, 1.0))
         process.send_signal(signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
         code = process.wait(timeout=60)
         if kind_of(disturbed) == UNFINISHED:

@@ -116,8 +116,11 @@ class Bench:
         return Trial(task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem))
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> list[tuple[Array, float]]:
-        """From where the present model stands; where that is far from the data, where it stands may be of no use: afresh too."""
-        ends = [_descend(problem, starts, _BRIEF)]
+        """From the best of the starts, by the likelihood and by logarithmic residuals: those see a resonance from far, where for the
+        likelihood any other place, or an effect too small to see, is better.  Where the present model is far from the data, afresh too.
+        """
+        costs = [FrfLeastSquares(residual=kind).objective(problem.targets()).costs(starts) for kind in ("complex", "log")]
+        ends = [_descend(problem, starts[best][None], _BRIEF) for best in {int(np.argmin(cost)) for cost in costs}]
         if task.far:
             ends.append(_descend(problem, self._robustly(problem, self._afresh(problem, starts), _BRIEF)[None], _BRIEF))
         return ends

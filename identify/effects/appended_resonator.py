@@ -39,15 +39,15 @@ class AppendedResonator(AttachedMass):
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """Along each axis of every moving link, as a point at the centre of mass."""
+        """Along each axis of every moving link, as a body: a point at the centre of mass is rarely where it sits."""
         axes: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
         for link in robot.links[1:]:
             for axis in axes:
-                yield cls(link=link.name, axis=axis)
+                yield cls(link=link.name, axis=axis, extent="body")
 
     def forms(self) -> list[Self]:
-        """A body anywhere on the link, whose centre and inertia are found too."""
-        return [self.model_copy(update={"extent": "body"})]
+        """A point at the link's centre of mass."""
+        return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
 
     @property
     def _coordinate(self) -> str:

@@ -15,6 +15,8 @@ from identify.effects.springs import parameter, spread
 from identify.robot.description import Robot
 
 _PAIRS = tuple(combinations_with_replacement(range(3), 2))
+MOMENTS = ("mass", *(f"moment_{x}" for x in "xyz"), *(f"second_moment_{'xyz'[i]}{'xyz'[j]}" for i, j in _PAIRS))
+"""What the inertia of a rigid body is linear in."""
 _REACH = {"moment": 0.05, "second_moment": 0.01}
 """Default bounds per mass of the whole arm, m and m^2: a twentieth of it on a lever of 1 m, a quarter of it on one of 0.2 m."""
 
@@ -83,14 +85,21 @@ class AttachedMass(Attached, ABC):
         jacobian = site.jacobian(self.link, point, self.where)
         here = site.weight_stiffness(self.link, point, self.where)
         v, coupling = jacobian[:3] + own, _twice(jacobian[3:], np.cross(own.T, site.gravity(self.link)).T)
-        result = [Contribution(mass=v.T @ v, stiffness=here - coupling)]
         if self.extent == "point":
-            return result
-        turning = [np.cross(jacobian[3:].T, axis).T for axis in np.eye(3)]  # w x r for r along each axis
-        for axis, moved in zip(np.eye(3), turning, strict=True):
-            there = site.weight_stiffness(self.link, point + axis, self.where)
-            result.append(Contribution(mass=_twice(v, moved), stiffness=there - here))
-        return result + [Contribution(mass=_twice(turning[i], turning[j]) / (2 if i == j else 1)) for i, j in _PAIRS]
+            return [Contribution(mass=v.T @ v, stiffness=here - coupling)]
+        there = [site.weight_stiffness(self.link, point + axis, self.where) - here for axis in np.eye(3)]
+        weights = [here - coupling, *there, *(None for _ in _PAIRS)]
+        return [Contribution(mass=mass, stiffness=weight) for mass, weight in zip(rigid_body(v, jacobian[3:]), weights, strict=True)]
+
+
+def rigid_body(v: Array, w: Array) -> list[Array]:
+    """Inertia (n, n) per unit of a body's mass, first moments x, y, z and second moments xx, xy, xz, yy, yz, zz about a point.
+
+    v, w (3, n): velocity and angular velocity of the body at that point for unit speeds.
+    """
+    turning = [np.cross(w.T, axis).T for axis in np.eye(3)]  # w x r for r along each axis
+    seconds = [_twice(turning[i], turning[j]) / (2 if i == j else 1) for i, j in _PAIRS]
+    return [v.T @ v, *(_twice(v, moved) for moved in turning), *seconds]
 
 
 def _twice(a: Array, b: Array) -> Array:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Literal, Self
 
 import numpy as np
 from pydantic import Field
 
+from identify.effects.attached import MOMENTS, rigid_body
 from identify.effects.base import Contribution, DampingValues, Effect, Parameter, Values
 from identify.effects.beam import Beam, slices
 from identify.effects.site import Added, Array, Site
@@ -17,6 +19,8 @@ from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import AXES, Mechanism
 
+_REACH = 3.0
+_ENDS = tuple(product((0, 1), ("deflection", "slope")))
 _SHORT = 0.05
 """Links shorter than this share of the arm are stubs, not beams: no place for discovery."""
 
@@ -26,8 +30,12 @@ class LinkFlexibility(Effect):
 
     In each plane the end's deflection w and slope t have K = EI/L^3 [[12, -6 L], [-6 L, 4 L^2]]; the twist has GJ/L.  The damping
     is proportional: the same matrices with a viscous EI' and GJ'.  In between the link deforms as under loads at its end (cubic, linear);
-    its own mass moves with it (consistent mass matrix), its weight acts as on a rigid link.  The first plane is that in which the
-    joint swings the link, or, where the link lies along its joint's axis, the next one.
+    its own mass moves with it (consistent mass matrix), its weight acts as on a rigid link.
+
+    The first plane is that in which the joint swings the link, or, where the link lies along its joint's axis, the next one.
+
+    A link that is not even has in each plane two more stiffnesses, of deflection and slope alone, and a body that sits at the end and is
+    missing elsewhere on the link, so that the rigid link stays as it was: a rib, a thinner half, a motor at one end.
     """
 
     kind: Literal["link-flexibility"] = "link-flexibility"
@@ -35,6 +43,7 @@ class LinkFlexibility(Effect):
     flexible_share: float = Field(
         1.0, gt=0, le=1, description="share of the length, in the middle, that deforms; less where the joints' housings are stiff"
     )
+    uneven: bool = Field(False, description="stiffness and mass are not spread evenly over the length: 14 more parameters")
     bending: Values = Field(Values(), description="EI, or one per plane, N m^2; default start: 20 Hz with what it carries, all else held")
     bending_damping: DampingValues = Field(DampingValues(), description="EI', N m^2 s")
     torsion: Values = Field(Values(), description="GJ, N m^2; default start likewise")
@@ -42,7 +51,7 @@ class LinkFlexibility(Effect):
 
     def sentence(self) -> str:
         """For example: flexibility of link2 (bending, torsion)."""
-        return f"flexibility of {self.link} (bending, torsion)"
+        return f"flexibility of {self.link} (bending, torsion{', unevenly spread' if self.uneven else ''})"
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -51,6 +60,10 @@ class LinkFlexibility(Effect):
         for number, span in enumerate(spans, start=1):
             if span > _SHORT * sum(spans):
                 yield cls(link=robot.links[number].name)
+
+    def forms(self) -> list[Self]:
+        """With stiffness and mass unevenly spread."""
+        return [self.model_copy(update={"uneven": not self.uneven})]
 
     @property
     def _where(self) -> str:
@@ -107,7 +120,7 @@ class LinkFlexibility(Effect):
         return self._names()
 
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """EI and EI' of the two planes, GJ, GJ'."""
+        """EI and EI' of the two planes, GJ, GJ'; of an uneven link then what is more or less at its end."""
         numbers = [site.number(name) for name in self._names()]
         mass, unit = site.mass[np.ix_(numbers, numbers)], self._beam(robot).stiffness()
         # The slowest motion of each group on its own has w^2 = k / moved, k the stiffness to be identified.
@@ -120,13 +133,34 @@ class LinkFlexibility(Effect):
             for name, start, loss in zip(names, k, c, strict=True):
                 result.append(parameter(f"{self.link}.{name}.stiffness", "N m^2", start, stiffness, f"{where}.{what}"))
                 result.append(parameter(f"{self.link}.{name}.damping", "N m^2 s", loss, damping, f"{where}.{what}_damping"))
-        return result
+        return result + (self._unevenness(robot, result, where) if self.uneven else [])
+
+    def _unevenness(self, robot: Robot, even: list[Parameter], where: str) -> list[Parameter]:
+        """Further stiffness within some multiple of EI, and moments of a body no heavier and no longer than the link."""
+        mass, length = robot.link(self.link).mass, self._beam(robot).length
+        rows = [(f"{even[2 * plane].name[:-9]}{what}_stiffness", "N m^2", _REACH * even[2 * plane].initial) for plane, what in _ENDS]
+        for power, name in zip((0, *[1] * 3, *[2] * 6), MOMENTS, strict=True):
+            rows.append((f"{self.link}.end_{name}", ("kg", "kg m", "kg m^2")[power], mass * length**power))
+        return [parameter(name, unit, 0.0, Values(initial=0.0, bounds=(-reach, reach)), where, log=False) for name, unit, reach in rows]
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
         """The beam's stiffness matrices per unit of EI in each plane and of GJ, each as stiffness and as damping."""
-        motion = np.array([site.vector(name) for name in self._names()])
-        units = [motion.T @ unit @ motion for unit in self._beam(robot).stiffness()]
-        return [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
+        motion, beam = np.array([site.vector(name) for name in self._names()]), self._beam(robot).stiffness()
+        units = [motion.T @ unit @ motion for unit in beam]
+        even = [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
+        if not self.uneven:
+            return even
+        rows = [(plane, 2 * plane + (what == "slope")) for plane, what in _ENDS]
+        alone = [Contribution(stiffness=beam[plane][n, n] * np.outer(motion[n], motion[n])) for plane, n in rows]
+        return [*even, *alone, *self._end_body(robot, site)]
+
+    def _end_body(self, robot: Robot, site: Site) -> list[Contribution]:
+        """Per unit of each moment of a body at the end: its inertia as the end moves, less that on the rigid link."""
+        moving = site.jacobian(self.link, _ends(robot, self._number(robot))[1], self._where)
+        rigid = moving.copy()
+        rigid[:, [site.number(name) for name in self._names()]] = 0.0
+        bodies = (rigid_body(jacobian[:3], jacobian[3:]) for jacobian in (moving, rigid))
+        return [Contribution(mass=there - here) for there, here in zip(*bodies, strict=True)]
 
 
 def _ends(robot: Robot, number: int) -> tuple[Array, Array]:

@@ -109,6 +109,20 @@ def test_directions_of_a_ground_spring_stay_with_the_base(tmp_path: Path) -> Non
     assert parameters[-2].name == "link2.ground_z.stiffness"
 
 
+def test_a_leaning_spring_is_a_spring_along_its_own_direction(tmp_path: Path) -> None:
+    at, n, k = [0.1, 0.0, 0.4], np.array([0.6, -0.48, 0.64]), 3e5
+    spring = {"kind": "spring-to-ground", "link": "link2", "at_m": at, "leaning": True}
+    model, parameters, values = system(arm(tmp_path), [{"kind": "joint-compliance"}, spring])
+    values, names = initial(parameters), [p.name for p in parameters]
+    rigid = [0.0 if name.startswith("link2.ground") else value for name, value in zip(names, values, strict=True)]
+    along = list(rigid)
+    for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+        along[names.index(f"link2.ground_{'xyz'[i]}{'xyz'[j] if i != j else ''}.stiffness")] = k * n[i] * n[j]
+    row = n @ model.base_jacobian("link2", np.array(at))[:3]
+    added = model.matrices(np.array(along))[2] - model.matrices(np.array(rigid))[2]
+    assert added == pytest.approx(k * np.outer(row, row), abs=1e-6 * k)
+
+
 def test_sensor_mass_is_an_added_mass_at_every_point(tmp_path: Path) -> None:
     places = {1: [0.0, 0.0, -0.4], 2: [0.1, 0.0, -0.9]}
     points = {node: Point(node, "", "rod", np.array(at), np.eye(3), "points.csv") for node, at in places.items()}
