@@ -28,6 +28,8 @@ _TENTATIVE = 0.2
 _MOST = 6
 _NEARLY = 0.9
 """Once this share of what was above noise is gone, only what convinces by itself is added."""
+_MANY = 8
+"""An effect with this many parameters can stand for many things."""
 _TOGETHER = 4
 """Starts of the first fit that are tried at once."""
 
@@ -87,6 +89,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         else:
             patience -= 1
     added, final = _without_needless(workers, options[:kept], accepted, story)
+    added, final = _exchanged(workers, problem, added, final, story)
     return Discovery(first, final, tuple(added), tuple(story.steps))
 
 
@@ -125,6 +128,29 @@ def _without_needless(workers: Workers, options: list[Option], final: Trial, sto
             continue
         story.say(f"{effect.sentence()} is not needed any more: gap {without.gap:.2f}{_elsewhere(without)}.")
         options, final, number = options[:number] + options[number + 1 :], without, 0
+    return options, final
+
+
+def _exchanged(workers: Workers, problem: Problem, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
+    """The added effects after each that can stand for many things has been looked for anew beside the others.
+
+    The first effect that was found had to explain what the later ones now do; with them, something simpler may take its place
+    (sequential replacement: Miller, Subset Selection in Regression, 2002, section 3.4).
+    """
+    number = 0
+    while len(options) > 1 and number < len(options):
+        effect = options[number].effect
+        [without] = workers.run([Task(tuple(e for e in final.task.effects if e != effect), (), final.values, "thorough")])
+        number += 1
+        if final.free - without.free < _MANY:
+            continue
+        step = search(workers, problem, without, story.done)
+        if step.best is None or step.best.effect == effect or step.judge.evidence(final, step.best.trial) <= 0:
+            continue
+        story.steps.append(step)
+        story.say(f"{step.best.effect.sentence()} in place of {effect.sentence()}: gap {step.best.trial.gap:.2f}.")
+        options = [*options[: number - 1], step.best, *options[number:]]
+        options, final = _without_needless(workers, options, step.best.trial, story)
     return options, final
 
 
