@@ -142,8 +142,7 @@ def gradient_with(
     right = np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
     for k in range(3):
         right[:, powers == k] = vectors[:, powers == k].T @ motion[k]
-    products = left[:, :, None, :] * np.swapaxes(right, 1, 2)[:, None, :, :]
-    gradient = _sum_by_owner(products, factors.owner[columns], parameters)
+    gradient = _products(left, right, factors.owner[columns], parameters)
     if end is not None:
         gradient = gradient + end.gradient(matrices[0], matrices[1], s, out, to_out, power)
     return out @ motion[power], gradient
@@ -175,7 +174,11 @@ def _solve_both(matrices: tuple[Array, Array, Array], s: Complex, out: Array, fo
     return solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
 
 
-def _sum_by_owner(products: Complex, owner: NDArray[np.intp], parameters: NDArray[np.intp]) -> Complex:
-    if np.array_equal(owner, parameters):
-        return products
-    return np.asarray(products @ (owner[:, None] == parameters))
+def _products(left: Complex, right: Complex, owner: NDArray[np.intp], parameters: NDArray[np.intp]) -> Complex:
+    """(lines, outputs, inputs, p): sum of left (lines, outputs, c) times right (lines, c, inputs) over the columns c of each parameter."""
+    result = np.empty((*left.shape[:2], right.shape[2], len(parameters)), dtype=complex)
+    for number, parameter in enumerate(parameters):
+        own = np.flatnonzero(owner == parameter)
+        a, b = left[:, :, own], right[:, own, :]
+        result[..., number] = a * b if len(own) == 1 else a @ b  # a product of matrices is slow for one column
+    return result
