@@ -44,11 +44,14 @@ def fit(
     profile: Annotated[list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a study, of vibration or of motion: data in, parameters with intervals out."""
+    """Fit a study, of vibration, of motion or of single joints: data in, parameters with intervals out."""
     from identify.run import run_fit
     from identify.study import has_schema
     from identify.terminal import print_result, progress_bar
 
+    if has_schema(config, "identify-joints/"):
+        _fit_joints(config, out, report, quiet, refused=resume or bool(profile or seed or starts))
+        return
     if has_schema(config, "identify-motion/"):
         _fit_motion(config, out, {"seed": seed, "starts": starts}, report, quiet, refused=resume or bool(profile))
         return
@@ -300,6 +303,20 @@ def _fit_motion(config: Path, out: Path | None, overrides: dict[str, int | None]
     _finish([path], report, quiet)
     if not result.converged:
         raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+def _fit_joints(config: Path, out: Path | None, report: bool, quiet: bool, *, refused: bool) -> None:
+    """Identify the curves of a study of joints."""
+    from identify.joints.run import run_joints
+    from identify.joints_terminal import print_joints
+
+    if refused:
+        found = "`--seed`, `--starts`, `--resume` or `--profile` with a study of joints"
+        raise InputError(str(config), found, "a study of vibration or motion", "leave the option out")
+    result, path = run_joints(config, out)
+    if not quiet:
+        print_joints(result)
+    _finish([path], report, quiet)
 
 
 def _finish(written: list[Path], report: bool, quiet: bool) -> None:

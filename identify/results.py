@@ -35,6 +35,7 @@ _KINDS = {
     "map-part": "part of a map",
     "motion": "a simulated or fitted motion",
     "explained": "an explained motion",
+    "joints": "identified joints",
     UNFINISHED: "an interrupted run",
 }
 T = TypeVar("T")

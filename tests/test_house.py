@@ -63,6 +63,7 @@ LAYERS = [
     ("model",),
     ("costs", "optimizers", "modal"),
     ("motion_effects", "motion"),
+    ("joints",),
     ("discovery", "batch"),
     ("reports",),
 ]
@@ -123,17 +124,21 @@ def test_readme_commands_and_files_exist() -> None:
 
 @pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "configs").glob("*.yaml")))
 def test_every_config_loads(config: str) -> None:
+    from identify.joints.study import bench_of, read_joint_study
     from identify.motion.explain_run import known_of
-    from identify.motion.explain_study import is_explain_study, read_explain_study
+    from identify.motion.explain_study import read_explain_study
     from identify.motion.problem import load_motion
-    from identify.motion.study import is_motion_study, read_motion_study
+    from identify.motion.study import read_motion_study
     from identify.problem import load_problem, read_robot
-    from identify.study import read_study
+    from identify.study import has_schema, read_study
 
     path = ROOT / "configs" / config
-    if is_explain_study(path):
+    if has_schema(path, "identify-joints/"):
+        assert bench_of(read_joint_study(path)).joints
+        return
+    if has_schema(path, "identify-explain/"):
         explained = read_explain_study(path)
         assert known_of(explained.study, read_robot(explained.study.robot, path.parent)).joints
         return
-    problem = load_motion(read_motion_study(path)) if is_motion_study(path) else load_problem(read_study(path))
+    problem = load_motion(read_motion_study(path)) if has_schema(path, "identify-motion/") else load_problem(read_study(path))
     assert problem.parameters

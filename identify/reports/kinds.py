@@ -12,6 +12,7 @@ from identify.batch_result import BatchResult
 from identify.comparison import Comparison
 from identify.discovery.result import DiscoveryResult
 from identify.errors import InputError
+from identify.joints.result import JointsResult
 from identify.map_result import MapResult
 from identify.modes_result import ModesResult
 from identify.motion.explain_result import ExplainResult
@@ -26,6 +27,8 @@ from identify.reports import (
     explain_html,
     explain_pdf,
     html,
+    joints_html,
+    joints_pdf,
     map_html,
     map_pdf,
     modes_html,
@@ -52,6 +55,7 @@ _ALL = (
     ReportKind(results.Result, html.page, pdf.document),
     ReportKind(MotionResult, motion_html.page, motion_pdf.document),
     ReportKind(ExplainResult, explain_html.page, explain_pdf.document),
+    ReportKind(JointsResult, joints_html.page, joints_pdf.document),
     ReportKind(ModesResult, modes_html.page, modes_pdf.document),
     ReportKind(DiscoveryResult, discovery_html.page, discovery_pdf.document),
     ReportKind(Comparison, compare_html.page, compare_pdf.document),

@@ -1,0 +1,130 @@
+"""Which combinations of inertial parameters the torques of a rigid arm depend on: base parameters by QR (Gautier 1991).
+
+Of each link, in its own frame: mass m, first moments mx, my, mz, inertia xx, xy, xz, yy, yz, zz about the frame's origin; of each joint
+inertia of the rotor (ia), viscous (fv) and Coulomb (fc) friction, an offset.  Torques are linear in all (Atkeson, An and Hollerbach 1986).
+Columns that depend on those before them are dropped, and what they stand for goes to those.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+
+from identify.motion.inverse_dynamics import RigidArm
+from identify.robot.description import Link, Robot
+
+Array = NDArray[np.float64]
+_TOLERANCE = 1e-9
+_STATES = 60
+_PAIRS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
+_ORDER = ("zz", "xx", "xy", "xz", "yz", "yy", "mx", "my", "mz")
+"""Of each link; masses come last, so that they are what is put together with others."""
+UNITS = {"m": "kg", **dict.fromkeys(("mx", "my", "mz"), "kg m"), **dict.fromkeys((*_PAIRS, "ia"), "kg m^2")}
+UNITS |= {"fc": "N m", "fv": "N m s/rad", "offset": "N m"}
+
+
+def standard_names(robot: Robot) -> list[str]:
+    """Names of the inertial parameters of all moving links, in the order of `standard_columns`."""
+    links = [link.name for link in robot.links[1:]]
+    return [f"{link}.{what}" for link in links for what in _ORDER] + [f"{link}.m" for link in links]
+
+
+def standard_columns(robot: Robot, position: Array, velocity: Array, acceleration: Array) -> Array:
+    """(samples, joints, parameters): torque per unit of each inertial parameter."""
+    arm = RigidArm(robot, position, velocity, acceleration)
+    parts = {link.name: _of_link(arm, link.name) for link in robot.links[1:]}
+    return np.stack([parts[link][what] for link, what in (name.rsplit(".", 1) for name in standard_names(robot))], axis=2)
+
+
+def _of_link(arm: RigidArm, link: str) -> dict[str, Array]:
+    found = {"m": arm.added(link, Link("mass", 1.0, np.zeros(3), np.zeros((3, 3))))}
+    found |= {what: arm.first_moment(link, number) for number, what in enumerate(("mx", "my", "mz"))}
+    axes = np.eye(3)
+    found |= {what: arm.inertia(link, axes[a]) for what, (a, b) in _PAIRS.items() if a == b}
+    for what, (a, b) in _PAIRS.items():
+        if a != b:
+            found[what] = arm.inertia(link, axes[a] + axes[b]) - found["xyz"[a] * 2] - found["xyz"[b] * 2]
+    return found
+
+
+def standard_values(robot: Robot) -> Array:
+    """What the robot's description says of the inertial parameters (parameters,)."""
+    found: dict[str, float] = {}
+    for link in robot.links[1:]:
+        moment = link.mass * link.centre
+        inertia = link.inertia + link.mass * (link.centre @ link.centre * np.eye(3) - np.outer(link.centre, link.centre))
+        found |= {f"{link.name}.{what}": float(inertia[pair]) for what, pair in _PAIRS.items()}
+        found |= {f"{link.name}.m{axis}": float(value) for axis, value in zip("xyz", moment, strict=True)}
+        found[f"{link.name}.m"] = link.mass
+    return np.array([found[name] for name in standard_names(robot)])
+
+
+@dataclass(frozen=True)
+class BaseSet:
+    """kept: numbers (b,) of the parameters that stay; regrouping (b, parameters): base values from all parameters' values."""
+
+    names: tuple[str, ...]
+    kept: tuple[int, ...]
+    regrouping: Array
+
+    @property
+    def meanings(self) -> list[str]:
+        """What each base parameter is made of."""
+        found = []
+        for kept, row in zip(self.kept, self.regrouping, strict=True):
+            terms = [(number, part) for number, part in enumerate(row) if abs(part) > 1e-6 and number != kept]
+            found.append(self.names[kept] + "".join(f" {'+' if part > 0 else '-'} {_times(abs(part))}{self.names[n]}" for n, part in terms))
+        return found
+
+
+def base_set(names: Sequence[str], columns: Array) -> BaseSet:
+    """The base parameters of columns (rows, parameters), earlier names kept before later ones."""
+    scale = np.sqrt((columns**2).sum(axis=0))
+    seen = [number for number in range(len(names)) if scale[number] > _TOLERANCE * scale.max()]
+    triangle = qr(columns[:, seen] / scale[seen], mode="r", check_finite=False)[0][: len(seen)]
+    kept: list[int] = []
+    dropped: list[int] = []
+    for row, number in enumerate(seen):  # a column is new where something of it is left below what those before it span
+        (kept if abs(triangle[row, row]) > _TOLERANCE * len(columns) else dropped).append(number)
+    basis = columns[:, np.array(kept)] / scale[kept]
+    links = np.linalg.lstsq(basis, columns[:, np.array(dropped, dtype=int)], rcond=None)[0] / scale[kept][:, None]
+    regrouping = np.zeros((len(kept), len(names)))
+    regrouping[np.arange(len(kept)), kept] = 1.0
+    regrouping[:, dropped] = np.where(np.abs(links) > 1e-8, links, 0.0)
+    return BaseSet(tuple(names), tuple(kept), regrouping)
+
+
+OF_JOINT = ("ia", "fv", "fc", "offset")
+
+
+def all_names(robot: Robot, rows: Sequence[int]) -> list[str]:
+    """Names of the inertial parameters, and of those of the joints (from 0) in rows."""
+    return standard_names(robot) + [f"joint{row + 1}.{what}" for row in rows for what in OF_JOINT]
+
+
+def all_columns(robot: Robot, rows: Sequence[int], position: Array, velocity: Array, acceleration: Array) -> Array:
+    """(samples, rows, parameters) in the order of `all_names`: torque at the joints (from 0) in rows."""
+    links = standard_columns(robot, position, velocity, acceleration)[:, list(rows), :]
+    own = np.zeros((len(position), len(rows), len(rows), len(OF_JOINT)))
+    for place, row in enumerate(rows):
+        parts = (acceleration[:, row], velocity[:, row], np.sign(velocity[:, row]), np.ones(len(position)))
+        own[:, place, place] = np.stack(parts, axis=1)
+    return np.concatenate([links, own.reshape(len(position), len(rows), -1)], axis=2)
+
+
+def of_robot(robot: Robot, rows: Sequence[int], rotors: bool = True) -> BaseSet:
+    """What the torques of the joints (from 0) in rows depend on, by states at random; rotors: whether their inertias are to be found."""
+    rng, shape = np.random.default_rng(1), (_STATES, len(robot.joints))
+    names = all_names(robot, rows)
+    columns = all_columns(robot, rows, *(rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0)))
+    if not rotors:
+        columns[:, :, [number for number, name in enumerate(names) if name.endswith(".ia")]] = 0.0
+    return base_set(names, columns.reshape(-1, len(names)))
+
+
+def _times(part: float) -> str:
+    return "" if abs(part - 1) < 1e-6 else f"{part:.4g} "
