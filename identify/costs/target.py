@@ -63,13 +63,13 @@ class FrfTarget:
     blow: Blow | None = None
     bench: Bench | None = None
 
-    @property
+    @cached_property
     def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Output and input numbers of the measured FRFs."""
         outputs, inputs = np.nonzero(self.data.measured)
         return outputs, inputs
 
-    @property
+    @cached_property
     def moved(self) -> NDArray[np.intp]:
         """Which pairs the model moves at all: a point on a rigid base has no FRF to compare on a logarithmic scale."""
         outputs, inputs = self.pairs
@@ -142,8 +142,14 @@ class FrfTarget:
 
     def predict_pairs(self, values: Array) -> Complex:
         """(..., lines, pairs) at parameter values (..., parameters)."""
+        return self._paired(self.predict(values))
+
+    def _paired(self, h: Complex) -> Complex:
+        """(..., lines, outputs, inputs) as (..., lines, pairs)."""
         outputs, inputs = self.pairs
-        return np.asarray(self.predict(values)[..., outputs, inputs])
+        if len(outputs) == h.shape[-2] * h.shape[-1]:
+            return h.reshape(*h.shape[:-2], -1)
+        return np.asarray(h[..., outputs, inputs])
 
     def gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
@@ -177,9 +183,11 @@ class FrfTarget:
 
     def gradient_pairs(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, pairs) and its derivatives (lines, pairs, free) at values (parameters,)."""
-        outputs, inputs = self.pairs
         h, gradient = self.gradient(values, free)
-        return h[:, outputs, inputs], gradient[:, outputs, inputs]
+        outputs, inputs = self.pairs
+        if len(outputs) == h[0].size:
+            return self._paired(h), gradient.reshape(len(gradient), -1, len(free))
+        return self._paired(h), gradient[:, outputs, inputs]
 
     def chunks(self, candidates: int) -> list[slice]:
         """Slices of a population small enough to predict at once."""

@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 _LINES, _FEWEST = 84, 21
 """Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread evenly over the band."""
+_MANY = 12
+"""Response channels of which the first look takes a third."""
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
@@ -109,21 +111,25 @@ class Bench:
         elif task.how == "start":
             values, cost = _descend(problem, self._robustly(problem, starts, _QUICK)[None], _QUICK)
         elif task.how == "brief":
-            values, cost = min(self._briefly(problem, starts, task), key=lambda end: end[1])
+            values, cost = self._briefly(problem, starts, task)
         else:
             values, cost = _descend(problem, starts, _QUICK)
         count = _count(problem, "fit")
         return Trial(task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem))
 
-    def _briefly(self, problem: Problem, starts: Array, task: Task) -> list[tuple[Array, float]]:
-        """From the best of the starts, by the likelihood and by logarithmic residuals: those see a resonance from far, where for the
-        likelihood any other place, or an effect too small to see, is better.  Where the present model is far from the data, afresh too.
+    def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
+        """A few steps from the best of the starts, on some of the channels.
+
+        Where the present model is far from the data, also from the best by logarithmic residuals: those see a resonance from far, where
+        for the likelihood any other place, or an effect too small to see, is better; and with what is known afresh.
         """
-        costs = [FrfLeastSquares(residual=kind).objective(problem.targets()).costs(starts) for kind in ("complex", "log")]
-        ends = [_descend(problem, starts[best][None], _BRIEF) for best in {int(np.argmin(cost)) for cost in costs}]
+        few = narrowed(problem)
+        ends = [_descend(few, starts, _BRIEF)]
         if task.far:
-            ends.append(_descend(problem, self._robustly(problem, self._afresh(problem, starts), _BRIEF)[None], _BRIEF))
-        return ends
+            log = FrfLeastSquares(residual="log").objective(few.targets())
+            ends.append(_descend(few, starts[int(np.argmin(log.costs(starts)))][None], _BRIEF))
+            ends.append(_descend(few, self._robustly(few, self._afresh(few, starts), _BRIEF)[None], _BRIEF))
+        return _best(problem, np.array([values for values, _ in ends]))
 
     def _thorough(self, task: Task) -> Trial:
         """From the values given and, as a local minimum looks like a wrong model, from several other starts; then on all lines."""
@@ -223,6 +229,26 @@ def thinned(problem: Problem) -> Problem:
     return replace(problem, measurements=tuple(fewer(m) for m in fitted))
 
 
+def narrowed(problem: Problem) -> Problem:
+    """The same problem with a third of the response channels of every set that has many; all where the measurement has effects too."""
+
+    def fewer(m: Measurement) -> Measurement:
+        t = m.target
+        if not isinstance(t, FrfTarget) or t.readings or len(t.data.outputs) < _MANY:
+            return m
+        chosen = np.flatnonzero(_third(len(t.data.outputs)))
+        data, noise = t.data.pairs(chosen.tolist(), list(range(len(t.data.inputs)))), None if t.noise is None else t.noise[:, chosen]
+        return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen]))
+
+    return replace(problem, measurements=tuple(fewer(m) for m in problem.measurements))
+
+
+def _third(channels: int) -> NDArray[np.bool_]:
+    """Which of so many channels, in threes of directions, belong to a third that has all directions."""
+    number = np.arange(channels)
+    return np.asarray((number + number // 3) % 3 == 1)
+
+
 def _corrected(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
     """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their present values."""
     if not isinstance(one.target, FrfTarget) or not isinstance(other.target, FrfTarget):
@@ -237,7 +263,7 @@ def left_out(problem: Problem) -> Problem:
 
     def part(m: Measurement, aside: bool) -> Measurement:
         assert isinstance(m.target, FrfTarget)
-        chosen = [n for n in range(len(m.target.data.outputs)) if (n % 3 == 1) == aside]
+        chosen = np.flatnonzero(_third(len(m.target.data.outputs)) == aside).tolist()
         data = m.target.data.pairs(chosen, list(range(len(m.target.data.inputs))))
         noise = None if m.target.noise is None else m.target.noise[:, chosen]
         use: Literal["fit", "validate"] = "validate" if aside else "fit"
