@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identify.costs.target import FrfTarget
 from identify.discovery.evidence import CONVINCING, HALF, MOST, Judge, confirmed, convinces, removed
-from identify.discovery.search import Option, Step, search
+from identify.discovery.search import Option, Step, inflation, search
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.errors import InputError
@@ -90,7 +90,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
             patience -= 1
     added, final = _without_needless(workers, options[:kept], accepted, story)
     added, final = _exchanged(workers, problem, added, final, story)
-    return Discovery(first, final, tuple(added), tuple(story.steps))
+    return Discovery(first, final, tuple(_in_turn(workers, problem, first, added, final)), tuple(story.steps))
 
 
 def check_data(problem: Problem) -> None:
@@ -149,9 +149,25 @@ def _exchanged(workers: Workers, problem: Problem, options: list[Option], final:
             continue
         story.steps.append(step)
         story.say(f"{step.best.effect.sentence()} in place of {effect.sentence()}: gap {step.best.trial.gap:.2f}.")
-        options = [*options[: number - 1], step.best, *options[number:]]
+        options = [*options[: number - 1], *options[number:], step.best]
         options, final = _without_needless(workers, options, step.best.trial, story)
+        number = 0
     return options, final
+
+
+def _in_turn(workers: Workers, problem: Problem, first: Trial, options: list[Option], final: Trial) -> list[Option]:
+    """The options with what each adds to those before it, which is not what it was found with where others were taken out since."""
+    effects = [(*first.task.effects, *(one.effect for one in options[: n + 1])) for n in range(len(options))]
+    if all(option.trial.task.effects == own for option, own in zip(options, effects, strict=True)):
+        return options
+    judge, before, result = Judge(inflation(problem, final)), first, []
+    for option, own in zip(options, effects, strict=True):
+        trial = final
+        if len(own) < len(final.task.effects):
+            [trial] = workers.run([Task(own, (), {**final.values, **before.values}, "thorough")])
+        result.append(Option(option.effect, trial, judge.evidence(before, trial)))
+        before = trial
+    return result
 
 
 def _elsewhere(trial: Trial) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from identify.discovery.candidates import candidates, plausible
-from identify.discovery.evidence import CONVINCING, Judge, confirmed
+from identify.discovery.evidence import CONVINCING, Judge, confirmed, removed
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.effects.base import Effect
@@ -21,6 +22,9 @@ from identify.problem import Problem, with_effects
 _GLANCED, _REFITTED, _MOST, _FORMED = 8, 12, 4, 2
 """How many effects of the measurement get further than a glance; candidates further than a few steps; further than quick trials; and of
 those, are tried in their other forms."""
+_ENOUGH, _PAIRED, _FAR_MORE = 0.9, 8, 0.5
+"""Where the best one explains less than this share of what is above noise, so many are tried in pairs; what a pair must leave at most of
+what the best one leaves."""
 _NEAR, _LEAST_INFLATION = 5.0, 5.0
 """How many times the best one's gap above noise a candidate may leave and still win when fitted thoroughly; the least that correlation
 of residuals has been seen to count for."""
@@ -58,13 +62,34 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
     promising = _promising(workers, before, quick)
     forms = _thoroughly(workers, promising)
     best_trial = min([before, *(trial for trials in forms for trial in trials)], key=lambda trial: trial.squares)
-    judge = Judge(_inflation(problem, best_trial))
+    judge = Judge(inflation(problem, best_trial))
     winners = [min(trials, key=judge.score) for trials in forms if trials]
     judged = sorted((Option(t.task.new[0], t, judge.evidence(before, t)) for t in winners), key=lambda option: -option.evidence)
     rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
     best = next((option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)), None)
+    if best is not None and removed(before.gap, best.trial.gap) < _ENOUGH and not _anchor(before):
+        best = _first_of_two(workers, before, quick[:_PAIRED], judged, best, judge)
+        judged = [*judged, *(option for option in (best,) if option not in judged)]
     alike = [o for o in judged if best and o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
     return Step(before, (*judged, *rest), best, tuple(alike), judge)
+
+
+def _first_of_two(workers: Workers, before: Trial, quick: Sequence[Trial], judged: Sequence[Option], best: Option, judge: Judge) -> Option:
+    """The best of judged, or, where two simple ones together would explain far more than it, the better of those two.
+
+    Two effects hide each other, and what stands for both of them at once, with many parameters, is not either.
+    """
+    known = before.task.effects
+    pairs = list(combinations(quick, 2))
+    trials = workers.run([Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, "quick") for a, b in pairs])
+    number = min(range(len(pairs)), key=lambda n: trials[n].squares)
+    if trials[number].gap - 1 > _FAR_MORE * (best.trial.gap - 1):
+        return best
+    two = [trial.task.new[0] for trial in pairs[number]]
+    single = workers.run([Task(known, (effect,), trial.values, "thorough") for effect, trial in zip(two, pairs[number], strict=True)])
+    options = [option for option in judged if option.effect in two]
+    options += [Option(t.task.new[0], t, judge.evidence(before, t)) for t in single if confirmed(before, t)]
+    return max(options, key=lambda option: option.evidence, default=best)
 
 
 def _screened(workers: Workers, found: Sequence[Effect], before: Trial, done: Callable[[int, int], None]) -> list[Trial]:
@@ -108,7 +133,7 @@ def _thoroughly(workers: Workers, promising: Sequence[Trial]) -> list[list[Trial
     return [[t for owner, t in found if owner == number and np.isfinite(t.squares)] for number in range(len(promising))]
 
 
-def _inflation(problem: Problem, trial: Trial) -> float:
+def inflation(problem: Problem, trial: Trial) -> float:
     """How many times too small the naive variance of the parameters is, for the worst of those that the data determine."""
     model = with_effects(problem, trial.task.effects, trial.values)
     found = trust(model.targets(), Scale(model.parameters), model.initial)
