@@ -13,7 +13,7 @@ demo: .venv/ready
 	@echo "Open reports/arm_hammer_test.html in a browser."
 
 test: lint
-	$(BIN)/pytest
+	$(BIN)/pytest -n logical --dist loadfile
 
 # What tests of reports need beside the environment, on Debian; they are skipped, saying so, where it is not installed.
 browser:
