@@ -5,6 +5,8 @@ tau_f = sgn(v) (F_c + F_s exp(-|v| / v_s)) + F_v v
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,8 +30,32 @@ def friction_torque(velocity: Array, coulomb: Array, viscous: Array, stribeck: A
     return np.sign(velocity) * (coulomb + stribeck * np.exp(-np.abs(velocity) / stribeck_velocity)) + viscous * velocity
 
 
-def friction_damper(velocity: Array, numbers: dict[str, Array]) -> Array:
-    """Eq. 11 as a damper, N m s/rad: friction over velocity, finite at standstill, which a step may then take implicitly."""
-    speed = np.sqrt(velocity**2 + numbers["friction.creep_velocity"] ** 2)
-    dry = numbers["friction.coulomb"] + numbers["friction.stribeck"] * np.exp(-speed / numbers["friction.stribeck_velocity"])
-    return np.asarray(dry / speed + numbers["friction.viscous"])
+@dataclass
+class FrictionDamper:
+    """Eq. 11 as a damper for a step that takes dampers implicitly, found by passes, each called with the velocities that the last gave.
+
+    numbers: coefficients by name, (lanes, joints); viscous: further viscous friction, N m s/rad; inertia: what a drive's own push must
+    accelerate, kg m^2; step_s.  A drive's own step, a v + h F(v) = p with p as the last pass shows it, is solved in closed form, because
+    friction over the last velocity takes many passes where a drive sticks or breaks loose.
+    """
+
+    numbers: dict[str, Array]
+    viscous: Array
+    inertia: Array
+    step_s: float
+    _last: Array | None = field(default=None, init=False)
+
+    def __call__(self, velocity: Array) -> Array:
+        """N m s/rad at velocities (lanes, joints), rad/s."""
+        viscous = self.numbers["friction.viscous"] + self.viscous
+        if self._last is not None:
+            pushed = (self.inertia + self.step_s * self._last) * velocity
+            free = np.maximum(np.abs(pushed) - self.step_s * self._dry(velocity), 0.0)
+            velocity = np.sign(pushed) * free / (self.inertia + self.step_s * viscous)
+        speed = np.sqrt(velocity**2 + self.numbers["friction.creep_velocity"] ** 2)
+        self._last = np.asarray(self._dry(velocity) / speed + viscous)
+        return self._last
+
+    def _dry(self, velocity: Array) -> Array:
+        decay = np.exp(-np.abs(velocity) / self.numbers["friction.stribeck_velocity"])
+        return np.asarray(self.numbers["friction.coulomb"] + self.numbers["friction.stribeck"] * decay)

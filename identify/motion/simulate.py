@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.motion.controller import Law, Sample
-from identify.motion.friction import friction_damper
+from identify.motion.friction import FrictionDamper
 from identify.motion.gear import GearSpring
 from identify.motion.motor import MotorPlant
 from identify.robot.engine_motion import Array, Lanes, MovingArm, Passive
@@ -58,13 +58,15 @@ class Plant:
 class Orders:
     """What is commanded, (lanes, ticks, joints): position, velocity, and the torque it takes by inverse dynamics, at the gear output.
 
-    mode_hz (lanes, ticks, 1): the first mode at the commanded posture, 0 where no controller asks for it.
+    mode_hz (lanes, ticks, 1): the first mode at the commanded posture, 0 where no controller asks for it; excitation: torque at the gear
+    output that is added to the controller's.
     """
 
     position: Array
     velocity: Array
     feedforward: Array
     mode_hz: Array
+    excitation: Array
 
 
 @dataclass(frozen=True)
@@ -86,18 +88,19 @@ def simulate(plant: Plant, law: Law, orders: Orders, timing: Timing) -> Motion:
     lanes = Lanes(plant.arm, plant.passive, coordinates, timing.step_s)
     state, given = plant.motor.holding(holding)
     control = law.begin(_sample(plant, orders, 0, lanes, state), given)
-    waiting = deque([given] * timing.delay_steps)
+    waiting, inertia = deque([given] * timing.delay_steps), _own_inertia(plant, coordinates)
     rows = []
     for tick in range(timing.ticks):
         sample = _sample(plant, orders, tick, lanes, state)
         command, control = law.act(control, sample)
+        command = command + orders.excitation[:, tick] / plant.spring.ratio
         before, row = (
             lanes.velocity.copy(),
             (lanes.position.copy(), plant.motor.current(state), plant.spring.ratio * plant.motor.torque(state)),
         )
         for step in range(timing.steps_per_tick):
             waiting.append(command)
-            state = _step(plant, lanes, state, waiting.popleft())
+            state = _step(plant, lanes, state, waiting.popleft(), inertia)
             if step == 0:
                 rows.append((*row, (before + lanes.velocity) / 2, command))
     position, current, torque, velocity, commands = (np.stack(part, axis=1) for part in zip(*rows, strict=True))
@@ -124,7 +127,14 @@ def equilibrium(plant: Plant, law: Law, orders: Orders) -> tuple[Array, Array]:
     return coordinates, holding
 
 
-def _step(plant: Plant, lanes: Lanes, state: Array, command: Array) -> Array:
+def _own_inertia(plant: Plant, coordinates: Array) -> Array:
+    """What a push on each drive accelerates while all else gives way, kg m^2, (lanes, joints), at coordinates (lanes, n)."""
+    mass = np.array([plant.arm.mass_matrix(row) for row in coordinates])
+    mass += np.eye(mass.shape[1]) * plant.passive.armature[:, None]
+    return np.asarray(1 / np.linalg.inv(mass)[:, plant.arm.drive, plant.arm.drive])
+
+
+def _step(plant: Plant, lanes: Lanes, state: Array, command: Array, inertia: Array) -> Array:
     """One step of arm and motors under a command; the motors' state a step later."""
     drive, ratio, numbers = plant.arm.drive, plant.spring.ratio, plant.numbers
     lanes.force[:] = 0.0
@@ -134,14 +144,17 @@ def _step(plant: Plant, lanes: Lanes, state: Array, command: Array) -> Array:
         lanes.force[:, drive] += on_drive
         joint, wound = plant.wound
         lanes.force[:, wound] += on_windup[:, joint]
-    viscous = ratio**2 * numbers["motor.viscous"]
+    if plant.rubs:
+        damper = FrictionDamper(numbers, ratio**2 * numbers["motor.viscous"], inertia, lanes.step_s)
 
-    def rubbing(velocity: Array) -> Array:
-        dampers = np.zeros_like(velocity)
-        dampers[:, drive] = friction_damper(velocity[:, drive], numbers) + viscous
-        return dampers
+        def rubbing(velocity: Array) -> Array:
+            dampers = np.zeros_like(velocity)
+            dampers[:, drive] = damper(velocity[:, drive])
+            return dampers
 
-    lanes.advance(rubbing if plant.rubs else None)
+        lanes.advance(rubbing)
+    else:
+        lanes.advance()
     return plant.motor.advanced(state, command, ratio * lanes.velocity[:, drive], lanes.step_s)
 
 

@@ -22,6 +22,7 @@ KEYS = {
     "servo.derivative_gain": "derivative_gain_v_s_rad",
     "servo.integral_gain": "integral_gain_v_rad_s",
     "friction.coulomb": "coulomb_n_m",
+    "friction.creep_velocity": "creep_velocity_rad_s",
     "rz.stiffness": "stiffness_n_m_rad",
     "rz.damping": "damping_n_m_s_rad",
     "gear.cubic_stiffness": "cubic_n_m_rad3",
@@ -29,6 +30,7 @@ KEYS = {
     "gear.transmission_error.0.phase": "te_phase_rad",
     "friction.viscous": "viscous_n_m_s_rad",
     "friction.stribeck": "stribeck_n_m",
+    "friction.stribeck_velocity": "stribeck_velocity_rad_s",
 }
 
 
@@ -37,9 +39,14 @@ def at_truth(name: str) -> tuple[MotionProblem, Array]:
     problem = load_motion(read_motion_study(ROOT / "configs" / f"{name}.yaml"))
     free = {key: number for candidate in problem.file.study.candidates for key, number in candidate.numbers.items()}
     problem = with_numbers(problem, free, {})
+    return problem, truth_of(problem, name)
+
+
+def truth_of(problem: MotionProblem, name: str) -> Array:
+    """The true values of the problem's parameters."""
     truth = json.loads((ROOT / "data" / name / "truth.json").read_text())
     names = [p.name.split(".", 1) for p in problem.parameters]
-    return problem, np.array([truth[KEYS[key]][int(joint[5:]) - 1] for joint, key in names])
+    return np.array([truth[KEYS[key]][int(joint[5:]) - 1] for joint, key in names])
 
 
 def gap(problem: MotionProblem, values: Array, records: tuple[str, ...]) -> float:
