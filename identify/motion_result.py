@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from identify.motion.circular import CircularTest
 from identify.results import Array, ParameterTable, Provenance, StartTable, Texts
 
 
@@ -38,6 +39,8 @@ class RecordResult:
     """One motion: signals by quantity at the controller's ticks, and what was recorded beside them; gap: RMS over noise, NaN without.
 
     phases: names, the first of them the whole record; phase_s (phases, 2).
+    paths: of a tool that is led, its places (samples, 3) at the ticks by what they are (command, feedback, end); circles: the circular
+    test of each.
     """
 
     name: str
@@ -51,6 +54,8 @@ class RecordResult:
     phases: Texts
     phase_s: Array
     gap: float
+    paths: dict[str, Trace] | None = None
+    circles: dict[str, CircularTest] | None = None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from identify.motion_result import MotionResult
 from identify.reports.cells import Table as Printed
-from identify.reports.motion_tables import rms_tables, trial_table
+from identify.reports.motion_tables import circle_tables, rms_tables, trial_table
 from identify.terminal import parameter_rows
 
 
@@ -22,7 +22,7 @@ def print_motion(result: MotionResult) -> None:
     if result.parameters is not None:
         console.print(parameter_rows(f"{result.name}: parameters", result.parameters))
     trials = trial_table(result)
-    for table in ([trials] if trials is not None else []) + rms_tables(result):
+    for table in ([trials] if trials is not None else []) + circle_tables(result) + rms_tables(result):
         console.print(_table(table))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +11,16 @@ from numpy.typing import NDArray
 from identify import motion_result as results
 from identify.evaluate import parameter_table, start_table
 from identify.identifiability import Trust
-from identify.motion.problem import MotionProblem, Record
+from identify.motion.circular import circular_test
+from identify.motion.problem import MotionProblem
+from identify.motion.recording import Record
 from identify.motion.simulate import Motion
+from identify.motion.tool import recorded_paths, tool_paths
 from identify.motion.trajectory import TrajectoryObjective, all_signals, phase_rms, simulated, trajectory_trust
 from identify.motion.trajectory_fit import MotionFit, judge
 from identify.optimizers.base import Scale
 from identify.provenance import provenance, sha256
-from identify.results import LAYOUT
+from identify.results import LAYOUT, Provenance
 
 Array = NDArray[np.float64]
 
@@ -51,6 +55,15 @@ def unit(quantity: str) -> str:
     return UNITS[quantity.rsplit("_", 1)[1]]
 
 
+def provenance_of_motion(problem: MotionProblem) -> Provenance:
+    """Provenance of a run of a study of motion."""
+    file = problem.file
+    robot = file.study.robot.urdf or file.study.robot.dh
+    given = [(str(robot), sha256(file.resolve(robot)))] if robot else []
+    recorded = [(str(r.settings.measured.file), r.measured.sha256) for r in problem.records if r.settings.measured and r.measured]
+    return provenance(file.path.name, file.text, [*given, *recorded])
+
+
 def _result(
     problem: MotionProblem, records: dict[str, results.RecordResult], seconds: float, found: MotionFit | None, trusted: Trust | None
 ) -> results.MotionResult:
@@ -58,9 +71,6 @@ def _result(
     scale = Scale(problem.parameters)
     runs = sum(record.time_s[-1] for record in records.values())
     gaps = [_gap(problem, found, use) for use in ("fit", "validate")]
-    inputs = [(record.file, record.sha256) for record in records.values() if record.file]
-    robot = study.robot.urdf or study.robot.dh
-    given = [(str(robot), sha256(file.resolve(robot)))] if robot else []
     p = None
     if found is not None and trusted is not None:
         p = parameter_table(problem.parameters, found.fit.values, trusted, scale)
@@ -87,7 +97,7 @@ def _result(
         history=None if found is None else found.fit.history,
         trials=None if found is None else _trials(found),
         records=records,
-        provenance=provenance(file.path.name, file.text, [*given, *inputs]),
+        provenance=provenance_of_motion(problem),
     )
 
 
@@ -122,7 +132,21 @@ def _record(problem: MotionProblem, record: Record, number: int, motion: Motion,
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
         gap=float(np.sqrt(np.nanmean(gaps))) if gaps else float("nan"),
+        **_tool(problem, record, motion.coordinates[number, :ticks]),
     )
+
+
+def _tool(problem: MotionProblem, record: Record, coordinates: Array) -> dict[str, Any]:
+    """Paths of a tool that is led, and their circular tests."""
+    circle = record.settings.path
+    if circle is None:
+        return {}
+    paths = tool_paths(problem, record, coordinates)
+    turn = circle.judged(problem.file.study.servo.period_s * np.arange(len(coordinates), dtype=float))
+    tests = {name: circular_test(circle.flat(places)[turn]) for name, places in paths.items()}
+    for name, (time_s, places) in recorded_paths(problem, record).items():
+        tests[name] = circular_test(circle.flat(places)[circle.judged(time_s)])
+    return {"paths": {name: results.Trace("m", places) for name, places in paths.items()}, "circles": tests}
 
 
 def _comparisons(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from identify.effects.base import Parameter
 from identify.errors import InputError
 from identify.model.system import build_site
-from identify.motion.command import Command, moves_command
 from identify.motion.controller import Law
 from identify.motion.gear import gear_spring
 from identify.motion.numbers import JointNumber, NumberTable, Settings, number_table
-from identify.motion.records import MotionRecord, read_record
+from identify.motion.recording import Record, check_record, read_recording
 from identify.motion.simulate import Motion, Orders, Plant, Timing, simulate
-from identify.motion.study import MotionFile, RecordSettings
+from identify.motion.study import MotionFile
 from identify.problem import read_robot
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm, Passive
@@ -32,20 +31,11 @@ _FASTEST = 0.3
 
 
 @dataclass(frozen=True)
-class Record:
-    """One motion: what it is, its command at the controller's ticks, the torque (ticks, joints) that this takes at the gear output
-    without rotors, and what was measured, if anything.
-    """
-
-    settings: RecordSettings
-    command: Command
-    torque: Array
-    measured: MotionRecord | None
-
-
-@dataclass(frozen=True)
 class MotionProblem:
-    """Everything a simulation works on.  parameters: those of the effects in their order, then those of the sections."""
+    """Everything a simulation works on.  parameters: those of the effects in their order, then those of the sections.
+
+    freed: numbers by `section.key` that `with_numbers` set free.
+    """
 
     file: MotionFile
     robot: Robot
@@ -54,6 +44,7 @@ class MotionProblem:
     table: NumberTable
     records: tuple[Record, ...]
     step_s: float
+    freed: Mapping[str, JointNumber] = field(default_factory=dict)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -70,6 +61,12 @@ class MotionProblem:
         """Turn of the motor per count of its encoder, rad; 0 where continuous."""
         counts = self.file.study.encoder_counts
         return np.zeros(len(self.robot.joints)) if counts is None else 2 * np.pi / np.array(counts, dtype=float)
+
+    @cached_property
+    def continuous(self) -> MotionProblem:
+        """The same with encoders that do not count."""
+        study = self.file.study.model_copy(update={"encoder_counts": None})
+        return replace(self, file=self.file.model_copy(update={"study": study}))
 
     def passive(self, values: Array, numbers: Mapping[str, Array]) -> Passive:
         """Rotors, springs and dampers on the coordinates at parameter values (m, parameters)."""
@@ -131,7 +128,15 @@ class MotionProblem:
             velocity = np.gradient(position, self.file.study.servo.period_s, axis=1)
             acceleration = np.gradient(velocity, self.file.study.servo.period_s, axis=1)
         rotors = (plant.numbers["gear.ratio"] ** 2 * plant.numbers["motor.rotor_inertia"])[:, None]
-        return Orders(position, velocity, torque + rotors * acceleration, mode)
+        return Orders(position, velocity, torque + rotors * acceleration, mode, all_lanes([self._excitation(r) for r in records]))
+
+    def _excitation(self, record: Record) -> Array:
+        """(ticks, joints), N m at the gear output."""
+        torque, excitation = np.zeros_like(record.command.position), record.settings.excitation
+        if excitation is not None:
+            time = self.file.study.servo.period_s * np.arange(len(torque), dtype=float)
+            torque[:, self.robot.joint_number(excitation.joint) - 1] = excitation.torque(time)
+        return torque
 
     def first_mode(self, position: Array) -> Array:
         """(ticks, 1), Hz: the first mode of the arm at its start values, drives free, at commanded positions (ticks, joints)."""
@@ -146,7 +151,7 @@ def load_motion(file: MotionFile) -> MotionProblem:
     study = file.study
     robot = read_robot(study.robot, file.path.parent)
     for number, record in enumerate(study.records):
-        _check_record(record, robot, f"records.{number}")
+        check_record(record, robot, f"records.{number}")
     first = np.radians(study.records[0].start_deg)
     springs: list[Parameter] = []
     if study.effects:
@@ -156,7 +161,7 @@ def load_motion(file: MotionFile) -> MotionProblem:
     table = number_table(_sections(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
     rigid = MovingArm(robot)
-    records = tuple(_record(file, rigid, record) for record in study.records)
+    records = tuple(read_recording(file, rigid, record) for record in study.records)
     problem = MotionProblem(file, robot, arm, tuple(springs), table, records, study.servo.period_s)
     return replace(problem, step_s=_step(problem))
 
@@ -167,34 +172,22 @@ def _sections(file: MotionFile) -> dict[str, Settings]:
 
 
 def with_numbers(problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]) -> MotionProblem:
-    """The same study with numbers (by `section.key`) set free; parameters named in `values` start there.
+    """The same problem with further numbers (by `section.key`) set free; parameters named in `values` start there.
 
     Raises InputError for a number that the study's sections do not have.
     """
     sections = _sections(problem.file)
-    for where, number in free.items():
+    freed = {**problem.freed, **free}
+    for where, number in freed.items():
         section, _, key = where.rpartition(".")
         if section not in sections or key not in type(sections[section]).model_fields:
-            known = [f"{name}.{field}" for name, one in sections.items() for field in type(one).model_fields]
+            known = [f"{name}.{key}" for name, one in sections.items() for key in type(one).model_fields]
             raise InputError("candidates", f"unknown number {where!r}", "one of " + ", ".join(known))
         sections[section] = sections[section].model_copy(update={key: number})
     table = number_table(sections, len(problem.robot.joints), len(problem.springs))
     started = [replace(p, initial=values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
     springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
-    return replace(problem, springs=springs, table=replace(table, parameters=own))
-
-
-def _check_record(record: RecordSettings, robot: Robot, where: str) -> None:
-    if len(record.start_deg) != len(robot.joints):
-        raise InputError(f"{where}.start_deg", f"{len(record.start_deg)} angles", f"{len(robot.joints)}, one per joint of {robot.name!r}")
-    for number, move in enumerate(record.moves):
-        robot.joint_number(move.joint, f"{where}.moves.{number}.joint")
-        if move.start_s + move.duration_s > record.duration_s:
-            found = f"the move ends after {move.start_s + move.duration_s:.3f} s"
-            raise InputError(f"{where}.moves.{number}", found, f"within duration_s of {record.duration_s:g}")
-    for name, (begin, end) in record.phases_s.items():
-        if not 0 <= begin < end:
-            raise InputError(f"{where}.phases_s.{name}", f"[{begin:g}, {end:g}]", "the beginning first")
+    return replace(problem, springs=springs, table=replace(table, parameters=own), freed=freed)
 
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:
@@ -209,22 +202,6 @@ def _check_gears(file: MotionFile, arm: MovingArm) -> None:
     counts = file.study.encoder_counts
     if counts is not None and (len(counts) != len(arm.drive) or min(counts) < 1):
         raise InputError("encoder_counts", f"{counts}", f"{len(arm.drive)} positive numbers, one per joint")
-
-
-def _record(file: MotionFile, rigid: MovingArm, settings: RecordSettings) -> Record:
-    robot = rigid.robot
-    time = file.study.servo.period_s * np.arange(round(settings.duration_s / file.study.servo.period_s) + 1, dtype=float)
-    moves = [(robot.joint_number(move.joint) - 1, move) for move in settings.moves]
-    command = moves_command(np.radians(settings.start_deg), moves, time)
-    torque = rigid.inverse_dynamics(command.position, command.velocity, command.acceleration)
-    measured = settings.measured
-    if measured is None:
-        return Record(settings, command, torque, None)
-    path, joints = file.resolve(measured.file), len(robot.joints)
-    read = read_record(path, settings.name, measured.signals, measured.time, joints, np.zeros(joints))
-    if read.time_s[-1] > time[-1] + file.study.servo.period_s / 2:
-        raise InputError(str(path), f"a record of {read.time_s[-1]:g} s", f"no more than duration_s of {settings.duration_s:g}")
-    return Record(settings, command, torque, read)
 
 
 def _step(problem: MotionProblem) -> float:

@@ -14,10 +14,12 @@ from identify.effects.base import parse_effect
 from identify.effects.springs import Springs
 from identify.motion.command import Move
 from identify.motion.controller import Controller, parse_controller
+from identify.motion.excitation import Excitation
 from identify.motion.friction import Friction
 from identify.motion.gear import Gear
 from identify.motion.motor import Motor
 from identify.motion.numbers import Number, Settings
+from identify.motion.path import Circle, Tool
 from identify.motion.records import Quantity, SignalSettings, TimeAxis
 from identify.optimizers.base import Optimizer, parse_optimizer
 from identify.study import ConfigFile, RobotSettings, read_settings
@@ -40,6 +42,14 @@ class MeasuredMotion(Settings):
     file: Path = Field(description="CSV, MATLAB, HDF5 or universal file with time records")
     time: TimeAxis = Field(TimeAxis(at="time_s"), description="the time axis")
     signals: dict[Quantity, SignalSettings] = Field(min_length=1, description="what was measured, by quantity")
+    tool: TrackerSettings | None = Field(None, description="where the tool was seen, by a laser tracker for example")
+
+
+class TrackerSettings(Settings):
+    """Where the measured places of the tool stand."""
+
+    at: tuple[str, str, str] = Field(description="names of its x, y and z in the axes of the robot's base")
+    unit: Literal["m", "mm"] = "m"
 
 
 class RecordSettings(Settings):
@@ -47,11 +57,19 @@ class RecordSettings(Settings):
 
     name: str = Field(min_length=1, pattern=r"^[^/\\]+$", description="names it in results")
     start_deg: list[float] = Field(description="joint angles at the start, one per joint")
-    moves: list[Move] = Field([], description="what is commanded; default: stand still")
+    moves: list[Move] = Field([], description="what is commanded, joint by joint; default: stand still")
+    path: Circle | None = Field(None, description="what is commanded of the tool, instead of moves; its paths are then reported and judged")
+    excitation: Excitation | None = Field(None, description="what is added to the torque that the controller gives, for FRFs")
     duration_s: float = Field(gt=0, description="how long it is simulated")
     measured: MeasuredMotion | None = Field(None, description="what was recorded, to compare with and to fit")
     phases_s: dict[str, tuple[float, float]] = Field({}, description="parts of the record, such as slow: [0, 6], with errors of their own")
     use: Literal["fit", "validate"] = Field("fit", description="`validate`: never fitted, only predicted")
+
+    @model_validator(mode="after")
+    def _one_command(self) -> RecordSettings:
+        if self.path is not None and self.moves:
+            raise ValueError("moves and path: both given; expected joint moves or a path of the tool")
+        return self
 
 
 class Candidate(Settings):
@@ -76,6 +94,7 @@ class MotionStudy(Settings):
     effects: list[Annotated[Springs, BeforeValidator(_spring)]] = Field(
         [], description="elastic coordinates: joint-compliance, base-compliance; none: a rigid arm"
     )
+    tool: Tool | None = Field(None, description="the point of the robot that a `path` leads")
     motor: Annotated[Motor, Field(discriminator="kind")] = Field(description="motors of all joints")
     gear: Gear = Field(description="gears of all joints")
     friction: Friction = Field(Friction(), description="friction of all drives")
@@ -100,9 +119,17 @@ class MotionStudy(Settings):
             raise ValueError(
                 f"servo: gives a {self.servo.gives}; expected a controller that gives a {wants} to a motor of kind {self.motor.kind}"
             )
+        excited = [record.name for record in self.records if record.excitation is not None]
+        if excited and wants == "voltage":
+            raise ValueError(f"record {excited[0]}: excitation is a torque; expected a motor of kind torque")
         names = [record.name for record in self.records]
         if len(set(names)) < len(names):
             raise ValueError(f"records: names {names}; expected each name once")
+        led = [record.name for record in self.records if record.path is not None]
+        if led and self.tool is None:
+            raise ValueError(
+                f"tool: missing, and record {led[0]} has a path; expected the point that is led, such as tool: {{link: link6}}"
+            )
         unknown = set(self.noise) - set(WEIGHTS)
         if unknown:
             raise ValueError(f"noise: {min(unknown)} cannot be fitted; expected some of {', '.join(WEIGHTS)}")

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from identify.costs.base import Objective
 from identify.errors import InputError
 from identify.identifiability import Trust, sandwich
-from identify.motion.problem import MotionProblem, Record
+from identify.motion.problem import MotionProblem
+from identify.motion.recording import Record
 from identify.motion.simulate import Motion
 from identify.optimizers.base import Scale
 
@@ -22,7 +23,7 @@ _BLOCK = 60
 _LANES = 200
 """Lanes that move side by side at most: enough to spread the cost of a step, little enough to stay in the cache."""
 _DIFFERENCE = 1e-3
-"""Relative step of differences: well above what encoder counts and sticking make of a smaller one."""
+"""Relative step of differences: well above what sticking makes of a smaller one."""
 
 
 class TrajectoryObjective(Objective):
@@ -42,11 +43,15 @@ class TrajectoryObjective(Objective):
         return np.where(np.isfinite(costs), costs, np.inf)
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
-        """Residuals over the root of their number, so that their sum of squares is the squared cost, and forward differences."""
+        """Residuals over the root of their number, so that their sum of squares is the squared cost, and forward differences.
+
+        Both with continuous encoders: a count more or less, at each tick by chance, would drown the differences.
+        """
         steps = np.array([_step(self.problem, number, values[number]) for number in free])
         moved = np.tile(values, (len(free) + 1, 1))
         moved[1 + np.arange(len(free)), free] += steps
-        rows = self._rows(moved) / np.sqrt(self.count)
+        smooth = TrajectoryObjective(self.problem.continuous, self.records, self.noise)
+        rows = smooth._rows(moved) / np.sqrt(self.count)
         return rows[0], ((rows[1:] - rows[0]) / steps[:, None]).T
 
     @property

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.motion.circular import CircularTest
 from identify.motion_result import MotionResult, RecordResult
 from identify.reports import figures, motion_figure, motion_tables
 from identify.reports.cells import Column, Curves
+from identify.reports.circle_figure import circles
 from identify.reports.document import Document
 from identify.reports.motion_pick import moving, panels
 from identify.reports.tables import parameter_rows
@@ -23,6 +25,13 @@ def document(result: MotionResult) -> Document:
         if trials is not None:
             made.table(trials, heading=True)
         _motions(made, result)
+        for table in motion_tables.circle_tables(result):
+            made.table(table, heading=True)
+        for record in result.records.values():
+            if record.circles is not None:
+                made.figure(
+                    circles(record.circles), f"{record.name}: radial errors enlarged about the mean circle.", *_errors(record.circles)
+                )
         tables = motion_tables.rms_tables(result)
         if tables:
             made.add("heading", "Errors")
@@ -33,6 +42,12 @@ def document(result: MotionResult) -> Document:
             made.table(parameter_rows(result.parameters))
     made.sources(result)
     return made
+
+
+def _errors(tests: dict[str, CircularTest]) -> list[Curves]:
+    columns = (Column("Angle", "°"), Column("Radial error", "µm"))
+    parts = {name: np.column_stack([np.degrees(test.angle), 1e6 * test.error]) for name, test in tests.items()}
+    return [Curves(f"Circular test, {name}", columns, rows) for name, rows in parts.items()]
 
 
 def _motions(made: Document, result: MotionResult) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.motion.circular import CircularTest
 from identify.motion_result import MotionResult, RecordResult, TrajectoryComparison
 from identify.reports.cells import NONE, Column, Table, number, words
 from identify.reports.motion_pick import factor, shown_unit
@@ -63,6 +64,24 @@ def _row(record: RecordResult, c: TrajectoryComparison, joints: tuple[str, ...],
                 cells.append(number(factor(c.unit) * value, 3))
     name = f"{record.name} (not fitted)" if record.use == "validate" else record.name
     return (name, joints[joint], *cells)
+
+
+def circle_tables(result: MotionResult) -> list[Table]:
+    """The circular tests of a tool that was led, a table per record: commanded, by the encoders, in truth, and recorded."""
+    return [_circle_table(record, record.circles) for record in result.records.values() if record.circles is not None]
+
+
+def _circle_table(record: RecordResult, tests: dict[str, CircularTest]) -> Table:
+    begun = tests["command"].centre
+    rows = []
+    for name, test in tests.items():
+        aside = 1e6 * (test.centre - begun)
+        errors = (1e6 * value for value in (test.error.min(), test.error.max(), test.deviation, test.rms))
+        cells = (f"{1e3 * test.radius:.4f}", *(f"{value:.0f}" for value in aside), *(f"{value:.1f}" for value in errors))
+        rows.append((name, *cells))
+    heads = (("Mean radius", "mm"), ("Centre off, first axis", "µm"), ("Second", "µm"), ("Innermost", "µm"), ("Outermost", "µm"))
+    columns = (words("Path"), *(Column(*head) for head in (*heads, ("Deviation", "µm"), ("RMS", "µm"))))
+    return Table(f"Circular test of {record.name}, radial errors about each path's mean circle", columns, tuple(rows))
 
 
 def trial_table(result: MotionResult) -> Table | None:

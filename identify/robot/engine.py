@@ -24,6 +24,10 @@ DRIVE_ARMATURE = 1.0
 """Inertia, kg m^2, of the rotor on a `drive`: without any, drive and rz could not both be moved."""
 
 
+_MOST = 6
+"""Coordinates that the engine lets one body have."""
+
+
 class Engine:
     """A mechanism compiled for the dynamics engine; everything is evaluated at zero elastic displacement."""
 
@@ -118,35 +122,44 @@ def compile_mechanism(mechanism: Mechanism, axes: Mapping[str, Sequence[str]], c
     spec.option.gravity = mechanism.gravity
     off = mujoco.mjtDisableBit
     spec.option.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_CONSTRAINT | off.mjDSBL_AUTORESET | off.mjDSBL_ISLAND
-    principal = [moments for copy in range(copies) for moments in _add_arm(spec, mechanism, axes, f"{copy}." if copy else "")]
+    inertias = [inertia for copy in range(copies) for inertia in _add_arm(spec, mechanism, axes, f"{copy}." if copy else "")]
     model = spec.compile()
-    # The compiler refuses, or replaces by their average, moments that rounding took past the triangle inequality (a plate), so
-    # the true ones go in afterwards; the description has checked them.
-    model.body_inertia[1:] = principal
+    # The compiler refuses, or replaces by their average, moments that rounding took past the triangle inequality (a plate), and bodies
+    # without mass, so the true ones go in afterwards; the description has checked them.
+    model.body_mass[1:], model.body_inertia[1:] = zip(*inertias, strict=True)
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 
 
-def _add_arm(spec: mujoco.MjSpec, mechanism: Mechanism, axes: Mapping[str, Sequence[str]], prefix: str) -> list[Array]:
-    """Add the bodies of a mechanism; their principal moments of inertia, (3,) each."""
+def _add_arm(spec: mujoco.MjSpec, mechanism: Mechanism, axes: Mapping[str, Sequence[str]], prefix: str) -> list[tuple[float, Array]]:
+    """Add the bodies of a mechanism; of each its mass and principal moments of inertia (3,)."""
     added: list[mujoco.MjsBody] = []
-    principal: list[Array] = []
+    inertias: list[tuple[float, Array]] = []
     for body in mechanism.bodies:
-        parent = spec.worldbody if body.parent < 0 else added[body.parent]
-        node = parent.add_body(name=prefix + body.name, pos=body.pose[:3, 3], quat=_quaternion(body.pose[:3, :3]))
+        parent, own, name = spec.worldbody if body.parent < 0 else added[body.parent], list(axes.get(body.name, ())), prefix + body.name
+        node = parent.add_body(name=name, pos=body.pose[:3, 3], quat=_quaternion(body.pose[:3, :3]))
         node.explicitinertial = True
-        node.mass, node.ipos = body.mass, body.centre
+        if len(own) > _MOST:  # the rotor has a body of its own, which weighs nothing
+            node.name, node.mass, node.inertia = f"{name}.rotor", 1.0, np.ones(3)
+            _add_joint(node, name, own.pop(0))
+            inertias.append((0.0, np.zeros(3)))
+            node = node.add_body(name=name)
+            node.explicitinertial = True
         moments, turned = np.linalg.eigh(body.inertia)
         turned *= np.sign(np.linalg.det(turned))
+        node.mass, node.ipos = body.mass, body.centre
         node.inertia, node.iquat = np.full(3, moments[2]), _quaternion(turned)
-        principal.append(moments)
-        for axis in axes.get(body.name, ()):
-            number = AXES.index("rz" if axis == "drive" else axis)
-            kind = mujoco.mjtJoint.mjJNT_SLIDE if number < 3 else mujoco.mjtJoint.mjJNT_HINGE
-            armature = DRIVE_ARMATURE if axis == "drive" else 0.0
-            node.add_joint(name=f"{prefix}{body.name}.{axis}", type=kind, axis=np.eye(3)[number % 3], armature=armature)
+        inertias.append((body.mass, moments))
+        for axis in own:
+            _add_joint(node, name, axis)
         added.append(node)
-    return principal
+    return inertias
+
+
+def _add_joint(node: mujoco.MjsBody, name: str, axis: str) -> None:
+    number = AXES.index("rz" if axis == "drive" else axis)
+    kind = mujoco.mjtJoint.mjJNT_SLIDE if number < 3 else mujoco.mjtJoint.mjJNT_HINGE
+    node.add_joint(name=f"{name}.{axis}", type=kind, axis=np.eye(3)[number % 3], armature=DRIVE_ARMATURE if axis == "drive" else 0.0)
 
 
 def _quaternion(rotation: Array) -> Array:

@@ -20,8 +20,8 @@ from identify.robot.posture import AXES, at_posture
 
 Array = NDArray[np.float64]
 
-_PASSES = 3
-"""Passes that find dampers which depend on velocity: two are not yet enough where dry friction breaks loose."""
+_PASSES = 2
+"""Passes that find dampers which depend on velocity, each of which may learn from what the last gave."""
 _RUNAWAY = 1e3
 """Velocity, rad/s or m/s, that no arm reaches: the controller is unstable."""
 
@@ -75,14 +75,33 @@ class MovingArm:
 
     def frame_position(self, position: Array, frame: str, point: Array) -> Array:
         """Where a point (3,) of a frame is in the base's axes, m, (..., 3), at coordinates (..., n)."""
-        body, pose = self.mechanism.frame(frame, "points")
-        inside = pose[:3, :3] @ point + pose[:3, 3]
+        body, inside = self._fixed(frame, point)
         places = np.empty((position.size // position.shape[-1], 3))
         for q, place in zip(position.reshape(-1, position.shape[-1]), places, strict=True):
             self._data.qpos[:] = q
             mujoco.mj_kinematics(self.model, self._data)
-            place[:] = self._data.xpos[body + 1] + self._data.xmat[body + 1].reshape(3, 3) @ inside
+            place[:] = self._data.xpos[body] + self._data.xmat[body].reshape(3, 3) @ inside
         return places.reshape(*position.shape[:-1], 3)
+
+    def frame_motion(self, position: Array, frame: str, point: Array) -> tuple[Array, Array, Array]:
+        """Of a point (3,) of a frame at coordinates (n,): its place (3,), m, the turn (3, 3) of its body, and the Jacobian (6, n) of its
+        velocity and of the body's angular velocity, all in the base's axes.
+        """
+        body, inside = self._fixed(frame, point)
+        self._data.qpos[:] = position
+        mujoco.mj_kinematics(self.model, self._data)
+        mujoco.mj_comPos(self.model, self._data)
+        turn = self._data.xmat[body].reshape(3, 3).copy()
+        place = self._data.xpos[body] + turn @ inside
+        linear, angular = np.zeros((2, 3, self.model.nv))
+        mujoco.mj_jac(self.model, self._data, linear, angular, place, body)
+        return place, turn, np.vstack([linear, angular])
+
+    def _fixed(self, frame: str, point: Array) -> tuple[int, Array]:
+        """The engine's number of the body that carries a frame, 0 the ground, and a point (3,) of the frame in the body's axes."""
+        body, pose = self.mechanism.frame(frame, "points")
+        number = 0 if body < 0 else int(self.model.body(self.mechanism.bodies[body].name).id)
+        return number, pose[:3, :3] @ point + pose[:3, 3]
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ TRUTH = {
     "integral_gain_v_rad_s": [700.0, 1600.0, 900.0],
     "viscous_motor_n_m_s_rad": [0.004, 0.005, 0.003],
     "coulomb_n_m": [55.0, 70.0, 40.0],
+    "creep_velocity_rad_s": [2e-4, 2e-4, 2e-4],
 }
 TORQUE_CONSTANT, BACK_EMF, RESISTANCE, INDUCTANCE, ROTOR = 0.97, 0.0337 * 60 / (2 * np.pi), 0.22, 0.0037, 0.0012
 LIMIT_V, COUNTS, PERIOD_S, PARTS, EVERY = 200.0, 131072, 1e-3, 10, 16
@@ -93,7 +94,7 @@ def simulate(test: Test) -> tuple[Array, Array, Array]:
 
     def slope(y: Array, voltage: Array) -> Array:
         q, v, i = y
-        friction = numbers["coulomb_n_m"] * np.tanh(v / 2e-4) + ratio**2 * numbers["viscous_motor_n_m_s_rad"] * v
+        friction = numbers["coulomb_n_m"] * np.tanh(v / numbers["creep_velocity_rad_s"]) + ratio**2 * numbers["viscous_motor_n_m_s_rad"] * v
         torque = ratio * TORQUE_CONSTANT * i - friction
         return np.array([v, pinocchio.aba(model, data, q, v, torque), (voltage - RESISTANCE * i - BACK_EMF * ratio * v) / INDUCTANCE])
 

@@ -1,0 +1,144 @@
+"""The Kawasaki study beside the paper: the fit with its rounds, identified values against the truth, the RMS table in the form of Table 3.
+
+python -m tests.benchmarks.kawasaki            fits (some three minutes) and writes docs/kawasaki_rms.png
+python -m tests.benchmarks.kawasaki FILE.h5    the same from the result of `identify fit configs/kawasaki_rs010l.yaml --out FILE.h5`
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from identify import results
+from identify.fit import fit
+from identify.motion.problem import load_motion, with_numbers
+from identify.motion.study import read_motion_study
+from identify.motion.trajectory import TrajectoryObjective
+from identify.motion.trajectory_fit import FittableMotion, FittedMotion, MotionFitFile, TrajectoryCost
+from identify.motion_result import MotionResult
+from identify.motion_run import run_motion_fit
+from identify.optimizers.base import parse_optimizer
+from identify.reports.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
+
+Array = NDArray[np.float64]
+ROOT = Path(__file__).parents[2]
+CONFIG = ROOT / "configs/kawasaki_rs010l.yaml"
+BEES = 300
+TRUTH = {
+    "gear.ratio": "gear_ratio",
+    "servo.position_gain": "position_gain_v_rad",
+    "servo.derivative_gain": "derivative_gain_v_s_rad",
+    "servo.integral_gain": "integral_gain_v_rad_s",
+    "motor.viscous": "viscous_motor_n_m_s_rad",
+    "friction.coulomb": "coulomb_n_m",
+    "friction.creep_velocity": "creep_velocity_rad_s",
+}
+PAPER = {
+    ("pos1_q1", 1): (0.003, 0.01, 0.002, 0.03, 1.24, 2.45),
+    ("pos1_q2", 2): (0.006, 0.01, 0.005, 0.01, 1.21, 3.42),
+    ("pos1_q2", 3): (0.008, 0.04, 0.004, 0.04, 1.22, 2.74),
+    ("pos1_q3", 3): (0.007, 0.01, 0.009, 0.03, 2.2, 4.22),
+    ("pos1_q3", 2): (0.034, 0.074, 0.008, 0.05, 0.73, 2.61),
+    ("pos1_eq", 3): (0.008, 0.09, 0.01, 0.07, 2.71, 4.21),
+    ("pos2_q1", 1): (0.009, 0.02, 0.01, 0.03, 1.34, 4.1),
+    ("pos2_q2", 2): (0.007, 0.17, 0.019, 0.14, 2.63, 4.11),
+    ("pos2_q2", 3): (0.03, 0.32, 0.034, 0.17, 1.77, 3.9),
+    ("pos2_q3", 2): (0.017, 0.06, 0.03, 0.26, 1.32, 1.98),
+    ("pos2_q3", 3): (0.008, 0.11, 0.02, 0.13, 3.89, 4.76),
+}
+"""Table 3 by our record and joint: angle (degrees), velocity (degrees/s) and current (A), slow and fast each."""
+QUANTITIES = ("motor_position", "motor_velocity", "motor_current")
+
+
+def table(result: MotionResult) -> dict[tuple[str, int], Array]:
+    """Ours in the same form."""
+    found = {}
+    for name, joint in PAPER:
+        record, cells = result.records[name], []
+        for quantity in QUANTITIES:
+            factor = 1.0 if quantity == "motor_current" else float(np.degrees(1.0))
+            cells += [factor * record.comparisons[quantity].rms[record.phases.index(phase), joint - 1] for phase in ("slow", "fast")]
+        found[name, joint] = np.array(cells)
+    return found
+
+
+def report(result: MotionResult) -> None:
+    """Print rounds, parameters against the truth, and the table."""
+    trials, parameters = result.trials, result.parameters
+    assert trials is not None
+    assert parameters is not None
+    for row in zip(trials.round, trials.name, trials.gap, trials.gap_validation, trials.kept, strict=True):
+        print("round {:.0f}: {}: gap {:.3g}, on position 2 {:.3g}, kept {:.0f}".format(*row))
+    truth = json.loads((ROOT / "data/kawasaki_rs010l/truth.json").read_text())
+    for parameter, value, low, high in zip(parameters.name, parameters.value, parameters.low_95, parameters.high_95, strict=True):
+        number, key = parameter.split(".", 1)
+        true = truth[TRUTH[key]][int(number[5:]) - 1]
+        print(f"| {parameter} | {true:g} | {value:.5g} | {low:.5g} to {high:.5g} | {'yes' if low <= true <= high else 'no'} |")
+    for (name, joint), ours in table(result).items():
+        cells = (f"{mine:.2g} ({theirs:g})" for mine, theirs in zip(ours, PAPER[name, joint], strict=True))
+        print(f"| {name}, joint {joint} | {' | '.join(cells)} |")
+
+
+def draw(result: MotionResult, path: Path) -> None:
+    """RMS of every row of Table 3, ours and the paper's, on logarithmic axes."""
+    ours, rows = table(result), np.arange(len(PAPER))
+    with style():
+        figure = Figure((WIDTH_IN, 3.6), layout="constrained")
+        panels = figure.subplots(1, 3, sharey=True)
+        for number, (axes, title) in enumerate(zip(panels, ("Angle (°)", "Velocity (°/s)", "Current (A)"), strict=True)):
+            for phase, (label, mark) in enumerate((("slow", "o"), ("fast", "s"))):
+                column = 2 * number + phase
+                axes.plot([p[column] for p in PAPER.values()], rows, mark, mfc="none", color=ORANGE, ms=5, label=f"paper, {label}")
+                axes.plot([o[column] for o in ours.values()], rows, mark, color=BLUE, ms=3.5, label=f"here, {label}")
+            axes.set(xscale="log", xlabel=f"RMS of {title[0].lower()}{title[1:]}")
+            axes.xaxis.set_minor_formatter(NullFormatter())
+        names = [f"{name.replace('_', ' ')}, joint {joint}" for name, joint in PAPER]
+        panels[0].set_yticks(rows, names)
+        panels[0].invert_yaxis()
+        panels[0].axhline(5.5, color=MUTED, lw=0.5)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4)
+        figure.savefig(path, dpi=150)
+
+
+def bees() -> None:
+    """Bee colony and Gauss-Newton on the whole model, from the study's start values, on the same records."""
+    problem = load_motion(read_motion_study(CONFIG))
+    free = {key: number for candidate in problem.file.study.candidates for key, number in candidate.numbers.items()}
+    problem, study = with_numbers(problem, free, {}), problem.file.study
+    chosen = ({"kind": "artificial-bee-colony", "evaluations": BEES, "population": 20}, {"kind": "gauss-newton", "evaluations": 40})
+    start = TrajectoryObjective(problem, problem.records[:4], study.noise).costs(problem.initial[None])[0]
+    print(f"start: gap {start:.1f}")
+    for settings in chosen:
+        began = time.process_time()
+        fitted = FittedMotion(TrajectoryCost(study.noise), [parse_optimizer(settings)], 1, study.start_factor, 0.0, study.seed)
+        found = fit(FittableMotion(problem, MotionFitFile(fitted)))
+        print(
+            f"{settings['kind']}: gap {found.cost:.2f}, {found.best.evaluations} evaluations, {time.process_time() - began:.0f} s",
+            flush=True,
+        )
+
+
+def main() -> None:
+    """Fit or read, print, draw."""
+    with threadpool_limits(1):
+        if len(sys.argv) > 1:
+            result = results.read(Path(sys.argv[1]), MotionResult)
+        else:
+            began = time.process_time()
+            result, _ = run_motion_fit(CONFIG, Path("kawasaki_rs010l.h5"), {})
+            print(f"fit: {time.process_time() - began:.0f} s of one processor")
+        report(result)
+        draw(result, ROOT / "docs/kawasaki_rms.png")
+        bees()
+
+
+if __name__ == "__main__":
+    main()
