@@ -53,7 +53,7 @@ def fit(
         _fit_joints(config, out, report, quiet, refused=resume or bool(profile or seed or starts))
         return
     if has_schema(config, "identify-motion/"):
-        _fit_motion(config, out, {"seed": seed, "starts": starts}, report, quiet, refused=resume or bool(profile))
+        _fit_motion(config, out, {"seed": seed, "starts": starts}, report, quiet, resume=resume, refused=bool(profile))
         return
     with progress_bar(quiet) as progress:
         result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress, resume=resume, profiled=profile or [])
@@ -288,16 +288,18 @@ def compare(
         typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files)))
 
 
-def _fit_motion(config: Path, out: Path | None, overrides: dict[str, int | None], report: bool, quiet: bool, *, refused: bool) -> None:
+def _fit_motion(
+    config: Path, out: Path | None, overrides: dict[str, int | None], report: bool, quiet: bool, *, resume: bool, refused: bool
+) -> None:
     """Fit a study of motion."""
     from identify.motion_run import run_motion_fit
     from identify.motion_terminal import print_motion
     from identify.terminal import progress_bar
 
     if refused:
-        raise InputError(str(config), "`--resume` or `--profile` with a study of motion", "a study of vibration", "leave the option out")
+        raise InputError(str(config), "`--profile` with a study of motion", "a study of vibration", "leave the option out")
     with progress_bar(quiet) as progress:
-        result, path = run_motion_fit(config, out, overrides, progress)
+        result, path = run_motion_fit(config, out, overrides, progress, resume=resume)
     if not quiet:
         print_motion(result)
     _finish([path], report, quiet)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,12 @@ from threadpoolctl import threadpool_limits
 
 from identify import results
 from identify.fit import Progress
-from identify.motion.evaluate import evaluate_fit, evaluate_simulation
+from identify.motion.evaluate import evaluate_fit, evaluate_simulation, provenance_of_motion
 from identify.motion.problem import load_motion
-from identify.motion.study import MotionStudy, read_motion_study
+from identify.motion.study import read_motion_study
 from identify.motion.trajectory_fit import fit_motion
 from identify.motion_result import MotionResult, RecordResult
+from identify.run import override, resumable, run_key
 from identify.whole import write_whole
 
 
@@ -32,25 +34,19 @@ def run_simulation(config: Path, out: Path | None, tables: Path | None = None) -
 
 
 def run_motion_fit(
-    config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None
+    config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None, *, resume: bool = False
 ) -> tuple[MotionResult, Path]:
-    """Fit a study of motion; overrides replace keys of the study."""
-    file = read_motion_study(config)
-    given = {key: value for key, value in overrides.items() if value is not None}
-    if given:
-        keys = {name: getattr(file.study, name) for name in file.study.model_fields_set}
-        file = file.model_copy(update={"study": MotionStudy.model_validate({**_by_alias(keys), **given})})
-    path = out or Path("reports") / f"{file.study.name}.h5"
+    """Fit a study of motion; overrides replace keys of the study; interrupted and resumed as `identify.run.run_fit` is."""
+    file = override(read_motion_study(config), overrides)
+    path, progress = out or Path("reports") / f"{file.study.name}.h5", progress or Progress()
     with threadpool_limits(1):
         problem = load_motion(file)
-        results.check_writable(path)
-        result = evaluate_fit(problem, fit_motion(problem, progress or Progress()))
-    results.write(result, path)
-    return result, path
+        key = run_key(provenance_of_motion(problem), file)
 
+        def compute() -> MotionResult:
+            return replace(evaluate_fit(problem, fit_motion(problem, progress)), key=key)
 
-def _by_alias(keys: dict[str, Any]) -> dict[str, Any]:
-    return {"schema" if name == "schema_" else name: value for name, value in keys.items()}
+        return resumable(path, key, MotionResult, progress.journal, compute, resume=resume), path
 
 
 def write_tables(result: MotionResult, folder: Path | None) -> list[Path]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,27 @@ from identify import results
 from identify.errors import InputError
 from identify.evaluate import evaluate
 from identify.fit import Progress, fit
+from identify.journal import Journal
 from identify.measured.finding import Finding
 from identify.measured.quality import check
 from identify.problem import load_problem, measurement_names, read_frfs
 from identify.provenance import provenance, provenance_of, robot_inputs, sha256
 from identify.robot.points import read_points
-from identify.study import Study, StudyFile, read_study
+from identify.study import ConfigFile, StudyFile, read_study
+
+
+class Keyed(Protocol):
+    """The result of a run that can be resumed, with what tells it from other runs."""
+
+    KIND: ClassVar[str]
+
+    @property
+    def key(self) -> str:
+        """See `run_key`."""
+
+
+T = TypeVar("T", bound=Keyed)
+F = TypeVar("F", bound=ConfigFile[Any])
 
 
 def run_fit(
@@ -56,19 +71,32 @@ def fit_study(
     with threadpool_limits(1):
         problem = load_problem(file)
         key = run_key(provenance_of(problem), file)
-        if resume:
-            done = _finished(path, key)
-            if done is not None:
-                return done
-            progress.journal.remembered = _remembered(path, key, replace)
-        progress.journal.save = lambda costs: results.write(results.unfinished(key, costs), path)
-        results.check_writable(path)  # now, not after an hour; an older result stays until this run has something to save
-        try:
-            found = fit(problem, progress)
-        except KeyboardInterrupt:
-            progress.journal.flush()
-            raise
-        result = evaluate(problem, found, key, profiled)
+
+        def compute() -> results.Result:
+            return evaluate(problem, fit(problem, progress), key, profiled)
+
+        return resumable(path, key, results.Result, progress.journal, compute, resume=resume, replace=replace)
+
+
+def resumable(
+    path: Path, key: str, kind: type[T], journal: Journal, compute: Callable[[], T], *, resume: bool = False, replace: bool = False
+) -> T:
+    """What `compute` gives, a result of that kind with that key, written to `path`, which while it runs holds what `resume` needs.
+
+    resume: a finished run of that key is read instead, an interrupted one gone on with; replace: see `fit_study`.
+    """
+    if resume:
+        done = _finished(path, key, kind)
+        if done is not None:
+            return done
+        journal.remembered = _remembered(path, key, replace)
+    journal.save = lambda costs: results.write(results.unfinished(key, costs), path)
+    results.check_writable(path)  # now, not after an hour; an older result stays until this run has something to save
+    try:
+        result = compute()
+    except KeyboardInterrupt:
+        journal.flush()
+        raise
     results.write(result, path)
     return result
 
@@ -82,10 +110,10 @@ def finished_before(file: StudyFile, path: Path) -> results.Result | None:
         inputs = [*robot_inputs(file), *measured]
     except OSError:
         return None
-    return _finished(path, run_key(provenance(file.path.name, file.text, inputs), file))
+    return _finished(path, run_key(provenance(file.path.name, file.text, inputs), file), results.Result)
 
 
-def run_key(p: results.Provenance, file: StudyFile) -> str:
+def run_key(p: results.Provenance, file: ConfigFile[Any]) -> str:
     """What makes two runs the same: settings, input files, and the versions that compute."""
     settings = ",".join(f"{name}={value}" for name, value in sorted(file.overrides.items()))
     parts = (p.config_sha256, settings, *p.input_sha256, p.identify, p.python, *p.packages)
@@ -110,11 +138,11 @@ def check_key(path: Path, found: str, key: str) -> None:
         raise InputError(str(path), different, "the same study", "run without `--resume`, or choose another file with `--out`")
 
 
-def _finished(path: Path, key: str) -> results.Result | None:
+def _finished(path: Path, key: str, kind: type[T]) -> T | None:
     """The finished run of the same study at `path`, if there is one."""
-    if not path.exists() or results.kind_of(path) != results.Result.KIND:
+    if not path.exists() or results.kind_of(path) != kind.KIND:
         return None
-    done: results.Result = results.read(path)
+    done = results.read(path, kind)
     return done if done.key == key else None
 
 
@@ -128,10 +156,11 @@ def run_checks(config: Path) -> dict[str, list[Finding]]:
     }
 
 
-def override(file: StudyFile, overrides: dict[str, Any]) -> StudyFile:
+def override(file: F, overrides: dict[str, Any]) -> F:
     """The study with keys replaced by those that are not None."""
     given = {key: value for key, value in overrides.items() if value is not None}
     if not given:
         return file
-    study = Study.model_validate({**{name: getattr(file.study, name) for name in file.study.model_fields_set}, **given})
-    return file.model_copy(update={"study": study, "overrides": given})
+    study, fields = file.study, type(file.study).model_fields
+    kept = {field.alias or name: getattr(study, name) for name, field in fields.items() if name in study.model_fields_set}
+    return file.model_copy(update={"study": type(study).model_validate({**kept, **given}), "overrides": given})

@@ -180,6 +180,8 @@ class ConfigFile(Settings, Generic[S]):
     text: str
     sha256: str
     study: S
+    overrides: dict[str, Any] = {}
+    """What the command line said in place of keys of the study, by key."""
 
     @classmethod
     def of(cls, path: Path, study: S, text: str) -> Self:
@@ -193,9 +195,6 @@ class ConfigFile(Settings, Generic[S]):
 
 class StudyFile(ConfigFile[Study]):
     """A study of FRFs or modes with its file."""
-
-    overrides: dict[str, Any] = {}
-    """What the command line said in place of keys of the study, by key."""
 
 
 def read_study(path: Path) -> StudyFile:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,9 @@ COSTS = Registry(
 
 class Objective(ABC):
     """A cost that has met its data: a function of parameter values alone."""
+
+    dear: ClassVar[bool] = False
+    """Whether residuals take so long that an interrupted run remembers them (`identify.journal`)."""
 
     @abstractmethod
     def costs(self, candidates: Array) -> Array:

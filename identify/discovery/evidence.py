@@ -31,9 +31,10 @@ class Judge:
     inflation: float
 
     def score(self, trial: Trial) -> float:
-        """Quasi-BIC: less is better."""
+        """Quasi-BIC: less is better.  Data that were not fitted count as those that were: many parameters fit what one part has alone."""
         worth = max(self.inflation, 1.0)
-        return trial.squares / worth + trial.free * float(np.log(max(trial.count / worth, 2.0)))
+        squares = trial.squares + (trial.squares_validation if trial.count_validation else 0.0)
+        return squares / worth + trial.free * float(np.log(max(trial.count / worth, 2.0)))
 
     def evidence(self, before: Trial, after: Trial) -> float:
         """By how much `after` is better than `before`."""

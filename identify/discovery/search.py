@@ -22,9 +22,9 @@ from identify.problem import Problem, with_effects
 _GLANCED, _REFITTED, _MOST, _FORMED = 8, 12, 4, 2
 """How many effects of the measurement get further than a glance; candidates further than a few steps; further than quick trials; and of
 those, are tried in their other forms."""
-_ENOUGH, _PAIRED, _FAR_MORE = 0.9, 8, 0.5
-"""Where the best one explains less than this share of what is above noise, so many are tried in pairs; what a pair must leave at most of
-what the best one leaves."""
+_ENOUGH, _PAIRED, _OF_A_KIND, _FAR_MORE = 0.9, 9, 2, 0.5
+"""Where the best one explains less than this share of what is above noise, so many are tried in pairs; how many of them may be of one
+kind; what a pair must leave at most of what the best one leaves."""
 _NEAR, _LEAST_INFLATION = 5.0, 5.0
 """How many times the best one's gap above noise a candidate may leave and still win when fitted thoroughly; the least that correlation
 of residuals has been seen to count for."""
@@ -68,7 +68,7 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
     rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
     best = next((option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)), None)
     if best is not None and removed(before.gap, best.trial.gap) < _ENOUGH and not _anchor(before):
-        best = _first_of_two(workers, before, quick[:_PAIRED], judged, best, judge)
+        best = _first_of_two(workers, before, _various(quick), judged, best, judge)
         judged = [*judged, *(option for option in (best,) if option not in judged)]
     alike = [o for o in judged if best and o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
     return Step(before, (*judged, *rest), best, tuple(alike), judge)
@@ -90,6 +90,16 @@ def _first_of_two(workers: Workers, before: Trial, quick: Sequence[Trial], judge
     options = [option for option in judged if option.effect in two]
     options += [Option(t.task.new[0], t, judge.evidence(before, t)) for t in single if confirmed(before, t)]
     return max(options, key=lambda option: option.evidence, default=best)
+
+
+def _various(quick: Sequence[Trial]) -> list[Trial]:
+    """The best, but few of each kind: what resembles the best one comes right behind it, and what is missing beside it may not."""
+    chosen: list[Trial] = []
+    for trial in quick:
+        alike = sum(one.task.new[0].kind == trial.task.new[0].kind for one in chosen)
+        if alike < _OF_A_KIND and len(chosen) < _PAIRED and np.isfinite(trial.squares):
+            chosen.append(trial)
+    return chosen
 
 
 def _screened(workers: Workers, found: Sequence[Effect], before: Trial, done: Callable[[int, int], None]) -> list[Trial]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ _DIFFERENCE = 1e-3
 
 class TrajectoryObjective(Objective):
     """Simulated less recorded signals over their noise; a whole population moves side by side."""
+
+    dear: ClassVar[bool] = True
 
     def __init__(self, problem: MotionProblem, records: Sequence[Record], noise: Mapping[str, float]) -> None:
         self.problem, self.noise = problem, noise

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 from identify.effects.base import Parameter
 from identify.errors import InputError
 from identify.fit import Fit, Progress, fit
-from identify.motion.problem import MotionProblem, Record, with_numbers
+from identify.motion.problem import MotionProblem, with_numbers
+from identify.motion.recording import Record
 from identify.motion.study import Candidate, MotionStudy
 from identify.motion.trajectory import TrajectoryObjective
 from identify.optimizers.base import Optimizer, parse_optimizer
 
 Array = NDArray[np.float64]
 
-_REFIT = {"kind": "gauss-newton", "evaluations": 30, "tolerance": 1e-5}
+_REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}
 """How a model with an effect added is fitted, from where the model without it ended."""
 _WORTH = 0.99
 """An effect stays only where it takes the gap on the records that judge to this share of what it was, or lower."""

@@ -120,7 +120,7 @@ class Search:
 
     def part(self, budget: int) -> Search:
         """A search with a budget of its own within this one: what it evaluates counts here too."""
-        return Search(self.objective, self.scale, budget, self.target_cost, whole=self)
+        return Search(self.objective, self.scale, budget, self.target_cost, journal=self.journal, whole=self)
 
     def costs(self, x: Array) -> Array:
         """(m,) costs of a population x (m, free) within the bounds; raises Ended when the budget is spent or the target met."""
@@ -145,10 +145,31 @@ class Search:
         return costs
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
-        """Residuals (r,) and their derivatives with respect to x (r, free); counts as one evaluation."""
+        """Residuals (free + 1,) and their derivatives with respect to x (free + 1, free), compressed; counts as one evaluation."""
         self.evaluations += 1
-        residuals, slopes = self.objective.residuals(self.scale.to_values(x), self.scale.free)
-        return residuals, slopes * self.scale.slope(x)
+        size = len(x) + 1
+        rows = self.journal.replay(size * size) if self.objective.dear else None
+        if rows is None:
+            residuals, slopes = self.objective.residuals(self.scale.to_values(x), self.scale.free)
+            rows = _compressed(residuals, slopes * self.scale.slope(x)).ravel()
+            if self.objective.dear:
+                self.journal.record(rows)
+        rows = rows.reshape(size, size)
+        return rows[:, -1], rows[:, :-1]
+
+
+def _compressed(residuals: Array, slopes: Array) -> Array:
+    """[J r] in as few rows as there are columns, with the same r'r, J'r and J'J: all that least squares use of thousands of rows.
+
+    Infinite residuals without slopes where any number is not finite.
+    """
+    both = np.column_stack([slopes, residuals])
+    if not np.isfinite(both).all():
+        return np.column_stack([np.zeros((both.shape[1], slopes.shape[1])), np.full(both.shape[1], np.inf)])
+    product = both.T @ both
+    size = np.sqrt(np.maximum(np.diag(product), np.finfo(float).tiny))
+    squares, directions = np.linalg.eigh(product / np.outer(size, size))
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0))[:, None] * directions.T * size)
 
 
 class Optimizer(BaseModel, ABC):

@@ -27,7 +27,7 @@ class GaussNewton(Optimizer):
 
         def at(x: Array) -> tuple[Array, Array]:
             if not last or not np.array_equal(last[0][0], x):
-                last[:] = [(x.copy(), _compressed(*search.residuals(x)))]
+                last[:] = [(x.copy(), search.residuals(x))]
             return last[0][1]
 
         def step(intermediate_result: OptimizeResult) -> None:
@@ -51,18 +51,6 @@ class GaussNewton(Optimizer):
         )
         search.costs(result.x[None])
         return Outcome(bool(result.success), str(result.message).replace("`", "").rstrip("."))
-
-
-def _compressed(residuals: Array, slopes: Array) -> tuple[Array, Array]:
-    """As few rows as there are parameters, with the same r'r, J'r and J'J: all that the method uses of thousands of rows."""
-    if not (np.isfinite(residuals).all() and np.isfinite(slopes).all()):
-        return np.full(slopes.shape[1] + 1, np.inf), np.zeros((slopes.shape[1] + 1, slopes.shape[1]))
-    both = np.column_stack([slopes, residuals])
-    product = both.T @ both
-    size = np.sqrt(np.maximum(np.diag(product), np.finfo(float).tiny))
-    squares, directions = np.linalg.eigh(product / np.outer(size, size))
-    root = np.sqrt(np.maximum(squares, 0.0))[:, None] * directions.T * size
-    return root[:, -1], root[:, :-1]
 
 
 def _shrunk(lower: Array, upper: Array) -> tuple[Array, Array]:

@@ -47,7 +47,8 @@ class Hidden:
     """What the arm has and its user does not know.
 
     motor: torques at the motors (samples, joints) to add; payload_kg: beyond the stated one; deflection: motor minus link position;
-    latency_s (joints,); noise: standard deviations of torque and of link position, and how much a torque sample keeps of the last.
+    latency_s (joints,); noise: standard deviations of torque and of link position, and how much a torque sample keeps of the last;
+    seeds: of the motion and noise of the two records.
     """
 
     motor: tuple[Torque, ...] = ()
@@ -58,6 +59,7 @@ class Hidden:
     position_noise: float = 2e-6
     memory: float = 0.0
     error: Callable[[Motion], Array] | None = None
+    seeds: tuple[int, int] = (11, 12)
     extra: dict[str, object] = field(default_factory=dict)
 
 
@@ -130,8 +132,8 @@ def coloured(rng: np.random.Generator, shape: tuple[int, ...], size: float, memo
 def study(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object) -> Path:
     """A study of two records of the arm of so many joints; judged: what the second record has hidden, if something else."""
     joints = count
-    record(folder / "a.csv", 11, joints, hidden)
-    record(folder / "b.csv", 12, joints, judged or hidden)
+    record(folder / "a.csv", hidden.seeds[0], joints, hidden)
+    record(folder / "b.csv", hidden.seeds[1], joints, judged or hidden)
     rows = [f"  - {{name: j{n + 1}, d_m: {d}, a_m: {a}, alpha_deg: {alpha}}}" for n, (d, a, alpha, *_) in enumerate(TABLE[:joints])]
     links = [
         f"  - {{name: link{n + 1}, mass_kg: {mass}, centre_m: {list(centre)}, inertia_kg_m2: {[*moments, 0, 0, 0]}}}"

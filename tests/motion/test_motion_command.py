@@ -6,11 +6,17 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from identify import results
+from identify.errors import InputError
+from identify.fit import Progress
+from identify.journal import Journal
+from identify.motion.trajectory import TrajectoryObjective
 from identify.motion_result import MotionResult
 from identify.motion_run import run_motion_fit, run_simulation
 from identify.reports.write import write_reports
@@ -68,13 +74,58 @@ def test_a_fit_is_reported_on_one_page_and_on_paper(tmp_path: Path) -> None:
     assert page.read_bytes() == write_reports(path)[0].read_bytes()
 
 
+def test_a_killed_fit_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed in the middle of its trials: resumed, it ends where an undisturbed one does; finished, it is not run again."""
+    gradients, residuals = [0], TrajectoryObjective.residuals
+
+    def counted(self: TrajectoryObjective, values: NDArray[np.float64], free: NDArray[np.intp]) -> Any:
+        gradients[-1] += 1
+        return residuals(self, values, free)
+
+    monkeypatch.setattr(TrajectoryObjective, "residuals", counted)
+    config, out, full = written(tmp_path), tmp_path / "killed.h5", tmp_path / "full.h5"
+    undisturbed, _ = run_motion_fit(config, full, {})
+    steps = 0
+
+    def kill(*_: object) -> None:
+        nonlocal steps
+        steps += 1
+        if steps == len(undisturbed.history) + 3:  # three steps into the trial of dry friction
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_motion_fit(config, out, {}, Progress(show=kill))
+    saved = len(results.read(out, results.Unfinished).costs)
+    assert saved > 0
+    with pytest.raises(InputError, match="another config, data or version"):
+        run_motion_fit(config, out, {"seed": 9}, resume=True)
+    journal = Journal()
+    gradients.append(0)
+    resumed, _ = run_motion_fit(config, out, {}, Progress(journal=journal), resume=True)
+    assert journal.position == saved
+    assert gradients[1] < 0.7 * gradients[0] / 2  # two runs before it, the second of them killed
+    assert undisturbed.parameters is not None
+    assert resumed.parameters is not None
+    np.testing.assert_array_equal(resumed.parameters.value, undisturbed.parameters.value)
+    np.testing.assert_array_equal(resumed.parameters.std, undisturbed.parameters.std)
+    assert resumed.trials is not None
+    assert undisturbed.trials is not None
+    np.testing.assert_array_equal(resumed.trials.gap, undisturbed.trials.gap)
+    again, _ = run_motion_fit(config, full, {}, Progress(show=refuse), resume=True)
+    assert again.provenance.written == undisturbed.provenance.written
+
+
+def refuse(*_: object) -> None:
+    raise AssertionError("a finished run is not run again")
+
+
 def run(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-m", "identify", *words], check=False, capture_output=True, text=True)
 
 
 def test_the_command_line_refuses_what_it_cannot_do(tmp_path: Path) -> None:
     config = written(tmp_path)
-    refused = run("fit", str(config), "--resume", "--no-report")
+    refused = run("fit", str(config), "--profile", "joint1.gear.ratio", "--no-report")
     assert refused.returncode == 2
     assert "leave the option out" in refused.stderr
     data = json.loads(config.read_text())

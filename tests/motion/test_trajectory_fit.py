@@ -33,17 +33,17 @@ COULOMB = {"name": "dry friction", "numbers": {"friction.coulomb": {"initial": 1
 INTEGRAL = {"name": "integral action", "numbers": {"servo.integral_gain": {"initial": 1.0, "bounds": [0.001, 1e4]}}}
 
 
-def truth(seconds: float, dry: float = 0.0) -> tuple[Array, Array]:
+def truth(seconds: float, dry: float = 0.0, ki: float = 0.0) -> tuple[Array, Array]:
     """Angle and current at the ticks (n,) of a sampled PD motor on a link without weight, exact but for dry friction, by small steps."""
     inertia, parts = arms.ABOUT_JOINT + RATIO**2 * DC["rotor_inertia"], 50 if dry else 1
     a = np.zeros((5, 5))  # angle, velocity, current, voltage, dry friction
     a[0, 1], a[1, 2], a[1, 4] = 1.0, RATIO * DC["torque_constant"] / inertia, -1 / inertia
     a[2, 1:4] = -RATIO * DC["back_emf"] / DC["inductance"], -DC["resistance"] / DC["inductance"], 1 / DC["inductance"]
-    hold, state, error, rows = expm(a * 1e-3 / parts), np.zeros(5), 0.0, []
+    hold, state, error, integral, rows = expm(a * 1e-3 / parts), np.zeros(5), 0.0, 0.0, []
     for wanted in Move(**TURN).angle(np.arange(round(seconds * 1000) + 1) * 1e-3):
         rows.append(state[[0, 2]].copy())
         new = wanted - state[0]
-        state[3], error = KP * new + KD * (new - error) / 1e-3, new
+        state[3], error, integral = KP * new + KD * (new - error) / 1e-3 + integral, new, integral + ki * 1e-3 * new
         for _ in range(parts):
             state[4] = dry * np.tanh(state[1] / 2e-4)
             state = hold @ state
@@ -51,11 +51,11 @@ def truth(seconds: float, dry: float = 0.0) -> tuple[Array, Array]:
     return angle, current
 
 
-def record(folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.8) -> dict[str, Any]:
+def record(folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.8, ki: float = 0.0) -> dict[str, Any]:
     """A record's settings, and its file with noise."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
-    angle, current = truth(seconds, dry)
+    angle, current = truth(seconds, dry, ki)
     every = len(angle) // SAMPLES
     rows = [
         angle[::every] + rng.normal(scale=1e-4, size=len(angle[::every])),
@@ -113,6 +113,18 @@ def test_a_missing_effect_is_added_and_a_spurious_one_is_not(tmp_path: Path) -> 
     assert min(trial.gap_judged for trial in found.trials) < 1.3
     names = [p.name for p in found.problem.parameters]
     assert found.fit.values[names.index("joint1.friction.coulomb")] == pytest.approx(25.0, rel=0.05)
+
+
+def test_effects_of_two_rounds_stay_together(tmp_path: Path) -> None:
+    """Integral action and dry friction are both missing: what the first round added is in the model of the second."""
+    stage = [{"kind": "gauss-newton", "tolerance": 1e-4}]
+    found = fitted(tmp_path, [record(tmp_path, "a", 1, dry=40.0, ki=900.0)], candidates=[COULOMB, INTEGRAL], optimizer=stage)
+    assert {trial.name for trial in found.trials if trial.kept} == {"the model as it is", "dry friction", "integral action"}
+    values = dict(zip((p.name for p in found.problem.parameters), found.fit.values, strict=True))
+    assert values["joint1.friction.coulomb"] == pytest.approx(40.0, rel=0.05)
+    assert values["joint1.servo.integral_gain"] == pytest.approx(900.0, rel=0.1)
+    assert values["joint1.gear.ratio"] == pytest.approx(RATIO, rel=0.05)
+    assert found.fit.cost < 1.3
 
 
 def test_residuals_and_costs_agree_and_the_gradient_is_the_slope(tmp_path: Path) -> None:
