@@ -1,0 +1,110 @@
+"""What a step and the loop choose, in a world where the sum of squares of every model is known: no model is fitted here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import pytest
+
+from identify.discovery import loop, search
+from identify.discovery.evidence import Judge
+from identify.discovery.loop import Story
+from identify.discovery.search import Option
+from identify.discovery.trial import Task, Trial
+from identify.discovery.workers import Workers
+from identify.effects.base import Effect, parse_effect
+from identify.problem import Problem
+
+DRIVES = parse_effect({"kind": "joint-compliance"})
+TILT = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
+BASE = parse_effect({"kind": "base-compliance"})
+BODY = parse_effect({"kind": "appended-resonator", "link": "link3", "axis": "x", "extent": "body"})
+MASS = parse_effect({"kind": "added-mass", "link": "link6", "extent": "body"})
+COUNT = 10_000
+FREE = {id(DRIVES): 12, id(TILT): 4, id(BASE): 4, id(BODY): 12, id(MASS): 10}
+
+
+class World:
+    """Workers that know the gap of every model instead of fitting it."""
+
+    def __init__(self, gap: Callable[[set[str]], float]) -> None:
+        self.gap, self.tasks = gap, 0
+
+    def run(self, tasks: Sequence[Task]) -> list[Trial]:
+        """The trials of all tasks."""
+        self.tasks += len(tasks)
+        return [self.trial(task) for task in tasks]
+
+    def trial(self, task: Task) -> Trial:
+        """The same gap on fitted and on other data."""
+        squares = COUNT * self.gap({effect.kind for effect in task.effects[1:]}) ** 2
+        free = sum(FREE[id(effect)] for effect in task.effects)
+        return Trial(task, {}, squares, COUNT, squares, COUNT, free)
+
+    def model(self, *new: Effect) -> Trial:
+        """The drives and these."""
+        return self.trial(Task((DRIVES,), new, {}))
+
+
+def _workers(world: World) -> Workers:
+    return cast(Workers, world)
+
+
+def _nothing(*_: Any) -> float:
+    return 1.0
+
+
+def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() -> None:
+    gaps = {"appended-resonator": 8.0, "joint-compliance": 11.0, "base-compliance": 15.0}
+    world = World(lambda kinds: 1.02 if {"joint-compliance", "base-compliance"} <= kinds else min(gaps.get(k, 40.0) for k in kinds | {""}))
+    before, judge = world.model(), Judge(100.0)
+    quick = [world.model(effect) for effect in (BODY, TILT, BASE)]
+    judged = [Option(t.task.new[0], t, judge.evidence(before, t)) for t in quick]
+    assert judged[0].evidence == max(option.evidence for option in judged)
+    assert search._first_of_two(_workers(world), before, quick, judged, judged[0], judge).effect is TILT
+    alone = World(lambda kinds: min(gaps.get(k, 40.0) for k in kinds | {""}))
+    assert search._first_of_two(_workers(alone), before, quick, judged, judged[0], judge) is judged[0]
+
+
+def test_few_of_a_kind_are_tried_in_pairs() -> None:
+    world = World(lambda kinds: 5.0)
+    bodies = [parse_effect({"kind": "added-mass", "link": f"link{n}"}) for n in range(1, 7)]
+    FREE.update({id(effect): 1 for effect in bodies})
+    chosen = search._various([world.model(effect) for effect in (*bodies, TILT, BASE)])
+    assert [trial.task.new[0] for trial in chosen] == [*bodies[:2], TILT, BASE]
+
+
+def test_data_that_were_not_fitted_count_in_the_choice() -> None:
+    judge, task = Judge(1.0), Task((DRIVES,), (), {})
+    better_fitted = Trial(task, {}, 5_000.0, COUNT, 30_000.0, COUNT, 12)
+    better_elsewhere = Trial(task, {}, 6_000.0, COUNT, 10_000.0, COUNT, 12)
+    assert judge.evidence(better_fitted, better_elsewhere) == pytest.approx(19_000)
+
+
+def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A body on a spring that was found first took the place of a mass; with the tilt in the model the mass explains all."""
+
+    def gap(kinds: set[str]) -> float:
+        return 1.0 if {"added-mass", "joint-compliance"} <= kinds else 1.1 if len(kinds) > 1 else 9.0 - len(kinds)
+
+    world = World(gap)
+    first, wrong, found = world.model(), world.model(BODY), world.model(BODY, TILT)
+    options = [Option(BODY, wrong, 100.0), Option(TILT, found, 100.0)]
+
+    def searched(workers: Workers, problem: Problem, before: Trial, done: Any = None) -> search.Step:
+        best = MASS if BODY not in before.task.effects else BODY
+        trial = world.trial(Task(before.task.effects, (best,), {}))
+        return search.Step(before, (), Option(best, trial, 100.0), (), Judge(1.0))
+
+    monkeypatch.setattr(loop, "search", searched)
+    monkeypatch.setattr(loop, "inflation", _nothing)
+    story = Story()
+    added, final = loop._exchanged(_workers(world), cast(Problem, None), options, found, story)
+    assert [option.effect for option in added] == [TILT, MASS]
+    assert final.gap == pytest.approx(1.0)
+    assert len(story.steps) == 1
+    told = loop._in_turn(_workers(world), cast(Problem, None), first, added, final)
+    assert [option.trial.gap for option in told] == pytest.approx([8.0, 1.0])
+    assert told[-1].trial is final
+    assert loop._in_turn(_workers(world), cast(Problem, None), first, options, found) == options
