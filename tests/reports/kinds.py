@@ -25,7 +25,8 @@ from tests.reports.sample import frf_result, modal_result
 @dataclass(frozen=True)
 class Case:
     """kind: of the report; make: the results whose files give it; kept: numbers that must be those of the (first) file, as
-    (beginning of a table's title, heading of a column, dataset, factor); shapes, frfs: whether it has moving shapes, a channel picker.
+    (beginning of a table's title, heading of a column, dataset or dataset:column, factor), where a fit that failed has no row;
+    shapes, frfs: whether it has moving shapes, a channel picker.
     """
 
     name: str
@@ -44,6 +45,32 @@ def _two_runs() -> list[Any]:
 
 
 _PARAMETERS = (("Parameters", "Fitted", "parameters/value", 1.0), ("Parameters", "Start", "parameters/initial", 1.0))
+
+_MOTION = (
+    *_PARAMETERS,
+    ("Effects that may be missing", "Gap", "trials/gap", 1.0),
+    ("Effects that may be missing", "Gap, records that judge", "trials/gap_validation", 1.0),
+    ("RMS difference of motor torque", "Whole record", "records/a/comparisons/motor_torque/rms:0", 1.0),
+)
+_BATCH = (
+    ("Does it depend on posture?", "Mean", "dependence/mean", 1.0),
+    ("Does it depend on posture?", "Fitted together", "parameters/joint_value", 1.0),
+    ("Does it depend on posture?", "Chi-square", "dependence/chi_square", 1.0),
+    ("Parameters by posture", "joint1.rz.stiffness", "parameters/value:0", 1.0),
+    ("Parameters by posture", "joint1.rz.damping", "parameters/value:1", 1.0),
+)
+_EXPLAINED = (
+    ("Motor torque: what is left", "Held out, before", "targets/torque/rms_judge_start", 1.0),
+    ("Motor torque: what is left", "Held out, after", "targets/torque/rms_judge", 1.0),
+    ("Motor torque: effects", "Evidence", "targets/torque/effects/evidence", 1.0),
+    ("Motor torque: values", "Fitted", "targets/torque/values/value", 1.0),
+    ("Motor torque: values", "Held-out record alone", "targets/torque/values/other", 1.0),
+)
+_MAP = (
+    ("Postures", "Joint 1", "rows/posture_deg:0", 1.0),
+    ("Postures", "Tool z", "rows/tool_m:2", 1.0),
+    ("Postures", "Mode 2", "rows/frequency_hz:1", 1.0),
+)
 
 CASES = (
     Case("fit", "fit", lambda: [frf_result(60, 4)], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0))),
@@ -90,10 +117,10 @@ CASES = (
             ("Parameters", "Fitted", "before/parameters/value", 1.0),
         ),
     ),
-    Case("motion", "motion", lambda: [motion_result()], (), shapes=False, frfs=False),
-    Case("batch", "batch", lambda: [batch_result()], (), shapes=False, frfs=False),
-    Case("explained", "explained", lambda: [explain_result()], (), shapes=False, frfs=False),
-    Case("map", "map", lambda: [map_result()], (), shapes=False, frfs=False),
+    Case("motion", "motion", lambda: [motion_result()], _MOTION, shapes=False, frfs=False),
+    Case("batch", "batch", lambda: [batch_result()], _BATCH, shapes=False, frfs=False),
+    Case("explained", "explained", lambda: [explain_result()], _EXPLAINED, shapes=False, frfs=False),
+    Case("map", "map", lambda: [map_result()], _MAP, shapes=False, frfs=False),
 )
 
 
