@@ -72,11 +72,8 @@ class Explanation:
     tried: int
 
 
-def explain(
-    fitted: Case, judge: Case, effects: Sequence[MotionEffect], grown: Grown | None = None, report: Report | None = None
-) -> Explanation:
-    """Explain a target by some of `effects`; grown: what to begin with, as when the loads became known better."""
-    whole = grow(fitted, judge, effects, grown, report)
+def conclude(fitted: Case, judge: Case, effects: Sequence[MotionEffect], whole: Grown) -> Explanation:
+    """What was grown out of `effects`, from all sides."""
     fit = whole.fit
     worths = tuple(_leave_out(fitted, judge, fit, effect) for effect in fit.effects)
     rivals = tuple(_rivals(fitted, judge, fit, effect, effects) for effect in fit.effects)
@@ -86,11 +83,12 @@ def explain(
 
 
 def grow(fitted: Case, judge: Case, effects: Sequence[MotionEffect], grown: Grown | None = None, report: Report | None = None) -> Grown:
-    """Add effects as long as one passes."""
+    """Add effects as long as one passes; grown: what to begin with, as when the loads became known better, as far as it still holds."""
     fit, steps = solve(fitted, (), (), np.ones(fitted.wanted.shape[1])), list(grown.steps if grown else ())
     fit = _reweighted(fitted, fit)
     if grown is not None:
         fit = refine(fitted, solve(fitted, grown.fit.effects, grown.fit.shapes, grown.fit.weights))
+        fit, _ = _prune(fitted, judge, fit)
     banned = set[str]()
     while True:
         open_ones = [effect for effect in effects if effect.name not in banned]
@@ -160,6 +158,11 @@ def _passes(gained: Worth) -> bool:
     return gained.evidence > LEAST and gained.chance < _CHANCE and gained.total > LEAST_SHARE
 
 
+def _missed(gained: Worth) -> bool:
+    """Whether the held-out record misses an effect: the odds are for it, or its gain is worth a name and spread over the record."""
+    return gained.evidence > 0 or (gained.chance < _CHANCE and gained.total > LEAST_SHARE)
+
+
 def _prune(fitted: Case, judge: Case, fit: Fit) -> tuple[Fit, list[str]]:
     """Leave out, worst first, effects whose sign cannot be, and those that the held-out record does not miss."""
     dropped: list[str] = []
@@ -168,9 +171,10 @@ def _prune(fitted: Case, judge: Case, fit: Fit) -> tuple[Fit, list[str]]:
         loose = [effect for effect in fit.effects if effect.name not in held]
         values = [_leave_out(fitted, judge, fit, effect) for effect in loose]
         wrong = [n for n, effect in enumerate(loose) if effect.positive and fit.of(effect)[0] < 0]
-        worst = min(wrong or range(len(loose)), key=lambda n: values[n].total)
-        if not wrong and (values[worst].evidence > 0 or values[worst].total > LEAST_SHARE):
+        open_ones = wrong or [n for n, value in enumerate(values) if not _missed(value)]
+        if not open_ones:
             break
+        worst = min(open_ones, key=lambda n: values[n].total)
         dropped.append(loose[worst].name)
         fit = _reweighted(fitted, refine(fitted, without(fitted, fit, loose[worst].name)))
     return fit, dropped

@@ -5,7 +5,7 @@
   const pickRecord = $("motion-record"), pickJoint = $("motion-joint");
   const looks = {
     command: {color: "muted", width: 1, dash: "dot"}, recorded: {color: "ink", width: 1.6},
-    "start model": {color: "line", width: 1.2, dash: "dash"}, simulated: {color: "fitted", width: 1.4},
+    "start model": {color: "muted", width: 1, dash: "dash"}, simulated: {color: "fitted", width: 1.4},
   };
   pickRecord.append(...DATA.records.map((record, i) => new Option(record.name, i)));
   pickJoint.append(...DATA.joints.map((name, i) => new Option(name, i)));

@@ -105,9 +105,24 @@ def _kinds(target: str) -> str:
 
 @pytest.mark.parametrize("memory", [0.0, 0.95])
 def test_of_noise_alone_nothing_is_named(tmp_path: Path, memory: float) -> None:
-    result = _run(tmp_path, 3, Hidden(torque_noise=0.2, memory=memory))
-    assert [found.effects.name for found in result.targets.values()] == [(), ()]
+    def noise(m: Motion) -> Array:
+        return np.random.default_rng(3).normal(scale=1e-5, size=m.q.shape)
+
+    result = _run(tmp_path, 3, Hidden(torque_noise=0.2, memory=memory, error=noise))
+    assert [found.effects.name for found in result.targets.values()] == [(), (), ()]
     assert all("nothing was found" in sentence for sentence in result.verdict)
+
+
+def test_a_wrong_torque_constant_is_no_balancer(tmp_path: Path) -> None:
+    """A tenth of the load at joint 2 first looks like a balancer, whose torque must not stay in the load."""
+
+    def wrong(m: Motion) -> Array:
+        return _only(3, 2, 0.1 * m.rigid[:, 1] / RATIO[1])
+
+    hidden = Hidden((wrong,), memory=0.8, extra={"links": False})
+    found = _run(tmp_path, 3, hidden, effects="[torque-constant, gravity-balancer, coulomb-friction]").targets["torque"]
+    assert found.effects.name == ("joint2.torque-constant",)
+    _holds(found, "joint2.torque-constant", "share", 0.1, 0.02)
 
 
 def test_what_the_held_out_record_does_not_have_is_not_named(tmp_path: Path) -> None:

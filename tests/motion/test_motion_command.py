@@ -25,7 +25,7 @@ from tests.motion.test_simulate import DC
 from tests.motion.test_trajectory_fit import COULOMB, FREE, NOISE, SERVO, record
 
 
-def written(folder: Path) -> Path:
+def written(folder: Path, **keys: object) -> Path:
     """A study with a record to fit and one to judge."""
     records = [
         record(folder, "a", 1, seconds=0.8),
@@ -41,6 +41,7 @@ def written(folder: Path) -> Path:
         noise=NOISE,
         records=records,
         candidates=[COULOMB],
+        **keys,
     )
     return folder / "motion.yaml"
 
@@ -83,7 +84,8 @@ def test_a_killed_fit_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.M
         return residuals(self, values, free)
 
     monkeypatch.setattr(TrajectoryObjective, "residuals", counted)
-    config, out, full = written(tmp_path), tmp_path / "killed.h5", tmp_path / "full.h5"
+    stage = {"kind": "gauss-newton", "tolerance": 1e-4}
+    config, out, full = written(tmp_path, optimizer=stage), tmp_path / "killed.h5", tmp_path / "full.h5"
     undisturbed, _ = run_motion_fit(config, full, {})
     steps = 0
 

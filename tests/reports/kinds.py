@@ -16,6 +16,7 @@ from identify.reports.kinds import KINDS, read_any
 from identify.reports.write import write_reports
 from tests.reports.discovery_sample import discovery_result, null_result
 from tests.reports.explain_sample import explain_result
+from tests.reports.joints_sample import joints_result
 from tests.reports.modes_sample import modes_result
 from tests.reports.motion_sample import motion_result
 from tests.reports.posture_sample import batch_result, map_result
@@ -65,6 +66,10 @@ _EXPLAINED = (
     ("Motor torque: effects", "Evidence", "targets/torque/effects/evidence", 1.0),
     ("Motor torque: values", "Fitted", "targets/torque/values/value", 1.0),
     ("Motor torque: values", "Held-out record alone", "targets/torque/values/other", 1.0),
+)
+_JOINTS = (
+    ("joint1 stiffness", "Identified", "curves/joint1 stiffness/values/value", 1.0),
+    ("joint1 friction", "Identified", "curves/joint1 friction/values/value", 1.0),
 )
 _MAP = (
     ("Postures", "Joint 1", "rows/posture_deg:0", 1.0),
@@ -120,6 +125,7 @@ CASES = (
     Case("motion", "motion", lambda: [motion_result()], _MOTION, shapes=False, frfs=False),
     Case("batch", "batch", lambda: [batch_result()], _BATCH, shapes=False, frfs=False),
     Case("explained", "explained", lambda: [explain_result()], _EXPLAINED, shapes=False, frfs=False),
+    Case("joints", "joints", lambda: [joints_result()], _JOINTS, shapes=False, frfs=False),
     Case("map", "map", lambda: [map_result()], _MAP, shapes=False, frfs=False),
 )
 

@@ -198,7 +198,10 @@ def test_every_csv_is_a_table_with_units(made: Made) -> None:
         assert all(read[0]), f"{path.name}: a column without a heading"
     units = {"Hz", "s", "%"}
     heads = " ".join(path.read_text("utf-8").splitlines()[0] for path in made.exported.glob("table*.csv"))
-    assert any(f"({unit})" in heads for unit in units)
+    if made.case.kind == "joints":  # its values have each their own
+        assert "Unit" in heads
+    else:
+        assert any(f"({unit})" in heads for unit in units)
 
 
 def test_exported_tables_are_not_rounded(made: Made) -> None:
