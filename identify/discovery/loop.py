@@ -112,6 +112,8 @@ def _base(problem: Problem, workers: Workers) -> Trial:
         if agreeing([end.gap for end in ends]) >= ENOUGH and (ends[0].gap <= QUIET or len(ends) > _TOGETHER):
             break
     [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
+    if not np.isfinite(trial.squares):
+        raise InputError("effects", f"the present model has no solution ({trial.failure})", "a model that `identify fit` can fit")
     return trial
 
 

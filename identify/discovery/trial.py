@@ -18,7 +18,6 @@ from identify.effects.base import Effect
 from identify.effects.nonlinear import NonlinearEffect
 from identify.errors import InputError, InputErrors
 from identify.identifiability import QUIET
-from identify.model.system import list_parameters
 from identify.optimizers.base import Ended, Scale, Search
 from identify.optimizers.gauss_newton import GaussNewton
 from identify.problem import Given, Measurement, Problem, with_effects
@@ -151,7 +150,7 @@ class Bench:
     def _others(self, problem: Problem, given: Array) -> Iterator[Array]:
         """Further starts (parameters,): the study's own values beside the found ones; all parameters at their defaults."""
         yield self._afresh(problem, given)[0]
-        yield self._defaults(problem)
+        yield with_effects(problem, problem.file.study.effects, {}).initial
 
     def _afresh(self, problem: Problem, starts: Array) -> Array:
         """Starts (m, parameters) with the study's own start values for all that the study knows."""
@@ -159,12 +158,6 @@ class Bench:
         for number, p in enumerate(problem.parameters):
             fresh[:, number] = self._initial.get(p.name, starts[:, number])
         return fresh
-
-    def _defaults(self, problem: Problem) -> Array:
-        """(parameters,): the study's own start values, and those of the effects for what the study does not know."""
-        effects = problem.file.study.effects
-        parameters = list_parameters(problem.robot, problem.measurements[0].system.site, effects)
-        return np.array([self._initial.get(p.name, p.initial) for p in parameters])
 
     def _robustly(self, problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
         """Where logarithmic residuals, whose valley is wide, lead from the best of the starts (m, parameters)."""

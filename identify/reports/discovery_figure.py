@@ -122,7 +122,8 @@ def _evidence_axis(axes: Axes, evidence: Array) -> None:
 def _gap_axis(axes: Axes, values: Array) -> None:
     """From noise up, logarithmic where gaps are far apart."""
     axes.set_xlabel(GAP)
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    values = values[np.isfinite(values)]  # a model without a solution leaves an infinite gap
+    low, high = float(values.min()), float(values.max())
     if not is_wide(values):
         axes.set_xlim(low - 0.12 * (high - low + 0.1), high + 0.3 * (high - low + 0.1))
         return

@@ -115,6 +115,16 @@ class TestCandidates:
         assert not any(effect.needs_levels for effect in candidates(problem, problem.file.study.effects))
 
 
+def test_other_starts_of_a_robot_measured_with_links_taken_off_have_all_parameters() -> None:
+    """The first measurement of Kobe's test is of joints 1 to 3 alone; the model has those of all six."""
+    problem = load_problem(read_study(Path(__file__).parents[2] / "configs" / "kobe_36dof_defaults.yaml"))
+    assert problem.measurements[0].settings.detached
+    others = list(Bench(problem)._others(problem, problem.initial[None]))
+    assert len(others) == 2
+    for start in others:
+        assert np.array_equal(start, problem.initial)
+
+
 class TestTrials:
     def test_few_lines_and_fitted_measurements_only(self, problem: Problem) -> None:
         thin = thinned(problem)
