@@ -26,8 +26,8 @@ Array = NDArray[np.float64]
 
 _LINES, _FEWEST = 84, 21
 """Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread evenly over the band."""
-_MANY = 12
-"""Response channels of which the first look takes a third."""
+_MANY, _PLENTY = 12, 100
+"""Response channels of which the first look takes a third, if it then has so many numbers for each parameter."""
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
@@ -123,6 +123,7 @@ class Bench:
         for the likelihood any other place, or an effect too small to see, is better; and with what is known afresh.
         """
         few = narrowed(problem)
+        few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
         ends = [_descend(few, starts, _BRIEF)]
         if task.far:
             log = FrfLeastSquares(residual="log").objective(few.targets())
