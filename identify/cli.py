@@ -46,13 +46,14 @@ def fit(
 ) -> None:
     """Fit a study, of vibration, of motion or of single joints: data in, parameters with intervals out."""
     from identify.run import run_fit
-    from identify.study import has_schema
+    from identify.study import family_of
     from identify.terminal import print_result, progress_bar
 
-    if has_schema(config, "identify-joints/"):
+    family = family_of(config)
+    if family == "identify-joints":
         _fit_joints(config, out, report, quiet, refused=resume or bool(profile or seed or starts))
         return
-    if has_schema(config, "identify-motion/"):
+    if family == "identify-motion":
         _fit_motion(config, out, {"seed": seed, "starts": starts}, report, quiet, resume=resume, refused=bool(profile))
         return
     with progress_bar(quiet) as progress:
@@ -99,10 +100,10 @@ def discover(
     import os
 
     from identify.discovery.run import run_discover
-    from identify.study import has_schema
+    from identify.study import family_of
     from identify.terminal import print_discovery, story
 
-    if has_schema(config, "identify-explain/"):
+    if family_of(config) == "identify-explain":
         if resume or starts or workers:
             found = "`--resume`, `--starts` or `--workers` with recorded motion"
             raise InputError(str(config), found, "a study of vibration", "leave the option out")

@@ -205,10 +205,10 @@ def read_study(path: Path) -> StudyFile:
     return StudyFile.of(path, *read_settings(path, Study, SCHEMA))
 
 
-def has_schema(path: Path, prefix: str) -> bool:
-    """Whether a config says that its schema is of that family, such as `identify-motion/`."""
+def family_of(path: Path) -> str:
+    """The family of schemas that a config says it is of, such as `identify-motion`; empty where it says none."""
     data, _ = read_yaml(path)
-    return isinstance(data, dict) and str(data.get("schema", "")).startswith(prefix)
+    return str(data.get("schema", "")).partition("/")[0] if isinstance(data, dict) else ""
 
 
 def read_settings(path: Path, kind: type[S], schema: str) -> tuple[S, str]:

@@ -130,15 +130,16 @@ def test_every_config_loads(config: str) -> None:
     from identify.motion.problem import load_motion
     from identify.motion.study import read_motion_study
     from identify.problem import load_problem, read_robot
-    from identify.study import has_schema, read_study
+    from identify.study import family_of, read_study
 
     path = ROOT / "configs" / config
-    if has_schema(path, "identify-joints/"):
+    family = family_of(path)
+    if family == "identify-joints":
         assert bench_of(read_joint_study(path)).joints
         return
-    if has_schema(path, "identify-explain/"):
+    if family == "identify-explain":
         explained = read_explain_study(path)
         assert known_of(explained.study, read_robot(explained.study.robot, path.parent)).joints
         return
-    problem = load_motion(read_motion_study(path)) if has_schema(path, "identify-motion/") else load_problem(read_study(path))
+    problem = load_motion(read_motion_study(path)) if family == "identify-motion" else load_problem(read_study(path))
     assert problem.parameters
