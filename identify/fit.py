@@ -14,7 +14,6 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from identify.costs.base import Objective, parse_cost
 from identify.effects.base import Parameter
@@ -212,6 +211,8 @@ def _part(problem: Fittable, stage: Stage, values: Array) -> Scale:
 
 def starting_points(problem: Fittable, scale: Scale) -> list[Array]:
     """The initial values, then a Latin hypercube: within the start factor on log scales, within the bounds on linear ones."""
+    from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
+
     study = problem.file.study
     first = scale.to_x(problem.initial)
     if study.starts == 1:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 Array = NDArray[np.float64]
 _LEAST_SPAN = np.deg2rad(1.0)
@@ -56,7 +56,7 @@ def homogeneity(x: Array, std: Array, angles: Array) -> Homogeneity | None:
     mean = float(np.sum(w * x) / w.sum())
     q, freedom = float(np.sum(w * (x - mean) ** 2)), len(x) - 1
     excess = (q - freedom) / (w.sum() - np.sum(w**2) / w.sum())
-    p_value = float(stats.chi2.sf(q, freedom))
+    p_value = float(special.chdtrc(freedom, q))
     return Homogeneity(len(x), mean, float(w.sum() ** -0.5), q, freedom, p_value, float(np.sqrt(max(0.0, excess))), _trend(x, w, angles))
 
 
@@ -68,7 +68,7 @@ def _trend(x: Array, w: Array, angles: Array) -> Trend | None:
     lines = [_line(x, w, angles[:, joint]) for joint in varied]
     steepest = int(np.argmax([abs(slope) / std for slope, std in lines]))
     slope, std = lines[steepest]
-    p_value = 2 * float(stats.t.sf(abs(slope) / std, len(x) - 2))
+    p_value = 2 * float(special.stdtr(len(x) - 2, -abs(slope) / std))
     return Trend(varied[steepest] + 1, slope, std, min(1.0, len(varied) * p_value))
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from identify.costs.target import FrfTarget
 from identify.effects.base import Effect
@@ -36,6 +35,8 @@ class _Place:
 
 def advise(problem: Problem, one: tuple[Sequence[Effect], Mapping[str, float]], other: tuple[Sequence[Effect], Mapping[str, float]]) -> str:
     """Which response, blow and posture would tell two models (effects, values by name) apart, against noise like today's."""
+    from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
+
     target = next(m.target for m in problem.measurements if isinstance(m.target, FrfTarget))
     noise = float(np.median(target.sigma))
     at_hand = [np.deg2rad(m.settings.posture_deg) for m in problem.measurements if m.settings.detached is None]

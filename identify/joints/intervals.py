@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from identify.joints.result import ValueTable
 from identify.motion.correlated import covariance
@@ -90,14 +90,14 @@ def independent(jacobian: Array, residual: Array) -> tuple[Array, Array]:
     scale[scale == 0] = 1.0
     bread = np.linalg.pinv((jacobian / scale).T @ (jacobian / scale), rcond=_RANK**2) / np.outer(scale, scale)
     matrix = bread * float(residual @ residual) / freedom
-    half = student.ppf(0.975, freedom) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
     return matrix, np.where(blind(jacobian), np.inf, half)
 
 
 def in_time(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, Array]:
     """The same for histories: jacobian (samples, joints, p), residual and used (samples, joints), correlated in time."""
     matrix, freedom = covariance(jacobian, residual, used)
-    half = student.ppf(0.975, freedom) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
     return matrix, np.where(blind(jacobian[used]), np.inf, half)
 
 

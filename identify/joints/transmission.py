@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from identify.errors import InputError
 from identify.joints.base import JointCurve
@@ -143,7 +143,7 @@ class TransmissionError(JointCurve):
             after = run.left(np.array([*found, far[best]]))
             freedom = max(3.0, effective_samples(after, np.ones(len(after), dtype=bool)) - run.slow.shape[1] - 3 * len(found) - 3)
             gain = (float(before @ before) - losses[best]) / 3 / (losses[best] / freedom)
-            if tries * fisher.sf(gain, 3, freedom) > _CHANCE:
+            if tries * fdtrc(3, freedom, gain) > _CHANCE:
                 break
             found = _fitted(run, np.array([*found, far[best]]), list(range(len(found) + 1))).orders.tolist()
         return np.array(found), list(range(len(found)))

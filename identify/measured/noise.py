@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from identify.errors import InputError
 from identify.measured.frf_set import Float, FrfSet
@@ -91,7 +91,7 @@ def pooled_variance(power: Float, line_variance: Float, freedom: int) -> Float:
     power, line_variance = np.where(known, power, 0.0), np.where(known, line_variance, 0.0)
     spacing = _POOLED_FREEDOM / freedom
     alpha_basis, beta_basis = _hats(len(power), spacing), _hats(len(power), 2 * spacing)
-    limit = float(chi2.isf(_RARE, freedom)) / freedom
+    limit = float(chdtri(freedom, _RARE)) / freedom
     use, parts = known, None
     for _ in range(_ROUNDS):
         model, parts = _fit(power, np.where(use, line_variance, np.nan), (alpha_basis, beta_basis), parts)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from identify.motion.cases import UNITS
 from identify.motion.correlated import covariance, white_level
@@ -67,7 +67,7 @@ def intervals(case: Case, fit: Fit) -> tuple[Array, Array]:
     columns = jacobian(case, fit) * fit.weights[None, :, None]
     matrix, freedom = covariance(columns, fit.residual(case) * fit.weights, case.used)
     datum = case.wanted.shape[1] if case.datum else 0
-    half = student.ppf(0.975, freedom) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[datum:]
+    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[datum:]
     values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
     return values, np.where(half > 0, half, np.inf)
 

@@ -34,8 +34,9 @@ class GaussNewton(Optimizer):
             search.costs(intermediate_result.x[None])
 
         inside = np.clip(start, *_shrunk(search.lower, search.upper))
+        residuals = at(inside)[0]
         search.costs(inside[None])
-        if not np.isfinite(at(inside)[0]).all():
+        if not np.isfinite(residuals).all():
             return Outcome(False, "the model has no solution at the start")
         result = least_squares(
             lambda x: at(x)[0],

@@ -15,9 +15,11 @@ def square(x: float, attempt: int) -> dict[str, float]:
     return {"value": x * x}
 
 
-def slow(seconds: float, attempt: int) -> dict[str, int]:
-    """Takes its time."""
+def slow(seconds: float, attempt: int, mark: str = "") -> dict[str, int]:
+    """Takes its time, and may leave a file when it has ended."""
     time.sleep(seconds)
+    if mark:
+        Path(mark).touch()
     return {"pid": os.getpid()}
 
 

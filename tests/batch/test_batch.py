@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
-import threading
-import time
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +13,7 @@ from typer.testing import CliRunner
 
 from identify import results
 from identify.batch.executor import Executor
+from identify.batch.index import Index
 from identify.batch.run import run_batch
 from identify.batch_result import BatchResult
 from identify.cli import app
@@ -25,7 +22,7 @@ from identify.reports import batch_tables
 from tests.batch import planar
 from tests.batch.conftest import Inline, Opener, always, kill_one
 
-POSTURES, KILLS = 5, 4
+POSTURES, KILLS = 5, 3
 
 
 @pytest.fixture(scope="module")
@@ -81,23 +78,16 @@ def test_results_and_summary_are_files_that_reports_read(undisturbed: BatchResul
 
 
 def test_killed_workers_lose_nothing(opener: Opener, undisturbed: BatchResult, study: Path) -> None:
-    """Workers are killed at random while the batch runs; every result is whole and equal to the undisturbed one."""
-    rng, ended, kills = np.random.default_rng(4), threading.Event(), []
+    """Workers are killed while the batch runs, each time one more fit has ended; every result is whole and equal to the undisturbed one."""
+    rng, kills = np.random.default_rng(4), []
     with opener() as executor, always(executor):
         out = study / f"killed_{executor.about.split()[0]}.h5"
 
-        def kill() -> None:
-            while not ended.wait(rng.uniform(0.3, 1.5)):
-                if sum(kills) < KILLS:
-                    kills.append(kill_one(executor, rng))
+        def kill(index: Index) -> None:
+            if sum(kills) < KILLS and index.counts()["done"] >= sum(kills):
+                kills.append(kill_one(executor, rng))
 
-        killer = threading.Thread(target=kill)
-        killer.start()
-        try:
-            result, written = run_batch(study / "batch.yaml", out)
-        finally:
-            ended.set()
-            killer.join()
+        result, written = run_batch(study / "batch.yaml", out, watch=kill)
     assert sum(kills) >= 2
     assert result.jobs.state == ("done",) * POSTURES, result.jobs.error
     for table in ("parameters", "modes", "dependence"):
@@ -153,34 +143,28 @@ def test_broken_inputs_are_told_and_the_rest_is_fitted(at_once: None, tmp_path: 
 
 
 def test_an_interrupted_batch_goes_on_and_computes_nothing_twice(
-    at_once: None, study: Path, undisturbed: BatchResult, tmp_path: Path
+    study: Path, undisturbed: BatchResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Ctrl-C as soon as two fits have ended, while a worker is at the third."""
     out = tmp_path / "stop.h5"
-    command = [
-        sys.executable,
-        "-m",
-        "identify",
-        "batch",
-        str(study / "batch.yaml"),
-        "--out",
-        str(out),
-        "--workers",
-        "1",
-        "--no-report",
-        "-q",
-    ]
-    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
-    index = out.with_suffix("") / "index.json"
-    end = time.monotonic() + 90
-    while time.monotonic() < end and not (index.exists() and _read(index)["counts"]["done"] >= 2):
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=60) == 130
+    changed = Index.changed
+
+    def interrupted(index: Index) -> None:
+        changed(index)
+        if index.counts()["done"] == 2:
+            signal.raise_signal(signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Index, "changed", interrupted)
+        done = CliRunner().invoke(app, ["batch", str(study / "batch.yaml"), "--out", str(out), "--workers", "1", "--no-report", "-q"])
+    assert done.exit_code == 130
     assert not out.exists()
+    index = out.with_suffix("") / "index.json"
     jobs: dict[str, Any] = _read(index)["jobs"]
     kept = {name: (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns for name, job in jobs.items() if job["state"] == "done"}
-    assert 2 <= len(kept) < POSTURES + 1
-    resumed, _ = run_batch(study / "batch.yaml", out, resume=True)
+    assert len(kept) == 2
+    with always(Executor(Inline(), lambda: 1, "this process")):
+        resumed, _ = run_batch(study / "batch.yaml", out, resume=True)
     assert f"{len(set(kept) - {'joint'})} were kept from before" in resumed.verdict[0]
     for name, changed in kept.items():
         assert (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns == changed, "nothing is computed twice"

@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 
 from identify import results
 from identify.cli import app
+from identify.discovery import search
+from identify.discovery.candidates import candidates
 from identify.discovery.loop import Story
 from identify.discovery.result import DiscoveryResult, UnfinishedDiscovery
 from identify.discovery.run import run_discover
@@ -24,6 +26,7 @@ from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 from tests.hidden import config_of
 
+CONFIG = Path(__file__).parents[2] / "configs" / "hidden_effects.yaml"
 NODES = [5, 9, 12, 14]
 
 
@@ -33,6 +36,13 @@ def hidden(folder: Path, case: str, seed: int) -> Path:
     spec = hide(TestSpec(arm=arm, seed=seed, postures=3, binary=True), case)
     generate(replace(spec, case=case), folder / case)
     return config_of(folder / case, folder, extra="starts: 5")
+
+
+@pytest.fixture
+def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the catalogue only two kinds are tried, so that what is tested of the loop is tested quickly."""
+    kinds = ("joint-compliance", "time-delay")
+    monkeypatch.setattr(search, "candidates", lambda *known: [effect for effect in candidates(*known) if effect.kind in kinds])
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +137,7 @@ def test_nothing_is_added_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert result.verdict[0].startswith("Nothing is missing")
 
 
-def test_without_validation_channels_are_left_out_instead(tmp_path: Path) -> None:
+def test_without_validation_channels_are_left_out_instead(small_catalogue: None, tmp_path: Path) -> None:
     config = hidden(tmp_path, "delay", 5)
     config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", config.read_text()))
     result, _ = run_discover(config, tmp_path / "r.h5", {}, Story(), workers=1)
@@ -136,20 +146,22 @@ def test_without_validation_channels_are_left_out_instead(tmp_path: Path) -> Non
     assert np.isfinite(result.steps["0"].gap_validation)
 
 
-def test_an_interrupted_run_goes_on_to_the_same_end(tilted: tuple[DiscoveryResult, list[Path], list[str]], tmp_path: Path) -> None:
-    whole, written, _ = tilted
-    config, out, count = written[0].parents[1] / "tilt_j2.yaml", tmp_path / "parts.h5", [0]
+def test_an_interrupted_run_goes_on_to_the_same_end(small_catalogue: None, tmp_path: Path) -> None:
+    """Interrupted halfway through the first screening."""
+    config, out, count = hidden(tmp_path, "delay", 3), tmp_path / "parts.h5", [0]
+    whole, _ = run_discover(config, tmp_path / "whole.h5", {}, Story(done=lambda number, total: count.append(total)), workers=1)
+    half = count[1] // 2
 
     def stop(number: int, total: int) -> None:
-        count[0] += 1
-        if count[0] == 60:
+        if number == half:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         run_discover(config, out, {}, Story(done=stop), workers=1)
     tried = [json.loads(text) for text in results.read(out, UnfinishedDiscovery).trials]
-    assert len(tried) > 60
+    assert len(tried) > half > 3
     rest, _ = run_discover(config, out, {}, Story(), workers=1, resume=True)
+    assert rest.added.sentence == ("time delay of all responses",)
     assert rest.added.config == whole.added.config
     assert rest.after.parameters.value.tolist() == whole.after.parameters.value.tolist()
 
@@ -158,10 +170,10 @@ def test_resume_refuses_another_study(tmp_path: Path) -> None:
     out = tmp_path / "r.h5"
     results.write(UnfinishedDiscovery(results.LAYOUT, results.UNFINISHED, "another", ()), out)
     with pytest.raises(InputError, match="another config"):
-        run_discover(hidden(tmp_path, "none", 4), out, {}, Story(), workers=1, resume=True)
+        run_discover(CONFIG, out, {}, Story(), workers=1, resume=True)
 
 
 def test_data_without_noise_are_refused(tmp_path: Path) -> None:
-    answer = CliRunner().invoke(app, ["discover", str(Path(__file__).parents[2] / "configs" / "umons_tx200.yaml"), "--workers", "1"])
+    answer = CliRunner().invoke(app, ["discover", str(CONFIG.with_name("umons_tx200.yaml")), "--workers", "1"])
     assert isinstance(answer.exception, InputError)
     assert "modal table" in str(answer.exception)
