@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 import signal
-import subprocess
 import sys
 import time
+from multiprocessing.context import ForkServerContext
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from identify.cli import app, main
 from identify.errors import InputError
 from identify.results import UNFINISHED, Result, Unfinished, kind_of, read
 
@@ -28,14 +33,37 @@ def config(tmp_path: Path) -> Path:
     return path
 
 
-def _command(config: Path, out: Path, *options: str) -> list[str]:
-    return [sys.executable, "-m", "identify", "fit", str(config), "--out", str(out), "--no-report", "--quiet", *options]
+@pytest.fixture(scope="module")
+def programs() -> ForkServerContext:
+    """Starts processes that have imported the program already, so that kills hit its work and not its imports."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["identify.cli", "identify.run", "identify.terminal", "scipy.stats", "tests.test_resume"])
+    return context
 
 
-def _wait_until_under_way(process: subprocess.Popen[bytes], out: Path) -> None:
+def _main(words: list[str]) -> None:
+    sys.argv, sys.stderr = ["identify", *words], open(os.devnull, "w")  # noqa: SIM115 - as long as the process
+    main()
+
+
+def _begun(programs: ForkServerContext, config: Path, out: Path, *options: str) -> BaseProcess:
+    """A fit in a process of its own."""
+    words = ["fit", str(config), "--out", str(out), "--no-report", "--quiet", *options]
+    process = programs.Process(target=_main, args=(words,))
+    process.start()
+    return process
+
+
+def _ended(process: BaseProcess) -> int | None:
+    """Its exit code, or the signal that ended it, negative."""
+    process.join(timeout=300)
+    return process.exitcode
+
+
+def _wait_until_under_way(process: BaseProcess, out: Path) -> None:
     """Until the run has written its file once more."""
-    before, end = out.stat().st_mtime_ns if out.exists() else 0, time.monotonic() + 30
-    while process.poll() is None and time.monotonic() < end and not (out.exists() and out.stat().st_mtime_ns > before):
+    before, end = out.stat().st_mtime_ns if out.exists() else 0, time.monotonic() + 60
+    while process.is_alive() and time.monotonic() < end and not (out.exists() and out.stat().st_mtime_ns > before):
         time.sleep(0.02)
 
 
@@ -48,37 +76,35 @@ def _same(one: Result, other: Result) -> None:
         assert np.array_equal(getattr(one.starts, name), getattr(other.starts, name))
 
 
-def test_killed_twenty_times_and_resumed(config: Path, tmp_path: Path) -> None:
+def test_killed_twenty_times_and_resumed(programs: ForkServerContext, config: Path, tmp_path: Path) -> None:
     undisturbed, disturbed = tmp_path / "undisturbed.h5", tmp_path / "disturbed.h5"
-    subprocess.run(_command(config, undisturbed), check=False, timeout=300)
+    assert _ended(_begun(programs, config, undisturbed)) in (0, 4)
     rng, kept = np.random.default_rng(7), [0]
     for number in range(KILLS):
-        process = subprocess.Popen(_command(config, disturbed, "--resume"), stderr=subprocess.DEVNULL)
+        process = _begun(programs, config, disturbed, "--resume")
         if number % 2:
             _wait_until_under_way(process, disturbed)
-        time.sleep(rng.uniform(0.0, 1.0))
-        process.send_signal(signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
-        code = process.wait(timeout=60)
+        time.sleep(rng.uniform(0.0, 0.5))
+        os.kill(process.pid or 0, signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
+        code = _ended(process)
         if kind_of(disturbed) == UNFINISHED:
             kept.append(len(read(disturbed, Unfinished).costs))
         assert code in (0, 4, 130, -signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT)
     assert kept == sorted(kept), "no work that was saved is lost"
     assert kept[-1] > 0, "the kills must hit runs that are under way"
-    subprocess.run(_command(config, disturbed, "--resume"), check=False, timeout=300)
+    assert _ended(_begun(programs, config, disturbed, "--resume")) in (0, 4)
     _same(read(undisturbed), read(disturbed))
 
 
-def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(config: Path, tmp_path: Path) -> None:
+def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(programs: ForkServerContext, config: Path, tmp_path: Path) -> None:
     out = tmp_path / "run.h5"
-    process = subprocess.Popen(_command(config, out), stderr=subprocess.DEVNULL)
-    while not out.exists() and process.poll() is None:
-        time.sleep(0.05)
-    time.sleep(1.0)
-    process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=60) == 130
+    process = _begun(programs, config, out)
+    _wait_until_under_way(process, out)
+    os.kill(process.pid or 0, signal.SIGINT)
+    assert _ended(process) == 130
     with pytest.raises(InputError, match="interrupted"):
         read(out)
-    other = subprocess.run(_command(config, out, "--resume", "--seed", "99"), check=False, capture_output=True, text=True)
-    assert other.returncode == 2
-    assert "another config, data or version" in other.stderr
+    other = CliRunner().invoke(app, ["fit", str(config), "--out", str(out), "--no-report", "--quiet", "--resume", "--seed", "99"])
+    assert isinstance(other.exception, InputError)
+    assert "another config, data or version" in str(other.exception)
     assert kind_of(out) == UNFINISHED, "nothing is lost by the refusal"
