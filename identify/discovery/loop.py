@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 _PATIENCE = 2
 """How many additions that do not explain enough by themselves are followed, because two effects of equal size hide each other."""
 _TENTATIVE = 0.2
-"""A step that removes less than this share of what is above noise is not even followed."""
+"""A step that removes less than this share of what is above noise, also with another one, is not even followed."""
 _MOST = 6
 _NEARLY = 0.9
 """Once this share of what was above noise is gone, only what convinces by itself is added."""
@@ -84,7 +84,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         story.say(f"{step.best.effect.sentence()}: gap {present.gap:.2f}{_elsewhere(present)}.")
         if convinces(step.judge, accepted, present, HALF if len(options) == kept + 1 else MOST):
             accepted, kept, patience = present, len(options), _PATIENCE
-        elif patience == 0 or removed(first.gap, accepted.gap) > _NEARLY or removed(step.before.gap, present.gap) < _TENTATIVE:
+        elif patience == 0 or removed(first.gap, accepted.gap) > _NEARLY or removed(step.before.gap, step.reach) < _TENTATIVE:
             break
         else:
             patience -= 1

@@ -46,13 +46,17 @@ class Option:
 
 @dataclass(frozen=True)
 class Step:
-    """What one search found: the model before; all options, best first; what the data cannot tell from the best; how it was judged."""
+    """What one search found: the model before; all options, best first; what the data cannot tell from the best; how it was judged.
+
+    reach: the least gap seen, of the best one or of it together with another.
+    """
 
     before: Trial
     options: tuple[Option, ...]
     best: Option | None
     alike: tuple[Option, ...]
     judge: Judge
+    reach: float
 
 
 def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[int, int], None] = lambda number, total: None) -> Step:
@@ -67,15 +71,18 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
     judged = sorted((Option(t.task.new[0], t, judge.evidence(before, t)) for t in winners), key=lambda option: -option.evidence)
     rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
     best = next((option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)), None)
+    reach = before.gap if best is None else best.trial.gap
     if best is not None and removed(before.gap, best.trial.gap) < _ENOUGH and not _anchor(before):
-        best = _first_of_two(workers, before, _various(quick), judged, best, judge)
+        best, reach = _first_of_two(workers, before, _various(quick), judged, best, judge)
         judged = [*judged, *(option for option in (best,) if option not in judged)]
     alike = [o for o in judged if best and o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
-    return Step(before, (*judged, *rest), best, tuple(alike), judge)
+    return Step(before, (*judged, *rest), best, tuple(alike), judge, reach)
 
 
-def _first_of_two(workers: Workers, before: Trial, quick: Sequence[Trial], judged: Sequence[Option], best: Option, judge: Judge) -> Option:
-    """The best of judged, or, where two simple ones together would explain far more than it, the better of those two.
+def _first_of_two(
+    workers: Workers, before: Trial, quick: Sequence[Trial], judged: Sequence[Option], best: Option, judge: Judge
+) -> tuple[Option, float]:
+    """The best of judged, or the better of two simple ones that together would explain far more than it; and the gap in reach.
 
     Two effects hide each other, and what stands for both of them at once, with many parameters, is not either.
     """
@@ -84,12 +91,12 @@ def _first_of_two(workers: Workers, before: Trial, quick: Sequence[Trial], judge
     trials = workers.run([Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, "quick") for a, b in pairs])
     number = min(range(len(pairs)), key=lambda n: trials[n].squares)
     if trials[number].gap - 1 > _FAR_MORE * (best.trial.gap - 1):
-        return best
+        return best, best.trial.gap
     two = [trial.task.new[0] for trial in pairs[number]]
     single = workers.run([Task(known, (effect,), trial.values, "thorough") for effect, trial in zip(two, pairs[number], strict=True)])
     options = [option for option in judged if option.effect in two]
     options += [Option(t.task.new[0], t, judge.evidence(before, t)) for t in single if confirmed(before, t)]
-    return max(options, key=lambda option: option.evidence, default=best)
+    return max(options, key=lambda option: option.evidence, default=best), trials[number].gap
 
 
 def _various(quick: Sequence[Trial]) -> list[Trial]:

@@ -62,9 +62,9 @@ def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() ->
     quick = [world.model(effect) for effect in (BODY, TILT, BASE)]
     judged = [Option(t.task.new[0], t, judge.evidence(before, t)) for t in quick]
     assert judged[0].evidence == max(option.evidence for option in judged)
-    assert search._first_of_two(_workers(world), before, quick, judged, judged[0], judge).effect is TILT
+    assert search._first_of_two(_workers(world), before, quick, judged, judged[0], judge) == (judged[1], pytest.approx(1.02))
     alone = World(lambda kinds: min(gaps.get(k, 40.0) for k in kinds | {""}))
-    assert search._first_of_two(_workers(alone), before, quick, judged, judged[0], judge) is judged[0]
+    assert search._first_of_two(_workers(alone), before, quick, judged, judged[0], judge) == (judged[0], pytest.approx(8.0))
 
 
 def test_few_of_a_kind_are_tried_in_pairs() -> None:
@@ -82,6 +82,25 @@ def test_data_that_were_not_fitted_count_in_the_choice() -> None:
     assert judge.evidence(better_fitted, better_elsewhere) == pytest.approx(19_000)
 
 
+@pytest.mark.parametrize("with_another", [True, False])
+def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(with_another: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    both = {"joint-compliance", "base-compliance"}
+    world = World(lambda kinds: 1.01 if both <= kinds else 8.6 if "joint-compliance" in kinds else 9.5)
+
+    def searched(workers: Workers, problem: Problem, before: Trial, done: Any = None) -> search.Step:
+        effect = next((e for e in (TILT, BASE) if e not in before.task.effects), MASS)
+        trial = world.trial(Task(before.task.effects, (effect,), {}))
+        best = Option(effect, trial, 100.0) if trial.gap < before.gap else None
+        return search.Step(before, (), best, (), Judge(1.0), 1.01 if with_another else trial.gap)
+
+    monkeypatch.setattr(loop, "check_data", _nothing)
+    monkeypatch.setattr(loop, "_base", lambda problem, workers: world.model())
+    monkeypatch.setattr(loop, "search", searched)
+    monkeypatch.setattr(loop, "inflation", _nothing)
+    found = loop.discover(cast(Problem, None), _workers(world))
+    assert [option.effect for option in found.added] == ([TILT, BASE] if with_another else [])
+
+
 def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A body on a spring that was found first took the place of a mass; with the tilt in the model the mass explains all."""
 
@@ -95,7 +114,7 @@ def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: p
     def searched(workers: Workers, problem: Problem, before: Trial, done: Any = None) -> search.Step:
         best = MASS if BODY not in before.task.effects else BODY
         trial = world.trial(Task(before.task.effects, (best,), {}))
-        return search.Step(before, (), Option(best, trial, 100.0), (), Judge(1.0))
+        return search.Step(before, (), Option(best, trial, 100.0), (), Judge(1.0), trial.gap)
 
     monkeypatch.setattr(loop, "search", searched)
     monkeypatch.setattr(loop, "inflation", _nothing)

@@ -207,7 +207,7 @@ class TestNewConfig:
 
 class TestSentences:
     def _step(self, before: Trial, *options: Option, alike: tuple[Option, ...] = ()) -> Step:
-        return Step(before, options, options[0] if options and options[0].evidence > CONVINCING else None, alike, Judge(1.0))
+        return Step(before, options, options[0] if options and options[0].evidence > CONVINCING else None, alike, Judge(1.0), before.gap)
 
     def test_nothing_missing(self) -> None:
         trial = _trial(1030, 520, 12)
