@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -20,7 +21,7 @@ from identify.optimizers.base import Scale
 from identify.problem import Problem, with_effects
 
 _GLANCED, _REFITTED, _MOST, _FORMED = 8, 12, 4, 2
-"""How many effects of the measurement get further than a glance; candidates further than a few steps; further than quick trials; and of
+"""How many effects of single channels get further than a glance; candidates further than a few steps; further than quick trials; and of
 those, are tried in their other forms."""
 _ENOUGH, _PAIRED, _OF_A_KIND, _FAR_MORE = 0.9, 9, 2, 0.5
 """Where the best one explains less than this share of what is above noise, so many are tried in pairs; how many of them may be of one
@@ -110,10 +111,11 @@ def _various(quick: Sequence[Trial]) -> list[Trial]:
 
 
 def _screened(workers: Workers, found: Sequence[Effect], before: Trial, done: Callable[[int, int], None]) -> list[Trial]:
-    """All candidates, best first: after a glance at those of the measurement and a few steps of the others, the best of them quickly."""
+    """All candidates, best first: after a glance at those of single channels and a few steps of the others, the best of them quickly."""
     known, values, far, anchor = before.task.effects, before.values, before.gap > QUIET, _anchor(before)
-    measuring = [effect for effect in found if isinstance(effect, MeasurementEffect)]
-    moving = [effect for effect in found if not isinstance(effect, MeasurementEffect)]
+    places = Counter(effect.kind for effect in found)
+    measuring = [effect for effect in found if isinstance(effect, MeasurementEffect) and places[effect.kind] > 1]
+    moving = [effect for effect in found if effect not in measuring]
     glances = sorted(workers.run([Task(known, (effect,), values, "glance", anchor=anchor) for effect in measuring]), key=_squares)
     tasks = [Task(known, (effect,), values, "brief", far, anchor) for effect in (*moving, *(t.task.new[0] for t in glances[:_GLANCED]))]
     count = [0]
