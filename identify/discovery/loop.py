@@ -83,6 +83,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         options.append(step.best)
         story.say(f"{step.best.effect.sentence()}: gap {present.gap:.2f}{_elsewhere(present)}.")
         if convinces(step.judge, accepted, present, HALF if len(options) == kept + 1 else MOST):
+            if removed(first.gap, present.gap) > _NEARLY and present.gap > QUIET:
+                options, present = _reshaped(workers, options, present, story)
             accepted, kept, patience = present, len(options), _PATIENCE
         elif patience == 0 or removed(first.gap, accepted.gap) > _NEARLY or removed(step.before.gap, step.reach) < _TENTATIVE:
             break
@@ -115,6 +117,20 @@ def _base(problem: Problem, workers: Workers) -> Trial:
     if not np.isfinite(trial.squares):
         raise InputError("effects", f"the present model has no solution ({trial.failure})", "a model that `identify fit` can fit")
     return trial
+
+
+def _reshaped(workers: Workers, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
+    """The added effects, one of them in another form if that explains what little is left: details show once nothing is in their way."""
+    judge, tasks = Judge(final.gap**2), []
+    for option in options:
+        others = tuple(effect for effect in final.task.effects if effect != option.effect)
+        tasks += [Task(others, (form,), final.values, "thorough") for form in option.effect.forms()]
+    best = min(workers.run(tasks), key=judge.score, default=final)
+    if judge.evidence(final, best) <= CONVINCING or not confirmed(final, best):
+        return options, final
+    story.say(f"Of {best.task.new[0].sentence()} another form explains more: gap {best.gap:.2f}{_elsewhere(best)}.")
+    left = [option for option in options if option.effect in best.task.known]
+    return [*left, Option(best.task.new[0], best, judge.evidence(final, best))], best
 
 
 def _without_needless(workers: Workers, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
