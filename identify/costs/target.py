@@ -93,8 +93,9 @@ class FrfTarget:
     def predict(self, values: Array) -> Complex:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
         h = self._linear(values) if self.blow is None else self._struck(self.blow, values)
+        s = self.s_at(values)
         for reading, numbers in self.readings:
-            h = reading.apply(h, values[..., numbers], self.data.s)
+            h = reading.apply(h, values[..., numbers], s)
         return self._at_once(h[..., : len(self.data.outputs), :])
 
     def _at_once(self, h: Complex) -> Complex:
@@ -106,12 +107,12 @@ class FrfTarget:
         return mixed
 
     def _linear(self, values: Array) -> Complex:
-        return frf(*self.system.matrices(values), self._s(values), self.out, self.force, POWER[self.data.quantity], self._ends)
+        return frf(*self.system.matrices(values), self.s_at(values), self.out, self.force, POWER[self.data.quantity], self._ends)
 
     def _struck(self, blow: Blow, values: Array) -> Complex:
         """What the blow of a hammer measures of a nonlinear system."""
         flat = values.reshape(-1, values.shape[-1])
-        s = self._s(flat)
+        s = self.s_at(flat)
         struck = self._simulated.each(blow, flat, s)
         lines = np.broadcast_to(s, (len(flat), s.shape[-1]))
         models = zip(*self.system.matrices(flat), lines, struck, strict=True)
@@ -123,7 +124,7 @@ class FrfTarget:
         """The bench that it shares, or one of its own."""
         return self.bench or Bench([blow for blow in (self.blow,) if blow is not None])
 
-    def _s(self, values: Array) -> Complex:
+    def s_at(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect corrects the window's decay."""
         return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
 
@@ -153,20 +154,23 @@ class FrfTarget:
 
     def gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
-        matrices, at = self.system.matrices(values), (self._s(values), self.out, self.force, POWER[self.data.quantity])
+        s, decay = self.s_at(values), self._decay[free]
+        matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.blow is None:
             h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self._ends)
         else:
-            struck = self._simulated.struck(self.blow, values, self._s(values), free)
+            struck = self._simulated.struck(self.blow, values, s, free)
             h, gradient = gradient_with(struck, matrices, self.system.factors, *at, free)
-        if np.any(self._decay[free]):
-            gradient = gradient + self._slope(values)[..., None] * self._decay[free]
+        if np.any(decay):
+            gradient = gradient + self._slope(values)[..., None] * decay
         for reading, numbers in self.readings:
             own = values[numbers]
-            slopes = reading.slopes(h, own, self.data.s)
+            slopes = reading.slopes(h, own, s) @ (numbers[:, None] == free)
+            if np.any(decay):
+                slopes = slopes + reading.along_s(h, own, s)[..., None] * decay
             flat = gradient.reshape(*gradient.shape[:2], -1)
-            gradient = reading.apply(flat, own, self.data.s).reshape(gradient.shape) + slopes @ (numbers[:, None] == free)
-            h = reading.apply(h, own, self.data.s)
+            gradient = reading.apply(flat, own, s).reshape(gradient.shape) + slopes
+            h = reading.apply(h, own, s)
         outputs = len(self.data.outputs)
         turned = self._at_once(np.swapaxes(gradient[:, :outputs], 2, 3))
         return self._at_once(h[:, :outputs]), np.swapaxes(turned, 2, 3)
@@ -175,8 +179,8 @@ class FrfTarget:
         """(lines, outputs, inputs): dH/ds."""
         matrices, power = self.system.matrices(values), POWER[self.data.quantity]
         if self.blow is None:
-            return frf_slope(matrices, self._s(values), self.out, self.force, power, self._ends)
-        either = [self._s(values) + change for change in (_CHANGE, -_CHANGE)]
+            return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self._ends)
+        either = [self.s_at(values) + change for change in (_CHANGE, -_CHANGE)]
         struck = [self._simulated.each(self.blow, values[None], s)[0] for s in either]
         up, down = (frf_struck(matrices, s, self.out, self.force, power, one) for s, one in zip(either, struck, strict=True))
         return np.asarray((up - down) / (2 * _CHANGE))

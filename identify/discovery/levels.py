@@ -82,7 +82,7 @@ def _whitened(target: FrfTarget, difference: Complex) -> tuple[Complex, Array]:
 
 def _driven(target: FrfTarget, values: Array, number: int) -> Complex:
     """(lines, outputs, 1): FRFs of the set's outputs with a unit torque at a coordinate."""
-    s, unit = target.data.s, np.zeros((len(target.system.coordinates), 1), dtype=complex)
+    s, unit = target.s_at(values), np.zeros((len(target.system.coordinates), 1), dtype=complex)
     unit[number] = 1.0
     moved = np.linalg.solve(dynamic_stiffness(*target.system.matrices(values), s), np.broadcast_to(unit, (len(s), *unit.shape)))
     h = np.asarray((s ** POWER[target.data.quantity])[:, None, None] * (target.out @ moved), dtype=complex)

@@ -27,7 +27,7 @@ Index = NDArray[np.intp]
 class Reading(ABC):
     """What one effect does to the FRFs predicted for one set; linear in them.
 
-    h is (..., lines, channels, inputs), s (lines,) where the set samples H; own (..., k) are the values of the effect's k
+    h is (..., lines, channels, inputs), s (lines,) or (..., lines) where the set samples H; own (..., k) are the values of the effect's k
     parameters, for each of a population or for one.
     """
 
@@ -38,6 +38,10 @@ class Reading(ABC):
     @abstractmethod
     def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
         """Derivatives (lines, channels, inputs, k) of what `apply` gives with respect to own (k,)."""
+
+    def along_s(self, h: Complex, own: Array, s: Complex) -> Complex:
+        """Derivative (lines, channels, inputs) of what `apply` gives with respect to s, h held; zero by default."""
+        return np.zeros_like(h)
 
     def decay(self) -> float:
         """What one unit of each parameter adds to the decay of the window, 1/s, that is to the real part of s."""

@@ -19,10 +19,7 @@ from identify.robot.points import Point
 
 
 class TimeDelay(MeasurementEffect):
-    """H is read as H e^(-s tau); tau is negative where the force comes late.
-
-    s has the stated decay of the window, also beside an effect that corrects it: the product of the two is of second order.
-    """
+    """H is read as H e^(-s tau), where s has the true decay of the window; tau is negative where the force comes late."""
 
     kind: Literal["time-delay"] = "time-delay"
     delay: Values = Field(Values(initial=0.0, bounds=(-5e-3, 5e-3)), description="s")
@@ -53,3 +50,6 @@ class _Late(Reading):
 
     def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
         return np.asarray(-s[:, None, None, None] * self.apply(h, own, s)[..., None])
+
+    def along_s(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return np.asarray(-own * self.apply(h, own, s))

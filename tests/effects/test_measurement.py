@@ -50,6 +50,19 @@ def test_delay_is_that_of_the_recorded_signal(tmp_path: Path) -> None:
     assert read == pytest.approx(recorded, rel=1e-4)
 
 
+def test_a_late_response_under_a_window_of_another_decay(tmp_path: Path) -> None:
+    """The delay acts at the decay that the window had, not at the stated one, in value and derivatives."""
+    effects = ({"kind": "time-delay", "delay": {"initial": 0.004}}, {"kind": "window-decay", "error": {"initial": 5.0}})
+    system, values = _system(tmp_path, *effects)
+    target = predictor(system, lines=12)
+    late, plain = target.predict(values), _frfs(tmp_path, effects[1])
+    assert late / plain == pytest.approx(np.broadcast_to(np.exp(-(5.0 + target.data.s) * 0.004)[:, None, None], late.shape), rel=1e-9)
+    number, step = len(values) - 1, 1e-5
+    up, down = (target.predict(values + sign * step * np.eye(len(values))[number]) for sign in (1, -1))
+    found = target.gradient(values, np.array([number]))[1][..., 0]
+    assert found == pytest.approx((up - down) / (2 * step), rel=1e-6, abs=1e-9 * np.abs(found).max())
+
+
 def test_delay_leaves_magnitudes_without_a_window_alone(tmp_path: Path) -> None:
     late, plain = _frfs(tmp_path, {"kind": "time-delay", "delay": {"initial": 1e-3}}), _frfs(tmp_path)
     ratio = late / plain
