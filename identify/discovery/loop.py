@@ -83,10 +83,9 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         options.append(step.best)
         story.say(f"{step.best.effect.sentence()}: gap {present.gap:.2f}{_elsewhere(present)}.")
         if convinces(step.judge, accepted, present, HALF if len(options) == kept + 1 else MOST):
-            if removed(first.gap, present.gap) > _NEARLY and present.gap > QUIET:
-                options, present = _reshaped(workers, options, present, story)
+            options, present = _reshaped(workers, first, options, present, story)
             accepted, kept, patience = present, len(options), _PATIENCE
-        elif patience == 0 or removed(first.gap, accepted.gap) > _NEARLY or removed(step.before.gap, step.reach) < _TENTATIVE:
+        elif patience == 0 or _hopeless(first, accepted, step):
             break
         else:
             patience -= 1
@@ -119,8 +118,15 @@ def _base(problem: Problem, workers: Workers) -> Trial:
     return trial
 
 
-def _reshaped(workers: Workers, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
+def _hopeless(first: Trial, accepted: Trial, step: Step) -> bool:
+    """Whether a step that does not convince by itself is not worth following either."""
+    return removed(first.gap, accepted.gap) > _NEARLY or removed(step.before.gap, step.reach) < _TENTATIVE
+
+
+def _reshaped(workers: Workers, first: Trial, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
     """The added effects, one of them in another form if that explains what little is left: details show once nothing is in their way."""
+    if removed(first.gap, final.gap) <= _NEARLY or final.gap <= QUIET:
+        return options, final
     judge, tasks = Judge(final.gap**2), []
     for option in options:
         others = tuple(effect for effect in final.task.effects if effect != option.effect)

@@ -65,11 +65,7 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
     model = with_effects(problem, before.task.effects, before.values)
     quick = _screened(workers, plausible(model, before.values, candidates(problem, before.task.effects)), before, done)
     promising = _promising(workers, before, quick)
-    forms = _thoroughly(workers, promising)
-    best_trial = min([before, *(trial for trials in forms for trial in trials)], key=lambda trial: trial.squares)
-    judge = Judge(inflation(problem, best_trial))
-    winners = [min(trials, key=judge.score) for trials in forms if trials]
-    judged = sorted((Option(t.task.new[0], t, judge.evidence(before, t)) for t in winners), key=lambda option: -option.evidence)
+    judge, judged = _judged(problem, before, _thoroughly(workers, promising))
     rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
     best = next((option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)), None)
     reach = before.gap if best is None else best.trial.gap
@@ -78,6 +74,15 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
         judged = [*judged, *(option for option in (best,) if option not in judged)]
     alike = [o for o in judged if best and o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
     return Step(before, (*judged, *rest), best, tuple(alike), judge, reach)
+
+
+def _judged(problem: Problem, before: Trial, forms: Sequence[Sequence[Trial]]) -> tuple[Judge, list[Option]]:
+    """Of each candidate the best form, best first, on the scale that the best of all sets."""
+    best_trial = min([before, *(trial for trials in forms for trial in trials)], key=_squares)
+    judge = Judge(inflation(problem, best_trial))
+    winners = [min(trials, key=judge.score) for trials in forms if trials]
+    options = [Option(t.task.new[0], t, judge.evidence(before, t)) for t in winners]
+    return judge, sorted(options, key=lambda option: -option.evidence)
 
 
 def _first_of_two(
