@@ -187,25 +187,30 @@ def _dependence(p: ParametersByPosture, angles: Array) -> DependenceTable:
         rows = p.usable[:, column]
         x = np.log(p.value[rows, column]) if log else p.value[rows, column]
         found.append(homogeneity(x, p.std[rows, column], angles[rows]))
-    adjusted = holm(np.array([np.nan if one is None else one.p_value for one in found]))
+    adjusted = holm(_column(found, "p_value"))
     limits = np.array([_mean(one, bool(log)) for one, log in zip(found, p.log, strict=True)]).reshape(-1, 3)
     trends = [None if one is None else one.trend for one in found]
     return DependenceTable(
         parameter=p.name,
-        count=np.array([0 if one is None else one.count for one in found], dtype=int),
+        count=_column(found, "count", 0).astype(int),
         mean=limits[:, 0],
         mean_low_95=limits[:, 1],
         mean_high_95=limits[:, 2],
-        chi_square=np.array([np.nan if one is None else one.chi_square for one in found]),
-        freedom=np.array([0 if one is None else one.freedom for one in found], dtype=int),
+        chi_square=_column(found, "chi_square"),
+        freedom=_column(found, "freedom", 0).astype(int),
         p_value=adjusted,
-        scatter=np.array([np.nan if one is None else one.scatter for one in found]),
-        trend_joint=np.array([0 if one is None else one.joint for one in trends], dtype=int),
-        slope_per_rad=np.array([np.nan if one is None else one.slope for one in trends]),
-        slope_std=np.array([np.nan if one is None else one.std for one in trends]),
-        slope_p_value=np.array([np.nan if one is None else one.p_value for one in trends]),
+        scatter=_column(found, "scatter"),
+        trend_joint=_column(trends, "joint", 0).astype(int),
+        slope_per_rad=_column(trends, "slope"),
+        slope_std=_column(trends, "std"),
+        slope_p_value=_column(trends, "p_value"),
         depends=adjusted < _LEVEL,
     )
+
+
+def _column(found: Sequence[object], name: str, missing: float = float("nan")) -> Array:
+    """One attribute of all that was found; `missing` where nothing was."""
+    return np.array([missing if one is None else getattr(one, name) for one in found])
 
 
 def _mean(found: Homogeneity | None, log: bool) -> tuple[float, float, float]:

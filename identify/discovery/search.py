@@ -68,11 +68,13 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
     judge, judged = _judged(problem, before, _thoroughly(workers, promising))
     rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
     best = next((option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)), None)
-    reach = before.gap if best is None else best.trial.gap
-    if best is not None and removed(before.gap, best.trial.gap) < _ENOUGH and not _anchor(before):
+    if best is None:
+        return Step(before, (*judged, *rest), None, (), judge, before.gap)
+    reach = best.trial.gap
+    if removed(before.gap, reach) < _ENOUGH and not _anchor(before):
         best, reach = _first_of_two(workers, before, _various(quick), judged, best, judge)
         judged = [*judged, *(option for option in (best,) if option not in judged)]
-    alike = [o for o in judged if best and o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
+    alike = [o for o in judged if o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
     return Step(before, (*judged, *rest), best, tuple(alike), judge, reach)
 
 

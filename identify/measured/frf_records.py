@@ -162,10 +162,15 @@ def _unit(record: FrfRecord, asked: FrfUnit | None, options: FrfFileOptions) -> 
         raise InputError(record.where, found, f"one of {_words(*turns)}", "correct the direction or the unit in the file")
     elif asked is not None and (asked.rotation, asked.moment) == turns and not _same(asked, unit):
         raise _disagreement(record.where, unit, asked)
+    _check_quantity(record, unit, options)
+    return unit
+
+
+def _check_quantity(record: FrfRecord, unit: FrfUnit, options: FrfFileOptions) -> None:
+    """Raise an InputError where file or option name another quantity than the unit."""
     for says, quantity in (("the file's type codes say", record.quantity), ("the key quantity says", options.quantity)):
         if quantity is not None and quantity != unit.quantity:
             raise InputError(record.where, f"{says} {quantity}, the unit says {unit.quantity}", "no disagreement", "correct the wrong one")
-    return unit
 
 
 def _disagreement(where: str, stated: FrfUnit, asked: FrfUnit) -> InputError:
