@@ -48,9 +48,10 @@ class Discovery:
 
     @property
     def kept(self) -> tuple[bool, ...]:
-        """For each step whether its best option is in the final model."""
+        """For each step whether its best option is in the final model, in this form or another."""
         effects = self.final.task.effects
-        return tuple(step.best is not None and step.best.effect in effects for step in self.steps)
+        best = [step.best.effect if step.best else None for step in self.steps]
+        return tuple(effect is not None and any(form in effects for form in (effect, *effect.forms())) for effect in best)
 
 
 @dataclass
@@ -127,16 +128,18 @@ def _reshaped(workers: Workers, first: Trial, options: list[Option], final: Tria
     """The added effects, one of them in another form if that explains what little is left: details show once nothing is in their way."""
     if removed(first.gap, final.gap) <= _NEARLY or final.gap <= QUIET:
         return options, final
-    judge, tasks = Judge(final.gap**2), []
+    tasks = []
     for option in options:
         others = tuple(effect for effect in final.task.effects if effect != option.effect)
         tasks += [Task(others, (form,), final.values, "thorough") for form in option.effect.forms()]
-    best = min(workers.run(tasks), key=judge.score, default=final)
-    if judge.evidence(final, best) <= CONVINCING or not confirmed(final, best):
+    judge = Judge(final.gap**2)
+    forms = [Option(trial.task.new[0], trial, judge.evidence(final, trial)) for trial in workers.run(tasks)]
+    best = max(forms, key=lambda option: option.evidence, default=None)
+    if best is None or best.evidence <= CONVINCING or not confirmed(final, best.trial):
         return options, final
-    story.say(f"Of {best.task.new[0].sentence()} another form explains more: gap {best.gap:.2f}{_elsewhere(best)}.")
-    left = [option for option in options if option.effect in best.task.known]
-    return [*left, Option(best.task.new[0], best, judge.evidence(final, best))], best
+    story.steps.append(Step(final, tuple(sorted(forms, key=lambda option: -option.evidence)), best, (), judge, best.trial.gap))
+    story.say(f"{best.effect.sentence()} in place of another form of it: gap {best.trial.gap:.2f}{_elsewhere(best.trial)}.")
+    return [*(option for option in options if option.effect in best.trial.task.known), best], best.trial
 
 
 def _without_needless(workers: Workers, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:

@@ -101,6 +101,34 @@ def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(w
     assert [option.effect for option in found.added] == ([TILT, BASE] if with_another else [])
 
 
+def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An even beam was found while a delay was in the way; beside the delay an uneven one explains the rest."""
+    even = parse_effect({"kind": "link-flexibility", "link": "link2"})
+    [uneven] = even.forms()
+    late = parse_effect({"kind": "time-delay"})
+    gaps = {"": 60.0, "even": 40.0, "even late": 2.0, "late uneven": 1.0}
+
+    class Forms(World):
+        def trial(self, task: Task) -> Trial:
+            new = ["late" if effect == late else "uneven" if effect == uneven else "even" for effect in task.effects[1:]]
+            squares = COUNT * gaps[" ".join(new)] ** 2
+            return Trial(task, {}, squares, COUNT, squares, COUNT, 12 + len(new) + 14 * new.count("uneven"))
+
+    world = Forms(lambda kinds: 1.0)
+
+    def option(*new: Effect) -> Option:
+        return Option(new[-1], world.trial(Task((DRIVES, *new[:-1]), new[-1:], {})), 100.0)
+
+    story, first, options = Story(), world.model(), [option(even), option(even, late)]
+    found, final = loop._reshaped(_workers(world), first, options, options[-1].trial, story)
+    assert [one.effect for one in found] == [late, uneven]
+    assert final.gap == pytest.approx(1.0)
+    steps = (search.Step(first, (), options[0], (), Judge(1.0), 40.0), *story.steps)
+    assert loop.Discovery(first, final, tuple(found), steps).kept == (True, True)
+    gaps["late uneven"] = 1.9999
+    assert loop._reshaped(_workers(world), first, options, options[-1].trial, story) == (options, options[-1].trial)
+
+
 def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A body on a spring that was found first took the place of a mass; with the tilt in the model the mass explains all."""
 
