@@ -14,6 +14,7 @@ from identify.fit import fit
 from identify.model.frf import frf_by_solve
 from identify.problem import Problem, load_problem
 from identify.study import read_study
+from tests.digits import nine_digits
 from tests.generator.chirp import Sweep, machine, path_rates, truth
 
 ROOT = Path(__file__).parents[1]
@@ -99,7 +100,7 @@ def test_the_tool_moves_at_ten_millimetres_a_second_and_the_spindle_as_stated() 
 
 
 def test_shipped_truth_is_that_of_the_generator() -> None:
-    assert json.loads((DATA / "truth.json").read_text()) == json.loads(json.dumps(truth(machine())))
+    assert nine_digits((DATA / "truth.json").read_text()) == nine_digits(json.dumps(truth(machine())))
 
 
 def test_hzz_is_that_of_equations_six_to_eight(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from identify.identifiability import gap
 from identify.modal.analysis import analyse
 from identify.problem import Problem, load_problem
 from identify.study import read_study
+from tests.digits import nine_digits
 from tests.generator.kobe import CHAIN, fastest, plant, truth
 from tests.generator.kobe_arm import kobe
 
@@ -110,4 +111,4 @@ def test_controllers_carry_the_weight_and_return_what_was_pushed_away() -> None:
 
 
 def test_shipped_truth_is_that_of_the_generator() -> None:
-    assert json.loads((ROOT / "data" / "kobe_36dof" / "truth.json").read_text()) == json.loads(json.dumps(truth(kobe())))
+    assert nine_digits((ROOT / "data" / "kobe_36dof" / "truth.json").read_text()) == nine_digits(json.dumps(truth(kobe())))
