@@ -167,6 +167,8 @@ def draw(runs: list[Run], problems: dict[str, Problem], folder: Path) -> None:
     for ax in axes:
         ax.set_xlabel("frequency, Hz")
         ax.grid(alpha=0.3)
+    axes[0].set_ylabel("m/N")
+    axes[3].set_ylabel("m/s²/N")
     axes[1].legend(fontsize=8)
     figure.savefig(folder / "fast_chirp_hzz.png", dpi=110)
 
