@@ -54,6 +54,11 @@ def _begun(programs: ForkServerContext, config: Path, out: Path, *options: str) 
     return process
 
 
+def _signal(process: BaseProcess, number: signal.Signals) -> None:
+    assert process.pid is not None
+    os.kill(process.pid, number)
+
+
 def _ended(process: BaseProcess) -> int | None:
     """Its exit code, or the signal that ended it, negative."""
     process.join(timeout=300)
@@ -85,7 +90,7 @@ def test_killed_twenty_times_and_resumed(programs: ForkServerContext, config: Pa
         if number % 2:
             _wait_until_under_way(process, disturbed)
         time.sleep(rng.uniform(0.0, 0.5))
-        os.kill(process.pid or 0, signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
+        _signal(process, signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
         code = _ended(process)
         if kind_of(disturbed) == UNFINISHED:
             kept.append(len(read(disturbed, Unfinished).costs))
@@ -100,7 +105,7 @@ def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(programs: ForkS
     out = tmp_path / "run.h5"
     process = _begun(programs, config, out)
     _wait_until_under_way(process, out)
-    os.kill(process.pid or 0, signal.SIGINT)
+    _signal(process, signal.SIGINT)
     assert _ended(process) == 130
     with pytest.raises(InputError, match="interrupted"):
         read(out)

@@ -92,8 +92,8 @@ class FrfTarget:
 
     def predict(self, values: Array) -> Complex:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
-        h = self._linear(values) if self.blow is None else self._struck(self.blow, values)
         s = self.s_at(values)
+        h = self._linear(values, s) if self.blow is None else self._struck(self.blow, values)
         for reading, numbers in self.readings:
             h = reading.apply(h, values[..., numbers], s)
         return self._at_once(h[..., : len(self.data.outputs), :])
@@ -106,8 +106,8 @@ class FrfTarget:
         mixed[..., 0] = h @ np.array(self.data.together)
         return mixed
 
-    def _linear(self, values: Array) -> Complex:
-        return frf(*self.system.matrices(values), self.s_at(values), self.out, self.force, POWER[self.data.quantity], self._ends)
+    def _linear(self, values: Array, s: Complex) -> Complex:
+        return frf(*self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self._ends)
 
     def _struck(self, blow: Blow, values: Array) -> Complex:
         """What the blow of a hammer measures of a nonlinear system."""

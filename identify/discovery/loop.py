@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from identify.costs.target import FrfTarget
 from identify.discovery.evidence import CONVINCING, HALF, MOST, Judge, confirmed, convinces, removed
-from identify.discovery.search import Option, Step, inflation, search
+from identify.discovery.search import Option, Step, as_options, inflation, search
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
+from identify.effects.base import Effect
 from identify.errors import InputError
 from identify.fit import ENOUGH, agreeing, starting_points
 from identify.identifiability import QUIET
@@ -50,8 +51,11 @@ class Discovery:
     def kept(self) -> tuple[bool, ...]:
         """For each step whether its best option is in the final model, in this form or another."""
         effects = self.final.task.effects
-        best = [step.best.effect if step.best else None for step in self.steps]
-        return tuple(effect is not None and any(form in effects for form in (effect, *effect.forms())) for effect in best)
+
+        def there(effect: Effect) -> bool:
+            return any(form in effects for form in (effect, *effect.forms()))
+
+        return tuple(step.best is not None and there(step.best.effect) for step in self.steps)
 
 
 @dataclass
@@ -130,14 +134,13 @@ def _reshaped(workers: Workers, first: Trial, options: list[Option], final: Tria
         return options, final
     tasks = []
     for option in options:
-        others = tuple(effect for effect in final.task.effects if effect != option.effect)
-        tasks += [Task(others, (form,), final.values, "thorough") for form in option.effect.forms()]
+        tasks += [Task(_without(final, option.effect), (form,), final.values, "thorough") for form in option.effect.forms()]
     judge = Judge(final.gap**2)
-    forms = [Option(trial.task.new[0], trial, judge.evidence(final, trial)) for trial in workers.run(tasks)]
-    best = max(forms, key=lambda option: option.evidence, default=None)
-    if best is None or best.evidence <= CONVINCING or not confirmed(final, best.trial):
+    forms = as_options(judge, final, workers.run(tasks))
+    if not forms or forms[0].evidence <= CONVINCING or not confirmed(final, forms[0].trial):
         return options, final
-    story.steps.append(Step(final, tuple(sorted(forms, key=lambda option: -option.evidence)), best, (), judge, best.trial.gap))
+    best = forms[0]
+    story.steps.append(Step(final, tuple(forms), best, (), judge, best.trial.gap))
     story.say(f"{best.effect.sentence()} in place of another form of it: gap {best.trial.gap:.2f}{_elsewhere(best.trial)}.")
     return [*(option for option in options if option.effect in best.trial.task.known), best], best.trial
 
@@ -147,8 +150,7 @@ def _without_needless(workers: Workers, options: list[Option], final: Trial, sto
     number = 0
     while len(options) > 1 and number < len(options):
         effect = options[number].effect
-        others = tuple(e for e in final.task.effects if e != effect)
-        [without] = workers.run([Task(others, (), final.values, "thorough")])
+        [without] = workers.run([Task(_without(final, effect), (), final.values, "thorough")])
         judge = Judge(final.gap**2)
         if judge.evidence(without, final) > CONVINCING and confirmed(without, final) and without.gap - final.gap > 0.1 * (final.gap - 1):
             number += 1
@@ -167,7 +169,7 @@ def _exchanged(workers: Workers, problem: Problem, options: list[Option], final:
     number = 0
     while len(options) > 1 and number < len(options):
         effect = options[number].effect
-        [without] = workers.run([Task(tuple(e for e in final.task.effects if e != effect), (), final.values, "thorough")])
+        [without] = workers.run([Task(_without(final, effect), (), final.values, "thorough")])
         number += 1
         if final.free - without.free < _MANY:
             continue
@@ -195,6 +197,11 @@ def _in_turn(workers: Workers, problem: Problem, first: Trial, options: list[Opt
         result.append(Option(option.effect, trial, judge.evidence(before, trial)))
         before = trial
     return result
+
+
+def _without(trial: Trial, effect: Effect) -> tuple[Effect, ...]:
+    """The effects of a trial but one."""
+    return tuple(other for other in trial.task.effects if other != effect)
 
 
 def _elsewhere(trial: Trial) -> str:

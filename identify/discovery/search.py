@@ -65,7 +65,9 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
     model = with_effects(problem, before.task.effects, before.values)
     quick = _screened(workers, plausible(model, before.values, candidates(problem, before.task.effects)), before, done)
     promising = _promising(workers, before, quick)
-    judge, judged = _judged(problem, before, _thoroughly(workers, promising))
+    forms = _thoroughly(workers, promising)
+    judge = Judge(inflation(problem, min([before, *(trial for trials in forms for trial in trials)], key=_squares)))
+    judged = as_options(judge, before, [min(trials, key=judge.score) for trials in forms if trials])
     rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
     best = next((option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)), None)
     if best is None:
@@ -73,18 +75,14 @@ def search(workers: Workers, problem: Problem, before: Trial, done: Callable[[in
     reach = best.trial.gap
     if removed(before.gap, reach) < _ENOUGH and not _anchor(before):
         best, reach = _first_of_two(workers, before, _various(quick), judged, best, judge)
-        judged = [*judged, *(option for option in (best,) if option not in judged)]
+        judged = judged if best in judged else [*judged, best]
     alike = [o for o in judged if o is not best and confirmed(before, o.trial) and best.evidence - o.evidence < CONVINCING]
     return Step(before, (*judged, *rest), best, tuple(alike), judge, reach)
 
 
-def _judged(problem: Problem, before: Trial, forms: Sequence[Sequence[Trial]]) -> tuple[Judge, list[Option]]:
-    """Of each candidate the best form, best first, on the scale that the best of all sets."""
-    best_trial = min([before, *(trial for trials in forms for trial in trials)], key=_squares)
-    judge = Judge(inflation(problem, best_trial))
-    winners = [min(trials, key=judge.score) for trials in forms if trials]
-    options = [Option(t.task.new[0], t, judge.evidence(before, t)) for t in winners]
-    return judge, sorted(options, key=lambda option: -option.evidence)
+def as_options(judge: Judge, before: Trial, trials: Sequence[Trial]) -> list[Option]:
+    """What trials of one effect each have to say for it over the model before, best first."""
+    return sorted((Option(t.task.new[0], t, judge.evidence(before, t)) for t in trials), key=lambda option: -option.evidence)
 
 
 def _first_of_two(
@@ -102,9 +100,9 @@ def _first_of_two(
         return best, best.trial.gap
     two = [trial.task.new[0] for trial in pairs[number]]
     single = workers.run([Task(known, (effect,), trial.values, "thorough") for effect, trial in zip(two, pairs[number], strict=True)])
-    options = [option for option in judged if option.effect in two]
-    options += [Option(t.task.new[0], t, judge.evidence(before, t)) for t in single if confirmed(before, t)]
-    return max(options, key=lambda option: option.evidence, default=best), trials[number].gap
+    either = [option for option in judged if option.effect in two]
+    either += as_options(judge, before, [trial for trial in single if confirmed(before, trial)])
+    return max(either, key=lambda option: option.evidence, default=best), trials[number].gap
 
 
 def _various(quick: Sequence[Trial]) -> list[Trial]:
@@ -121,10 +119,11 @@ def _screened(workers: Workers, found: Sequence[Effect], before: Trial, done: Ca
     """All candidates, best first: after a glance at those of single channels and a few steps of the others, the best of them quickly."""
     known, values, far, anchor = before.task.effects, before.values, before.gap > QUIET, _anchor(before)
     places = Counter(effect.kind for effect in found)
-    measuring = [effect for effect in found if isinstance(effect, MeasurementEffect) and places[effect.kind] > 1]
-    moving = [effect for effect in found if effect not in measuring]
+    measuring, others = list[Effect](), list[Effect]()
+    for effect in found:
+        (measuring if isinstance(effect, MeasurementEffect) and places[effect.kind] > 1 else others).append(effect)
     glances = sorted(workers.run([Task(known, (effect,), values, "glance", anchor=anchor) for effect in measuring]), key=_squares)
-    tasks = [Task(known, (effect,), values, "brief", far, anchor) for effect in (*moving, *(t.task.new[0] for t in glances[:_GLANCED]))]
+    tasks = [Task(known, (effect,), values, "brief", far, anchor) for effect in (*others, *(t.task.new[0] for t in glances[:_GLANCED]))]
     count = [0]
 
     def one() -> None:

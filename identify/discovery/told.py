@@ -10,6 +10,7 @@ from identify.discovery.loop import Discovery
 from identify.discovery.search import Option, Step
 from identify.effects.base import Effect
 from identify.identifiability import QUIET
+from identify.reports.cells import listed
 from identify.results import ParameterTable
 
 
@@ -66,9 +67,8 @@ def verdict(found: Discovery) -> tuple[str, ...]:
         return (f"Nothing is missing: the model explains the data to within their noise, gap {before}, and no candidate is supported.",)
     if not found.added:
         return (f"The gap is {before}, and nothing in the catalogue explains it: something else is missing, or wrong in the data.",)
-    *others, last = (option.effect.sentence() for option in found.added)
-    names, it = (f"{', '.join(others)} and {last}", "them") if others else (last, "it")
-    closed = f"Missing from the model: {names}. With {it}, the gap goes from {before} to {after}."
+    names = listed([option.effect.sentence() for option in found.added])
+    closed = f"Missing from the model: {names}. With {'it' if len(found.added) == 1 else 'them'}, the gap goes from {before} to {after}."
     if final.gap <= QUIET:
         return closed, "What is left is noise."
     return closed, "What is left is more than noise, and nothing in the catalogue explains most of it."

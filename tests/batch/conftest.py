@@ -85,10 +85,15 @@ def always(executor: Executor) -> Iterator[None]:
         yield
 
 
+def in_this_process() -> contextlib.AbstractContextManager[None]:
+    """Batches and maps run their jobs one after the other, without workers."""
+    return always(Executor(Inline(), lambda: 1, "this process"))
+
+
 @pytest.fixture
 def at_once() -> Iterator[None]:
     """Batches and maps run in this process."""
-    with always(Executor(Inline(), lambda: 1, "this process")):
+    with in_this_process():
         yield
 
 

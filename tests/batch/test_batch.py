@@ -12,7 +12,6 @@ import pytest
 from typer.testing import CliRunner
 
 from identify import results
-from identify.batch.executor import Executor
 from identify.batch.index import Index
 from identify.batch.run import run_batch
 from identify.batch_result import BatchResult
@@ -20,7 +19,7 @@ from identify.cli import app
 from identify.errors import InputError, InputErrors
 from identify.reports import batch_tables
 from tests.batch import planar
-from tests.batch.conftest import Inline, Opener, always, kill_one
+from tests.batch.conftest import Opener, always, in_this_process, kill_one
 
 POSTURES, KILLS = 5, 3
 
@@ -38,7 +37,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def undisturbed(study: Path) -> BatchResult:
     """The batch, fitted in peace in this process."""
     seen: list[dict[str, int]] = []
-    with always(Executor(Inline(), lambda: 1, "this process")):
+    with in_this_process():
         result, written = run_batch(study / "batch.yaml", study / "calm.h5", watch=lambda index: seen.append(_read(index.path)["counts"]))
     assert written[0] == study / "calm.h5"
     done = [counts["done"] for counts in seen]
@@ -163,7 +162,7 @@ def test_an_interrupted_batch_goes_on_and_computes_nothing_twice(
     jobs: dict[str, Any] = _read(index)["jobs"]
     kept = {name: (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns for name, job in jobs.items() if job["state"] == "done"}
     assert len(kept) == 2
-    with always(Executor(Inline(), lambda: 1, "this process")):
+    with in_this_process():
         resumed, _ = run_batch(study / "batch.yaml", out, resume=True)
     assert f"{len(set(kept) - {'joint'})} were kept from before" in resumed.verdict[0]
     for name, changed in kept.items():

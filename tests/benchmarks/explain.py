@@ -20,7 +20,7 @@ import pinocchio as pin
 
 from identify.motion.explain_result import EffectTable, ExplainResult
 from identify.motion.explain_run import run_explain
-from tests.motion.hidden_drive import PAYLOAD_KG, RATE, RATIO, Array, Hidden, Motion, rigid_model, study
+from tests.motion.hidden_drive import PAYLOAD_KG, RATE, RATIO, Array, Hidden, Motion, only, rigid_model, study
 
 MEMORIES = (0.0, 0.5, 0.9, 0.95, 0.99)
 """What a torque sample keeps of the last one's noise, by turns."""
@@ -93,7 +93,7 @@ def cases() -> dict[str, Hidden]:
     noise = np.random.default_rng(5)
 
     def error(size: Callable[[Motion], Array], m: Motion) -> Array:
-        return np.asarray(_on(m, 1, size(m)) + noise.normal(scale=1e-5, size=m.q.shape))
+        return np.asarray(only(m.q.shape[1], 1, size(m)) + noise.normal(scale=1e-5, size=m.q.shape))
 
     return {
         **{name: Hidden((torque,), memory=0.8, extra=_NO_LINKS) for name, torque in torques().items()},
@@ -107,17 +107,17 @@ def cases() -> dict[str, Hidden]:
 def torques() -> dict[str, Callable[[Motion], Array]]:
     """Torques at the motors (samples, joints), by the name of what makes them."""
     return {
-        "joint1.coulomb-friction": lambda m: _on(m, 1, 0.5 * np.sign(m.v[:, 0])),
-        "joint2.viscous-friction": lambda m: _on(m, 2, 1.0 * m.v[:, 1]),
-        "joint3.load-dependent-friction": lambda m: _on(m, 3, 0.2 * np.abs(m.rigid[:, 2]) / RATIO[2] * np.sign(m.v[:, 2])),
-        "joint2.gravity-balancer": lambda m: _on(m, 2, 900.0 * np.sin(m.q[:, 1] + 0.4) / RATIO[1]),
+        "joint1.coulomb-friction": lambda m: only(m.q.shape[1], 1, 0.5 * np.sign(m.v[:, 0])),
+        "joint2.viscous-friction": lambda m: only(m.q.shape[1], 2, 1.0 * m.v[:, 1]),
+        "joint3.load-dependent-friction": lambda m: only(m.q.shape[1], 3, 0.2 * np.abs(m.rigid[:, 2]) / RATIO[2] * np.sign(m.v[:, 2])),
+        "joint2.gravity-balancer": lambda m: only(m.q.shape[1], 2, 900.0 * np.sin(m.q[:, 1] + 0.4) / RATIO[1]),
         "link2.first-moment": lambda m: _body(m, 2, pin.Inertia(8.0, np.array([-0.2, 0.3, 0.0]), np.zeros((3, 3)))),
         "link3.inertia": lambda m: _body(m, 3, pin.Inertia(0.0, np.zeros(3), np.diag([0.0, 0.0, 12.0]))),
-        "joint1.rotor-inertia": lambda m: _on(m, 1, 0.01 * RATIO[0] * m.a[:, 0]),
-        "joint2.torque-constant": lambda m: _on(m, 2, 0.1 * m.rigid[:, 1] / RATIO[1]),
-        "joint3.torque-offset": lambda m: _on(m, 3, np.full(len(m.time), 0.3)),
-        "joint1.torque-ripple.8": lambda m: _on(m, 1, 0.2 * np.cos(8 * RATIO[0] * m.q[:, 0] + 0.4)),
-        "joint4.gear-coupling.joint5": lambda m: _on(m, 4, 0.5 * m.rigid[:, -1] / RATIO[3]),
+        "joint1.rotor-inertia": lambda m: only(m.q.shape[1], 1, 0.01 * RATIO[0] * m.a[:, 0]),
+        "joint2.torque-constant": lambda m: only(m.q.shape[1], 2, 0.1 * m.rigid[:, 1] / RATIO[1]),
+        "joint3.torque-offset": lambda m: only(m.q.shape[1], 3, np.full(len(m.time), 0.3)),
+        "joint1.torque-ripple.8": lambda m: only(m.q.shape[1], 1, 0.2 * np.cos(8 * RATIO[0] * m.q[:, 0] + 0.4)),
+        "joint4.gear-coupling.joint5": lambda m: only(m.q.shape[1], 4, 0.5 * m.rigid[:, -1] / RATIO[3]),
     }
 
 
@@ -126,15 +126,15 @@ def deflections() -> dict[str, Callable[[Motion], Array]]:
 
     def hardened(m: Motion) -> Array:
         bend = [float(np.real(r[np.abs(r.imag) < 1e-9][0])) for r in (np.roots([4e10, 0, 4e5, -t]) for t in m.rigid[:, 1])]
-        return _on(m, 2, np.array(bend))
+        return only(m.q.shape[1], 2, np.array(bend))
 
     return {
-        "joint2.joint-compliance": lambda m: _on(m, 2, m.rigid[:, 1] / 8e5),
+        "joint2.joint-compliance": lambda m: only(m.q.shape[1], 2, m.rigid[:, 1] / 8e5),
         "joint2.hardening-stiffness": hardened,
-        "joint1.backlash": lambda m: _on(m, 1, 1e-4 * np.sign(m.rigid[:, 0])),
-        "joint1.lost-motion": lambda m: _on(m, 1, 5e-5 * np.sign(m.v[:, 0])),
-        "joint3.angular-transmission-error.1": lambda m: _on(m, 3, 6e-5 * np.sin(2 * RATIO[2] * m.q[:, 2] + 0.5)),
-        "joint2.encoder-eccentricity": lambda m: _on(m, 2, 2e-4 * np.sin(m.q[:, 1] + 0.7)),
+        "joint1.backlash": lambda m: only(m.q.shape[1], 1, 1e-4 * np.sign(m.rigid[:, 0])),
+        "joint1.lost-motion": lambda m: only(m.q.shape[1], 1, 5e-5 * np.sign(m.v[:, 0])),
+        "joint3.angular-transmission-error.1": lambda m: only(m.q.shape[1], 3, 6e-5 * np.sin(2 * RATIO[2] * m.q[:, 2] + 0.5)),
+        "joint2.encoder-eccentricity": lambda m: only(m.q.shape[1], 2, 2e-4 * np.sin(m.q[:, 1] + 0.7)),
     }
 
 
@@ -154,12 +154,6 @@ def errors() -> dict[str, Callable[[Motion], Array]]:
         "joint1.servo-compliance": lambda m: 2e-3 * m.rigid[:, 0] / RATIO[0],
         "joint1.position-lag + joint1.servo-compliance + joint1.integral-action": integrated,
     }
-
-
-def _on(m: Motion, joint: int, values: Array) -> Array:
-    found = np.zeros_like(m.q)
-    found[:, joint - 1] = values
-    return found
 
 
 def _body(m: Motion, joint: int, body: pin.Inertia) -> Array:

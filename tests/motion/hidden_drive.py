@@ -63,6 +63,13 @@ class Hidden:
     extra: dict[str, object] = field(default_factory=dict)
 
 
+def only(joints: int, joint: int, values: Array) -> Array:
+    """Values (samples,) at one joint, nothing at the others: (samples, joints)."""
+    found = np.zeros((len(values), joints))
+    found[:, joint - 1] = values
+    return found
+
+
 def rigid_model(joints: int, payload_kg: float) -> pin.Model:
     """The arm of that many joints with its payload on the last link."""
     model, parent, place = pin.Model(), 0, pin.SE3.Identity()

@@ -9,7 +9,7 @@ import pytest
 
 from identify.motion.explain_result import ExplainResult, TargetResult
 from identify.motion.explain_run import run_explain
-from tests.motion.hidden_drive import RATE, RATIO, Array, Hidden, Motion, study
+from tests.motion.hidden_drive import RATE, RATIO, Array, Hidden, Motion, only, study
 
 
 def _run(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object) -> ExplainResult:
@@ -29,17 +29,11 @@ def _holds(found: TargetResult, effect: str, name: str, truth: float, within: fl
     assert value - 1.6 * (value - low) - slack <= truth <= value + 1.6 * (high - value) + slack, (effect, name, low, truth, high)
 
 
-def _only(joints: int, joint: int, values: Array) -> Array:
-    found = np.zeros((len(values), joints))
-    found[:, joint - 1] = values
-    return found
-
-
 def _friction(m: Motion) -> Array:
     """Coulomb and viscous friction of joint 1, with Stribeck's fall at joint 3."""
     first = 1.2 * np.sign(m.v[:, 0]) + 2.0 * m.v[:, 0]
     third = (0.8 + 0.6 * np.exp(-((m.v[:, 2] / 0.08) ** 2))) * np.sign(m.v[:, 2])
-    return _only(3, 1, first) + _only(3, 3, third)
+    return only(3, 1, first) + only(3, 3, third)
 
 
 def _balancer(m: Motion) -> Array:
@@ -47,12 +41,12 @@ def _balancer(m: Motion) -> Array:
     angle = m.q[:, 1]
     arm = 0.2 * np.stack([np.cos(angle + 0.3), np.sin(angle + 0.3)], axis=1)
     pull = 9000.0 * (np.array([-0.5, 0.25]) - arm)
-    return _only(3, 2, -(arm[:, 0] * pull[:, 1] - arm[:, 1] * pull[:, 0]) / RATIO[1])
+    return only(3, 2, -(arm[:, 0] * pull[:, 1] - arm[:, 1] * pull[:, 0]) / RATIO[1])
 
 
 def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
     def ripple(m: Motion) -> Array:
-        return _only(3, 1, 0.3 * np.cos(6 * RATIO[0] * m.q[:, 0] + 0.4))
+        return only(3, 1, 0.3 * np.cos(6 * RATIO[0] * m.q[:, 0] + 0.4))
 
     hidden = Hidden((_friction, _balancer, ripple), payload_kg=12.0, memory=0.8, extra={"links": False})
     found = _run(tmp_path, 3, hidden).targets["torque"]
@@ -117,7 +111,7 @@ def test_a_wrong_torque_constant_is_no_balancer(tmp_path: Path) -> None:
     """A tenth of the load at joint 2 first looks like a balancer, whose torque must not stay in the load."""
 
     def wrong(m: Motion) -> Array:
-        return _only(3, 2, 0.1 * m.rigid[:, 1] / RATIO[1])
+        return only(3, 2, 0.1 * m.rigid[:, 1] / RATIO[1])
 
     hidden = Hidden((wrong,), memory=0.8, extra={"links": False})
     found = _run(tmp_path, 3, hidden, effects="[torque-constant, gravity-balancer, coulomb-friction]").targets["torque"]
@@ -133,7 +127,7 @@ def test_what_the_held_out_record_does_not_have_is_not_named(tmp_path: Path) -> 
 
 def test_gear_coupling_of_a_wrist(tmp_path: Path) -> None:
     def coupled(m: Motion) -> Array:
-        return _only(5, 4, 0.3 * m.rigid[:, 4] / RATIO[3] + 0.2 * np.sign(m.v[:, 3]))
+        return only(5, 4, 0.3 * m.rigid[:, 4] / RATIO[3] + 0.2 * np.sign(m.v[:, 3]))
 
     hidden = Hidden((coupled,), torque_noise=0.003, extra={"links": False})
     found = _run(tmp_path, 5, hidden, joints=[4, 5]).targets["torque"]
