@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from identify import __version__
-from identify.errors import EXIT_BAD_INPUT, EXIT_FAILED_CHECK, EXIT_INTERRUPTED, EXIT_NOT_CONVERGED, InputError, InputErrors
+from identify.core.errors import EXIT_BAD_INPUT, EXIT_FAILED_CHECK, EXIT_INTERRUPTED, EXIT_NOT_CONVERGED, InputError, InputErrors
 
 app = typer.Typer(
     help="Fit elastic robot models to measured vibration, and say how far the fit can be trusted.",
@@ -45,9 +45,9 @@ def fit(
     quiet: Quiet = False,
 ) -> None:
     """Fit a study, of vibration, of motion or of single joints: data in, parameters with intervals out."""
-    from identify.run import run_fit
-    from identify.study import family_of
-    from identify.terminal import print_result, progress_bar
+    from identify.reports.fit.terminal import print_result, progress_bar
+    from identify.vibration.run import run_fit
+    from identify.vibration.study import family_of
 
     family = family_of(config)
     if family == "identify-joints":
@@ -74,8 +74,8 @@ def simulate(
     quiet: Quiet = False,
 ) -> None:
     """Simulate the records of a study of motion: drives, controllers, friction, elastic joints."""
-    from identify.motion_run import run_simulation
-    from identify.motion_terminal import print_motion
+    from identify.motion.run import run_simulation
+    from identify.reports.motion.terminal import print_motion
 
     result, written = run_simulation(config, out, tables)
     if not quiet:
@@ -100,8 +100,8 @@ def discover(
     import os
 
     from identify.discovery.run import run_discover
-    from identify.study import family_of
-    from identify.terminal import print_discovery, story
+    from identify.reports.fit.terminal import print_discovery, story
+    from identify.vibration.study import family_of
 
     if family_of(config) == "identify-explain":
         if resume or starts or workers:
@@ -124,8 +124,8 @@ def explain(
     quiet: Quiet = False,
 ) -> None:
     """Name the effects behind recorded motor torques, deflections and tracking errors; fitted on one record, judged on another."""
-    from identify.explain_terminal import print_explained, story
-    from identify.motion.explain_run import run_explain
+    from identify.explain.run import run_explain
+    from identify.reports.explain.terminal import print_explained, story
 
     with story(quiet) as told:
         result, path = run_explain(config, out, told)
@@ -153,8 +153,8 @@ def modes(
     quiet: Quiet = False,
 ) -> None:
     """Find the modes of measured FRFs: frequencies, damping and shapes; exit code 4 when there is none."""
-    from identify.modes_run import file_options, run_modes
-    from identify.terminal import print_modes
+    from identify.modes.run import file_options, run_modes
+    from identify.reports.fit.terminal import print_modes
 
     file = file_options(unit=unit, quantity=quantity, averages=averages, window_decay_per_s=window_decay)
     given = {"band_hz": band, "estimator": estimator, "direction": direction, "modes_hz": mode or None, "max_order": max_order}
@@ -185,7 +185,7 @@ def batch(
 ) -> None:
     """Fit many postures or studies, and tell whether a parameter depends on posture; exit code 4 when a fit failed."""
     from identify.batch.run import run_batch
-    from identify.batch.terminal import batch_bar, print_batch
+    from identify.reports.batch.terminal import batch_bar, print_batch
 
     with batch_bar(quiet) as watch:
         result, written = run_batch(config, out, workers=workers, cluster=cluster, resume=resume, watch=watch)
@@ -213,8 +213,8 @@ def map_(
     quiet: Quiet = False,
 ) -> None:
     """Map a fitted model over postures: frequencies, damping and FRFs of the tool, with intervals; HDF5 and CSV."""
-    from identify.batch.mapping import MapOptions, parse_grid, run_map
-    from identify.batch.terminal import batch_bar, print_said
+    from identify.map.run import MapOptions, parse_grid, run_map
+    from identify.reports.batch.terminal import batch_bar, print_said
 
     options = MapOptions(postures, tuple(parse_grid(text) for text in grid or ()), tool, band, lines, modes)
     with batch_bar(quiet) as watch:
@@ -227,8 +227,8 @@ def map_(
 @app.command()
 def check(config: Config, quiet: Quiet = False) -> None:
     """Examine the measured data of a study before a fit; exit code 3 when a check fails."""
-    from identify.run import run_checks
-    from identify.terminal import print_findings
+    from identify.reports.fit.terminal import print_findings
+    from identify.vibration.run import run_checks
 
     findings = run_checks(config)
     if not quiet:
@@ -245,7 +245,7 @@ def init(
     points: Annotated[Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")] = None,
 ) -> None:
     """Write a commented starter config for a robot and its data."""
-    from identify.starter import write_starter
+    from identify.vibration.starter import write_starter
 
     typer.echo(f"wrote {write_starter(robot, data, out, points)}: fill in what is marked, then `identify check` and `identify fit` it")
 
@@ -277,10 +277,10 @@ def compare(
     report: Annotated[bool, typer.Option("--report", help="also write an HTML and a PDF report beside the first")] = False,
 ) -> None:
     """Set results side by side: cost, gap, parameters, modes and errors."""
-    from identify.compare import compare as side_by_side
-    from identify.comparison import unique_labels
-    from identify.results import read
-    from identify.terminal import print_comparison
+    from identify.reports.fit.terminal import print_comparison
+    from identify.results.comparison import unique_labels
+    from identify.results.fit import read
+    from identify.results.side_by_side import compare as side_by_side
 
     print_comparison(side_by_side([read(path) for path in files], unique_labels(files)))
     if report:
@@ -293,9 +293,9 @@ def _fit_motion(
     config: Path, out: Path | None, overrides: dict[str, int | None], report: bool, quiet: bool, *, resume: bool, refused: bool
 ) -> None:
     """Fit a study of motion."""
-    from identify.motion_run import run_motion_fit
-    from identify.motion_terminal import print_motion
-    from identify.terminal import progress_bar
+    from identify.motion.run import run_motion_fit
+    from identify.reports.fit.terminal import progress_bar
+    from identify.reports.motion.terminal import print_motion
 
     if refused:
         raise InputError(str(config), "`--profile` with a study of motion", "a study of vibration", "leave the option out")
@@ -311,7 +311,7 @@ def _fit_motion(
 def _fit_joints(config: Path, out: Path | None, report: bool, quiet: bool, *, refused: bool) -> None:
     """Identify the curves of a study of joints."""
     from identify.joints.run import run_joints
-    from identify.joints_terminal import print_joints
+    from identify.reports.joints.terminal import print_joints
 
     if refused:
         found = "`--seed`, `--starts`, `--resume` or `--profile` with a study of joints"

@@ -6,12 +6,12 @@ from typing import Any
 
 from pydantic_core import to_jsonable_python
 
-from identify.costs.base import COSTS
-from identify.effects.base import EFFECTS
+from identify.fitting.optimizers.base import OPTIMIZERS
+from identify.model.effects.base import EFFECTS
 from identify.motion.controller import CONTROLLERS
 from identify.motion.study import MotionStudy
-from identify.optimizers.base import OPTIMIZERS
-from identify.study import Study
+from identify.vibration.costs.base import COSTS
+from identify.vibration.study import Study
 
 
 def study_schema() -> dict[str, Any]:

@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from identify.costs.target import FrfTarget, ModalTarget, Targets, frf_target, record_length
-from identify.effects.base import Effect, Parameter, parse_effect
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
+from identify.model.effects.base import Effect, Parameter, parse_effect
 from identify.model.impact import Impact
 from identify.model.modes import complex_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
 from identify.robot.points import Point
+from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets, frf_target, record_length
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify import results
 from identify.cli import app
-from identify.comparison import apart_in_std, compared, differing, unique_labels
-from identify.errors import InputError
-from identify.reports.compare_pick import matched, shape_mac, shared
+from identify.core.errors import InputError
+from identify.reports.compare.pick import matched, shape_mac, shared
+from identify.results import fit as results
+from identify.results.comparison import apart_in_std, compared, differing, unique_labels
 from tests.reports.modes_sample import modes_result
 from tests.reports.sample import frf_result, modal_result
 

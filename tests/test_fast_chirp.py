@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.costs.target import FrfTarget
-from identify.fit import fit
+from identify.fitting.fit import fit
 from identify.model.frf import frf_by_solve
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 from tests.digits import nine_digits
 from tests.generator.chirp import Sweep, machine, path_rates, truth
 

@@ -9,13 +9,13 @@ import h5py
 import numpy as np
 import pytest
 
-from identify.compare import compare
-from identify.errors import InputError
-from identify.fit import Progress, fit
-from identify.problem import load_problem
-from identify.results import Result, read, write
-from identify.run import run_fit
-from identify.study import read_study
+from identify.core.errors import InputError
+from identify.fitting.fit import Progress, fit
+from identify.results.fit import Result, read, write
+from identify.results.side_by_side import compare
+from identify.vibration.problem import load_problem
+from identify.vibration.run import run_fit
+from identify.vibration.study import read_study
 
 ROOT = Path(__file__).parents[1]
 ARM = ROOT / "configs" / "arm_hammer_test.yaml"

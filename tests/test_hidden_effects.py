@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from identify.run import run_fit
+from identify.vibration.run import run_fit
 from tests.hidden import truth, write_config
 
 CASES = {

@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 
 import identify
-from identify.costs.base import COSTS
-from identify.effects.base import EFFECTS
-from identify.optimizers.base import OPTIMIZERS
+from identify.fitting.optimizers.base import OPTIMIZERS
+from identify.model.effects.base import EFFECTS
+from identify.vibration.costs.base import COSTS
 
 ROOT = Path(__file__).parents[1]
 MODULES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in (ROOT / "identify").rglob("*.py")}
@@ -124,13 +124,13 @@ def test_readme_commands_and_files_exist() -> None:
 
 @pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "configs").glob("*.yaml")))
 def test_every_config_loads(config: str) -> None:
+    from identify.explain.run import known_of
+    from identify.explain.study import read_explain_study
     from identify.joints.study import bench_of, read_joint_study
-    from identify.motion.explain_run import known_of
-    from identify.motion.explain_study import read_explain_study
     from identify.motion.problem import load_motion
     from identify.motion.study import read_motion_study
-    from identify.problem import load_problem, read_robot
-    from identify.study import family_of, read_study
+    from identify.vibration.problem import load_problem, read_robot
+    from identify.vibration.study import family_of, read_study
 
     path = ROOT / "configs" / config
     family = family_of(path)

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.costs.base import parse_cost
-from identify.costs.target import Targets
-from identify.effects.base import Parameter
-from identify.identifiability import gap, inseparable, score_variance, trust
+from identify.fitting.optimizers.base import Scale, Search, parse_optimizer
+from identify.fitting.uncertainty import gap, inseparable, score_variance, trust
 from identify.measured.modal_table import ModalTable
-from identify.optimizers.base import Scale, Search, parse_optimizer
+from identify.model.effects.base import Parameter
+from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.target import Targets
 from tests.arms import initial
 from tests.benchmarks.coverage import Repeated, covered, study
 from tests.targets import targets

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.costs.base import parse_cost
-from identify.costs.target import FrfTarget
-from identify.fit import fit
-from identify.identifiability import gap
+from identify.fitting.fit import fit
+from identify.fitting.uncertainty import gap
 from identify.modal.analysis import analyse
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 from tests.digits import nine_digits
 from tests.generator.kobe import CHAIN, fastest, plant, truth
 from tests.generator.kobe_arm import kobe

@@ -13,23 +13,23 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify import results
 from identify.cli import app
-from identify.errors import EXIT_NOT_CONVERGED, InputError, InputErrors
+from identify.core.errors import EXIT_NOT_CONVERGED, InputError, InputErrors
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.geometry import Geometry
 from identify.measured.modal_tables import read_modal_table
-from identify.measured.uff_geometry import geometry_text, read_geometry
-from identify.measured.uff_shapes import read_shapes
-from identify.measured.uff_write import write_uff58
+from identify.measured.uff.geometry import geometry_text, read_geometry
+from identify.measured.uff.shapes import read_shapes
+from identify.measured.uff.write import write_uff58
 from identify.modal.mac import mac
-from identify.modes_result import ModesResult
-from identify.modes_run import run_modes
-from identify.problem import load_problem
-from identify.reports import modes_tables
-from identify.reports.cells import Table
-from identify.study import read_study
+from identify.modes.run import run_modes
+from identify.reports.kit.cells import Table
+from identify.reports.modes import tables as modes_tables
+from identify.results import fit as results
+from identify.results.modes import ModesResult
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
 from tests.hidden import write_config
 from tests.reports.browser import Page, browser
 from tests.reports.pdf_text import lines

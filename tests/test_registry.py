@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from identify import registry
-from identify.effects.base import EFFECTS
-from identify.effects.base_compliance import BaseCompliance
-from identify.errors import InputError
-from identify.problem import load_problem
-from identify.registry import Registry
-from identify.study import read_study
+from identify.core import registry
+from identify.core.errors import InputError
+from identify.core.registry import Registry
+from identify.model.effects.base import EFFECTS
+from identify.model.effects.base_compliance import BaseCompliance
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
 from tests.test_study import GOOD, folder  # noqa: F401  the fixture
 
 

@@ -16,8 +16,8 @@ import pytest
 from typer.testing import CliRunner
 
 from identify.cli import app, main
-from identify.errors import InputError
-from identify.results import UNFINISHED, Result, Unfinished, kind_of, read
+from identify.core.errors import InputError
+from identify.results.fit import UNFINISHED, Result, Unfinished, kind_of, read
 
 CONFIG = Path(__file__).parents[1] / "configs" / "umons_tx200.yaml"
 KILLS = 20
@@ -37,7 +37,9 @@ def config(tmp_path: Path) -> Path:
 def programs() -> ForkServerContext:
     """Starts processes that have imported the program already, so that kills hit its work and not its imports."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["identify.cli", "identify.run", "identify.terminal", "scipy.stats", "tests.test_resume"])
+    context.set_forkserver_preload(
+        ["identify.cli", "identify.vibration.run", "identify.reports.fit.terminal", "scipy.stats", "tests.test_resume"]
+    )
     return context
 
 

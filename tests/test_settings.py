@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 from identify.cli import app
 from identify.measured.frf_records import FrfFileOptions
 from identify.modal.settings import ModalSettings
-from identify.results import Result, SettingTable, read
-from identify.settings import COMMAND_LINE, DEFAULT, option_settings, study_settings
-from identify.study import StudyFile, read_study
+from identify.results.fit import Result, SettingTable, read
+from identify.results.setting_table import COMMAND_LINE, DEFAULT, option_settings, study_settings
+from identify.vibration.study import StudyFile, read_study
 
 CONFIG = Path(__file__).parents[1] / "configs" / "umons_tx200.yaml"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.errors import InputError
-from identify.fit import fit
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.core.errors import InputError
+from identify.fitting.fit import fit
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 
 CONFIG = Path(__file__).parents[1] / "configs" / "arm_hammer_test.yaml"
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.errors import InputError, InputErrors
-from identify.fit import fit
+from identify.core.errors import InputError, InputErrors
+from identify.fitting.fit import fit
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.uff_write import write_uff58
-from identify.problem import load_problem
-from identify.study import read_study
+from identify.measured.uff.write import write_uff58
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
 from tests.robot.random_arm import industrial_arm, write
 
 GOOD = """\

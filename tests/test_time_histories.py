@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from identify.measured.uff_write import write_uff58
-from identify.run import run_checks, run_fit
+from identify.measured.uff.write import write_uff58
+from identify.vibration.run import run_checks, run_fit
 from tests.effects.pendulum import PENDULUM
 from tests.robot.random_arm import industrial_arm, write
 from tests.test_study import GOOD, POINTS, _frf_set

@@ -17,7 +17,7 @@ from importlib import import_module
 
 from identify.batch.child import close_all, kill_all, perform
 from identify.batch.job import Job, Outcome
-from identify.errors import InputError
+from identify.core.errors import InputError
 
 _CONNECT_S = 10.0
 _ASK_S = 2.0

@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from identify.whole import write_whole
+from identify.core.atomic import write_whole
 
 SCHEMA = "identify-index/1"
 State = Literal["waiting", "running", "done", "failed"]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 
 Ended = Literal["done", "failed", "lost", "full"]
 """done; failed: it said why, or took too long; lost: its worker died; full: there is no room on the disk."""

@@ -14,7 +14,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from identify.batch.executor import Executor
 from identify.batch.index import Index
 from identify.batch.job import Job, Outcome
-from identify.errors import InputError
+from identify.core.errors import InputError
 
 _MOST = {"failed": 2, "lost": 4}
 """How often a job that ended so is begun in all."""

@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from identify import results, whole
 from identify.batch.executor import Executor, open_executor
 from identify.batch.index import Entry, Index
 from identify.batch.job import Job
@@ -14,9 +13,11 @@ from identify.batch.loop import Watch, run_jobs
 from identify.batch.settings import Batch, Item, read_batch
 from identify.batch.summary import summarise
 from identify.batch.work import derived
-from identify.batch_result import BatchResult
-from identify.errors import InputError
-from identify.provenance import provenance, sha256
+from identify.core import atomic as whole
+from identify.core.errors import InputError
+from identify.results import fit as results
+from identify.results.batch import BatchResult
+from identify.results.provenance import provenance, sha256
 
 INDEX = "index.json"
 _FIT = "identify.batch.work:fit"

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identify import results
 from identify.batch.homogeneity import Homogeneity, holm, homogeneity
 from identify.batch.index import Index
 from identify.batch.verdict import notes, verdict
-from identify.batch_result import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
-from identify.posture_map import scale_of
+from identify.map.posture_map import scale_of
+from identify.results import fit as results
+from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
 
 Array = NDArray[np.float64]
 _BELIEVED = ("determined", "weak")

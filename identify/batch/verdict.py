@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.batch_result import DependenceTable, JobTable, ParametersByPosture
-from identify.results import Result, Texts
+from identify.results.batch import DependenceTable, JobTable, ParametersByPosture
+from identify.results.fit import Result, Texts
 
 MEANING = (
     "A stiffness or damping of a joint does not know the posture: that it seems to is a sign of an effect that the model lacks or places "

@@ -9,9 +9,9 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from identify.results import Result
-from identify.run import finished_before, fit_study
-from identify.study import Study, StudyFile, read_study, read_yaml, validated
+from identify.results.fit import Result
+from identify.vibration.run import finished_before, fit_study
+from identify.vibration.study import Study, StudyFile, read_study, read_yaml, validated
 
 
 def fit(

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.target import FrfTarget
-from identify.effects.base import Effect
 from identify.measured.frf_set import POWER
+from identify.model.effects.base import Effect
 from identify.model.frf import frf
 from identify.model.system import assemble, build_site, list_parameters
-from identify.problem import Problem
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from identify.discovery.levels import level_gap, torque_gaps
-from identify.effects.base import EFFECTS, Effect
-from identify.effects.nonlinear import NonlinearEffect
-from identify.identifiability import QUIET
-from identify.problem import Problem
+from identify.fitting.uncertainty import QUIET
+from identify.model.effects.base import EFFECTS, Effect
+from identify.model.effects.nonlinear import NonlinearEffect
+from identify.vibration.problem import Problem
 
 _NEAREST = 2
 """Coordinates at which effects that depend on amplitude are tried: those where a torque would explain most."""

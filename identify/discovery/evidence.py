@@ -2,7 +2,7 @@
 
 The residuals are not independent (a window smears noise over lines, noise on the force is common to all responses of a blow) and
 the best model may be wrong by more than noise.  So chi-square counts for less, by how much wider than the naive covariance the
-sandwich covariance of the best model is (Huber 1967; `identify.identifiability`); the price of a parameter is that of Schwarz 1978.
+sandwich covariance of the best model is (Huber 1967; `identify.fitting.uncertainty`); the price of a parameter is that of Schwarz 1978.
 """
 
 from __future__ import annotations

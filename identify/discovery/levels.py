@@ -8,10 +8,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.target import FrfTarget
 from identify.measured.frf_set import POWER
 from identify.model.frf import dynamic_stiffness
-from identify.problem import Given, Problem
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Given, Problem
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

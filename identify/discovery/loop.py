@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.target import FrfTarget
+from identify.core.errors import InputError
 from identify.discovery.evidence import CONVINCING, HALF, MOST, Judge, confirmed, convinces, removed
 from identify.discovery.search import Option, Step, as_options, inflation, search
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
-from identify.effects.base import Effect
-from identify.errors import InputError
-from identify.fit import ENOUGH, agreeing, starting_points
-from identify.identifiability import QUIET
-from identify.optimizers.base import Scale
-from identify.problem import Problem
+from identify.fitting.fit import ENOUGH, agreeing, starting_points
+from identify.fitting.optimizers.base import Scale
+from identify.fitting.uncertainty import QUIET
+from identify.model.effects.base import Effect
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
-from identify.config_paths import relocate_measurement, relocated
-from identify.effects.base import Effect
-from identify.study import StudyFile
-from identify.whole import write_whole
+from identify.core.atomic import write_whole
+from identify.core.config_paths import relocate_measurement, relocated
+from identify.model.effects.base import Effect
+from identify.vibration.study import StudyFile
 
 _PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",))
 

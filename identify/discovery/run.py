@@ -12,22 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identify import results
 from identify.discovery import told
 from identify.discovery.advise import advise
 from identify.discovery.loop import Discovery, Story, check_data, discover
 from identify.discovery.new_config import config_text, entry_of, write_config
-from identify.discovery.result import AddedEffects, DiscoveryResult, OptionTable, PartTable, StepResult, UnfinishedDiscovery
 from identify.discovery.search import Step
 from identify.discovery.trial import Trial
 from identify.discovery.where import band_limits, gap_map, in_words, parts
 from identify.discovery.workers import Memory, Workers
-from identify.evaluate import evaluate
-from identify.fit import Fit, Start
-from identify.problem import Problem, load_problem, with_effects
-from identify.provenance import provenance_of
-from identify.run import check_key, override, run_key
-from identify.study import read_study
+from identify.fitting.fit import Fit, Start
+from identify.results import fit as results
+from identify.results.discovery import AddedEffects, DiscoveryResult, OptionTable, PartTable, StepResult, UnfinishedDiscovery
+from identify.results.provenance import provenance_of
+from identify.vibration.evaluate import evaluate
+from identify.vibration.problem import Problem, load_problem, with_effects
+from identify.vibration.run import check_key, override, run_key
+from identify.vibration.study import read_study
 
 Array = NDArray[np.float64]
 _EVERY_S = 2.0

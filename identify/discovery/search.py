@@ -13,12 +13,12 @@ from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import CONVINCING, Judge, confirmed, removed
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
-from identify.effects.base import Effect
-from identify.effects.measurement import MeasurementEffect
-from identify.effects.nonlinear import NonlinearEffect
-from identify.identifiability import QUIET, trust
-from identify.optimizers.base import Scale
-from identify.problem import Problem, with_effects
+from identify.fitting.optimizers.base import Scale
+from identify.fitting.uncertainty import QUIET, trust
+from identify.model.effects.base import Effect
+from identify.model.effects.measurement import MeasurementEffect
+from identify.model.effects.nonlinear import NonlinearEffect
+from identify.vibration.problem import Problem, with_effects
 
 _GLANCED, _REFITTED, _MOST, _FORMED = 8, 12, 4, 2
 """How many effects of single channels get further than a glance; candidates further than a few steps; further than quick trials; and of

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from identify.discovery.evidence import CONVINCING, confirmed, removed
 from identify.discovery.loop import Discovery
 from identify.discovery.search import Option, Step
-from identify.effects.base import Effect
-from identify.identifiability import QUIET
-from identify.reports.cells import listed
-from identify.results import ParameterTable
+from identify.fitting.uncertainty import QUIET
+from identify.model.effects.base import Effect
+from identify.reports.kit.cells import listed
+from identify.results.fit import ParameterTable
 
 
 def gaps(gap: float, elsewhere: float) -> str:

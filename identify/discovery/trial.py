@@ -10,17 +10,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.base import Objective
-from identify.costs.frf_least_squares import FrfLeastSquares
-from identify.costs.target import FrfTarget
+from identify.core.errors import InputError, InputErrors
 from identify.discovery.guesses import guesses
-from identify.effects.base import Effect
-from identify.effects.nonlinear import NonlinearEffect
-from identify.errors import InputError, InputErrors
-from identify.identifiability import QUIET
-from identify.optimizers.base import Ended, Scale, Search
-from identify.optimizers.gauss_newton import GaussNewton
-from identify.problem import Given, Measurement, Problem, with_effects
+from identify.fitting.optimizers.base import Ended, Scale, Search
+from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.fitting.uncertainty import QUIET
+from identify.model.effects.base import Effect
+from identify.model.effects.nonlinear import NonlinearEffect
+from identify.vibration.costs.base import Objective
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Given, Measurement, Problem, with_effects
 
 Array = NDArray[np.float64]
 

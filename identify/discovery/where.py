@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.target import FrfTarget
-from identify.discovery.result import GapByBand
-from identify.identifiability import QUIET
+from identify.fitting.uncertainty import QUIET
 from identify.model.modes import complex_modes
-from identify.problem import Problem
+from identify.results.discovery import GapByBand
 from identify.robot.points import Point
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem
 
 Array = NDArray[np.float64]
 

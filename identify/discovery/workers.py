@@ -16,7 +16,7 @@ from types import TracebackType
 from threadpoolctl import threadpool_limits
 
 from identify.discovery.trial import Bench, Task, Trial
-from identify.problem import Problem
+from identify.vibration.problem import Problem
 
 Memory = dict[str, tuple[dict[str, float], list[float], str]]
 """By key of a task: values by name; squares, count, squares and count on validation data, free parameters; failure."""

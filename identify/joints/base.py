@@ -11,10 +11,10 @@ from typing import Any
 
 from pydantic import Field
 
+from identify.core.registry import Registry, parse_kind
 from identify.joints.bench import Bench
-from identify.joints.result import CurveResult
-from identify.registry import Registry, parse_kind
-from identify.study import Settings
+from identify.results.joints import CurveResult
+from identify.vibration.study import Settings
 
 CURVES = Registry(
     "curve",

@@ -14,14 +14,14 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.joints.base import Curve
 from identify.joints.base_set import UNITS, BaseSet, all_columns, of_robot, standard_values
 from identify.joints.bench import Array, Bench
 from identify.joints.intervals import Mask, in_time, symmetric, table
-from identify.joints.result import CurveResult, Panel, Series
 from identify.joints.separable import solve
-from identify.motion.conditioning import Motion
+from identify.measured.conditioning import Motion
+from identify.results.joints import CurveResult, Panel, Series
 from identify.robot.description import Robot
 
 _WORSE = 1.5

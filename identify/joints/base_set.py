@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from identify.motion.inverse_dynamics import RigidArm
 from identify.robot.description import Link, Robot
+from identify.robot.inverse_dynamics import RigidArm
 
 Array = NDArray[np.float64]
 _TOLERANCE = 1e-9

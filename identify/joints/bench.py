@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.measured.conditioning import Motion, condition
+from identify.measured.record_files import JOINT, RecordFile
+from identify.measured.records import Quantity, SignalSettings, TimeAxis, read_record
 from identify.measured.units import parse_signal_unit
-from identify.motion.conditioning import Motion, condition
-from identify.motion.record_files import JOINT, RecordFile
-from identify.motion.records import Quantity, SignalSettings, TimeAxis, read_record
 from identify.robot.description import Robot
 
 Array = NDArray[np.float64]

@@ -11,14 +11,14 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.joints.base import JointCurve
 from identify.joints.bench import Array, Bench
 from identify.joints.friction_curve import Model, fit_friction, friction_at, friction_values
 from identify.joints.intervals import over_time, table
-from identify.joints.result import CurveResult, Panel, Series
 from identify.joints.separable import Fitted
-from identify.motion.conditioning import Motion
+from identify.measured.conditioning import Motion
+from identify.results.joints import CurveResult, Panel, Series
 
 _LEAST_SAMPLES = 50
 

@@ -11,13 +11,13 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.joints.base import JointCurve
 from identify.joints.bench import Array, Bench
 from identify.joints.friction_curve import Model, fit_friction, friction_at, friction_values
 from identify.joints.intervals import independent, table
 from identify.joints.phases import Phase, constant_phases
-from identify.joints.result import CurveResult, Panel, Series
+from identify.results.joints import CurveResult, Panel, Series
 
 
 class FrictionConstantVelocity(JointCurve):

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from identify.joints.result import ValueTable
-from identify.motion.correlated import covariance
+from identify.core.correlated import covariance
+from identify.results.joints import ValueTable
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -19,7 +19,7 @@ _RANK = 1e-8
 _BLIND = 1e-4
 """Part in such a direction from which a value is not determined."""
 _SURE = np.log(2) / 2 * 1.96
-"""Half interval over value up to which a value counts as determined, as in `identify.identifiability`."""
+"""Half interval over value up to which a value counts as determined, as in `identify.fitting.uncertainty`."""
 DETERMINED, WEAK, ZERO, BLIND = "determined", "weak", "not told from zero", "not determined"
 
 

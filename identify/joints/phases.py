@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.core.correlated import effective_samples
 from identify.joints.bench import Array
 from identify.joints.intervals import Mask
-from identify.motion.conditioning import Motion
-from identify.motion.correlated import effective_samples
+from identify.measured.conditioning import Motion
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify import results
 from identify.joints.intervals import BLIND, WEAK, ZERO
-from identify.joints.result import CurveResult, JointsResult
 from identify.joints.study import bench_of, read_joint_study
-from identify.provenance import provenance, sha256
+from identify.results import fit as results
+from identify.results.joints import CurveResult, JointsResult
+from identify.results.provenance import provenance, sha256
 
 
 def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Path]:

@@ -15,15 +15,15 @@ import numpy as np
 from pydantic import Field, model_validator
 from scipy.optimize import least_squares
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.joints.base import JointCurve
 from identify.joints.bench import Array, Bench
 from identify.joints.intervals import independent, symmetric, table
-from identify.joints.result import CurveResult, Panel, Series
 from identify.joints.weights import Weights
+from identify.measured.record_files import RecordFile
+from identify.measured.records import SignalSettings
 from identify.motion.gear import GearSpring
-from identify.motion.record_files import RecordFile
-from identify.motion.records import SignalSettings
+from identify.results.joints import CurveResult, Panel, Series
 
 _PASSES = 4
 _LEAST = 5

@@ -14,14 +14,14 @@ import numpy as np
 from pydantic import Field
 from scipy.special import fdtrc
 
-from identify.errors import InputError
+from identify.core.correlated import effective_samples
+from identify.core.errors import InputError
 from identify.joints.base import JointCurve
 from identify.joints.bench import Array, Bench
 from identify.joints.intervals import Mask, Value, over_time, symmetric, table
 from identify.joints.phases import steady
-from identify.joints.result import CurveResult, Panel, Series
 from identify.joints.separable import Fitted, separable, solve
-from identify.motion.correlated import effective_samples
+from identify.results.joints import CurveResult, Panel, Series
 
 _CHANCE = 1e-3
 _MOST = 6

@@ -6,10 +6,10 @@ import numpy as np
 from pydantic import Field
 
 from identify.joints.bench import Array, Bench
-from identify.motion.inverse_dynamics import RigidArm
-from identify.motion.record_files import RecordFile
+from identify.measured.record_files import RecordFile
 from identify.robot.description import Link
-from identify.study import Settings
+from identify.robot.inverse_dynamics import RigidArm
+from identify.vibration.study import Settings
 
 
 class Weights(Settings):

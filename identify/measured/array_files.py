@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords
 from identify.measured.frf_set import Complex, Float, Quantity

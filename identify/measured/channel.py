@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 
 _NAMES = {0: "S", 1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ"}
 _CODES = {name: code for code, name in _NAMES.items()}

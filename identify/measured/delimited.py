@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
 from identify.measured.frf_set import UNIT, Complex, Float, FrfSet

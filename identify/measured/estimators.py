@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.frf_set import Complex, Float, FrfSet, Quantity
 from identify.measured.time_history import TimeHistory
 from identify.measured.units import QUANTITY_OF_KIND, parse_signal_unit

@@ -11,7 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.array_files import Arrays, read_arrays
 from identify.measured.frf_records import FrfFileOptions, FrfRecords
 from identify.measured.frf_set import UNIT, FrfSet

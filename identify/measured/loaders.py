@@ -10,11 +10,11 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.core.registry import Registry
 from identify.measured.frf_records import FrfFileOptions, to_frf_set
 from identify.measured.frf_set import FrfSet
 from identify.measured.time_history import TimeHistory, Units, to_time_history
-from identify.registry import Registry
 
 __all__ = ["FORMAT_OF_SUFFIX", "LOADERS", "TIME_LOADERS", "FrfFileOptions", "load_frf_set", "load_time_history"]
 
@@ -22,7 +22,7 @@ LOADERS = Registry(
     "FRF file format",
     "identify.loaders",
     {
-        "uff": "identify.measured.uff:read_frf",
+        "uff": "identify.measured.uff.read:read_frf",
         "csv": "identify.measured.delimited:read_frf",
         "hdf5": "identify.measured.hdf5:read_frf",
         "mat": "identify.measured.mat:read_frf",
@@ -33,7 +33,7 @@ LOADERS = Registry(
 TIME_LOADERS = Registry(
     "time history format",
     "identify.time_loaders",
-    {"uff": "identify.measured.uff:read_time", "csv": "identify.measured.delimited:read_time"},
+    {"uff": "identify.measured.uff.read:read_time", "csv": "identify.measured.delimited:read_time"},
 )
 """Readers of time histories by format."""
 

@@ -10,7 +10,7 @@ from typing import Any
 from pymatreader import read_mat
 from scipy.io.matlab import MatReadError
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.array_files import Arrays, read_arrays
 from identify.measured.frf_records import FrfFileOptions, FrfRecords
 

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.special import chdtri
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.frf_set import Float, FrfSet
 
 _POOLED_FREEDOM = 120

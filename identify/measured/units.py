@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Literal
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.frf_set import Quantity
 
 Kind = Literal["displacement", "velocity", "acceleration", "force"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.modal.layout import Layout
 from identify.modal.lsfd import contributions
 from identify.modal.settings import ModalSettings

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.effects.base import Contribution, Effect, Parameter
-from identify.effects.nonlinear import NonlinearEffect, PlacedLaw
-from identify.effects.site import Site
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import Contribution, Effect, Parameter
+from identify.model.effects.nonlinear import NonlinearEffect, PlacedLaw
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.effects.nonlinear import Law
+from identify.model.effects.nonlinear import Law
 from identify.model.impact import Impact
 from identify.model.modes import state_eigen
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.registry import Registry, parse_kind
 from identify.motion.numbers import Settings
-from identify.registry import Registry, parse_kind
 
 Array = NDArray[np.float64]
 

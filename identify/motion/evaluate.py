@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identify import motion_result as results
-from identify.evaluate import parameter_table, start_table
-from identify.identifiability import Trust
-from identify.motion.circular import circular_test
+from identify.fitting.optimizers.base import Scale
+from identify.fitting.uncertainty import Trust
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
 from identify.motion.simulate import Motion
 from identify.motion.tool import recorded_paths, tool_paths
 from identify.motion.trajectory import TrajectoryObjective, all_signals, phase_rms, simulated, trajectory_trust
 from identify.motion.trajectory_fit import MotionFit, judge
-from identify.optimizers.base import Scale
-from identify.provenance import provenance, sha256
-from identify.results import LAYOUT, Provenance
+from identify.results import motion as results
+from identify.results.circular import circular_test
+from identify.results.fit import LAYOUT, Provenance
+from identify.results.provenance import provenance, sha256
+from identify.vibration.evaluate import parameter_table, start_table
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
-from identify.effects.base import Parameter
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import Parameter
 
 Array = NDArray[np.float64]
 

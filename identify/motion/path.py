@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.motion.command import Move
 from identify.motion.numbers import Settings
 from identify.robot.engine_motion import MovingArm

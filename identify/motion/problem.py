@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.effects.base import Parameter
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import Parameter
 from identify.model.system import build_site
 from identify.motion.controller import Law
 from identify.motion.gear import gear_spring
@@ -18,9 +18,9 @@ from identify.motion.numbers import JointNumber, NumberTable, Settings, number_t
 from identify.motion.recording import Record, check_record, read_recording
 from identify.motion.simulate import Motion, Orders, Plant, Timing, simulate
 from identify.motion.study import MotionFile
-from identify.problem import read_robot
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm, Passive
+from identify.vibration.problem import read_robot
 
 Array = NDArray[np.float64]
 

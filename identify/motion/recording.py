@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.measured.record_files import RecordFile
+from identify.measured.records import MotionRecord, read_record
 from identify.motion.command import Command, Move, moves_command, tabulated
 from identify.motion.path import joint_path
-from identify.motion.record_files import RecordFile
-from identify.motion.records import MotionRecord, read_record
 from identify.motion.study import MotionFile, RecordSettings, TrackerSettings
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm

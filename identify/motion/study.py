@@ -10,8 +10,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from identify.effects.base import parse_effect
-from identify.effects.springs import Springs
+from identify.fitting.optimizers.base import Optimizer, parse_optimizer
+from identify.measured.records import Quantity, SignalSettings, TimeAxis
+from identify.model.effects.base import parse_effect
+from identify.model.effects.springs import Springs
 from identify.motion.command import Move
 from identify.motion.controller import Controller, parse_controller
 from identify.motion.excitation import Excitation
@@ -20,9 +22,7 @@ from identify.motion.gear import Gear
 from identify.motion.motor import Motor
 from identify.motion.numbers import Number, Settings
 from identify.motion.path import Circle, Tool
-from identify.motion.records import Quantity, SignalSettings, TimeAxis
-from identify.optimizers.base import Optimizer, parse_optimizer
-from identify.study import ConfigFile, RobotSettings, read_settings
+from identify.vibration.study import ConfigFile, RobotSettings, read_settings
 
 SCHEMA = "identify-motion/1"
 WEIGHTS = ("motor_position", "motor_velocity", "motor_torque", "motor_current", "link_position", "link_velocity")

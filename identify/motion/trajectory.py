@@ -8,13 +8,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.costs.base import Objective
-from identify.errors import InputError
-from identify.identifiability import Trust, sandwich
+from identify.core.errors import InputError
+from identify.fitting.optimizers.base import Scale
+from identify.fitting.uncertainty import Trust, sandwich
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
 from identify.motion.simulate import Motion
-from identify.optimizers.base import Scale
+from identify.vibration.costs.base import Objective
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -1,4 +1,4 @@
-"""Fits of a motion: the loop of `identify.fit` on trajectories, then missing effects tried one by one on records that were not fitted."""
+"""Fits of a motion: the loop of `identify.fitting.fit` on trajectories, then missing effects tried one by one on records that were not fitted."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.effects.base import Parameter
-from identify.errors import InputError
-from identify.fit import Fit, Progress, fit
+from identify.core.errors import InputError
+from identify.fitting.fit import Fit, Progress, fit
+from identify.fitting.optimizers.base import Optimizer, parse_optimizer
+from identify.model.effects.base import Parameter
 from identify.motion.problem import MotionProblem, with_numbers
 from identify.motion.recording import Record
 from identify.motion.study import Candidate, MotionStudy
 from identify.motion.trajectory import TrajectoryObjective
-from identify.optimizers.base import Optimizer, parse_optimizer
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class MotionFitFile:
 
 @dataclass(frozen=True)
 class FittableMotion:
-    """A problem of motion as the fit loop wants it (`identify.fit.Fittable`)."""
+    """A problem of motion as the fit loop wants it (`identify.fitting.fit.Fittable`)."""
 
     problem: MotionProblem
     file: MotionFitFile

@@ -7,42 +7,39 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from identify import results
-from identify.batch_result import BatchResult
-from identify.comparison import Comparison
-from identify.discovery.result import DiscoveryResult
-from identify.errors import InputError
-from identify.joints.result import JointsResult
-from identify.map_result import MapResult
-from identify.modes_result import ModesResult
-from identify.motion.explain_result import ExplainResult
-from identify.motion_result import MotionResult
-from identify.reports import (
-    batch_html,
-    batch_pdf,
-    compare_html,
-    compare_pdf,
-    discovery_html,
-    discovery_pdf,
-    explain_html,
-    explain_pdf,
-    html,
-    joints_html,
-    joints_pdf,
-    map_html,
-    map_pdf,
-    modes_html,
-    modes_pdf,
-    motion_html,
-    motion_pdf,
-    pdf,
-)
-from identify.reports.document import Document
+from identify.core.errors import InputError
+from identify.reports.batch import html as batch_html
+from identify.reports.batch import pdf as batch_pdf
+from identify.reports.compare import html as compare_html
+from identify.reports.compare import pdf as compare_pdf
+from identify.reports.discovery import html as discovery_html
+from identify.reports.discovery import pdf as discovery_pdf
+from identify.reports.explain import html as explain_html
+from identify.reports.explain import pdf as explain_pdf
+from identify.reports.fit import html, pdf
+from identify.reports.joints import html as joints_html
+from identify.reports.joints import pdf as joints_pdf
+from identify.reports.kit.document import Document
+from identify.reports.map import html as map_html
+from identify.reports.map import pdf as map_pdf
+from identify.reports.modes import html as modes_html
+from identify.reports.modes import pdf as modes_pdf
+from identify.reports.motion import html as motion_html
+from identify.reports.motion import pdf as motion_pdf
+from identify.results import fit as results
+from identify.results.batch import BatchResult
+from identify.results.comparison import Comparison
+from identify.results.discovery import DiscoveryResult
+from identify.results.explain import ExplainResult
+from identify.results.joints import JointsResult
+from identify.results.map import MapResult
+from identify.results.modes import ModesResult
+from identify.results.motion import MotionResult
 
 
 @dataclass(frozen=True)
 class ReportKind:
-    """result: the class of the result (`KIND` names it, `identify.results` reads it); page: its HTML; document: its PDF in the making,
+    """result: the class of the result (`KIND` names it, `identify.results.fit` reads it); page: its HTML; document: its PDF in the making,
     from which figures and data are exported too.  Both print the same tables.
     """
 

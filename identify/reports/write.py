@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from identify.comparison import compared
-from identify.reports.export import contents
+from identify.core.atomic import write_whole
 from identify.reports.kinds import KINDS, read_any
-from identify.whole import write_whole
+from identify.reports.kit.export import contents
+from identify.results.comparison import compared
 
 _ELSEWHERE = "move the result file there"
 

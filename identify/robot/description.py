@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 
 Array = NDArray[np.float64]
 

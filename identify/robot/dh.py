@@ -31,7 +31,7 @@ from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 from identify.robot.description import Joint, Robot
 from identify.robot.dh_table import GROUND, DhTable, Key, Row, faults
 from identify.robot.pose import inverse, pose

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 from identify.robot.description import Robot
 from identify.robot.pose import pose
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.robot.description import Link, Robot
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.robot.description import Joint, Link, Robot, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
 from identify.robot.urdf_elements import MOVING, UrdfJoint, UrdfLink, joints, links, parse

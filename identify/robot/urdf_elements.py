@@ -10,7 +10,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.robot.description import Link
 from identify.robot.pose import pose, seen_from
 

@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.batch import child, mapping, run
+from identify.batch import child, run
 from identify.batch.executor import Executor, open_executor
 from identify.batch.job import Outcome, failure
+from identify.map import run as mapping
 
 ROOT = Path(__file__).parents[2]
 Opener = Callable[[], contextlib.AbstractContextManager[Executor]]

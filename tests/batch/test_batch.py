@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify import results
 from identify.batch.index import Index
 from identify.batch.run import run_batch
-from identify.batch_result import BatchResult
 from identify.cli import app
-from identify.errors import InputError, InputErrors
-from identify.reports import batch_tables
+from identify.core.errors import InputError, InputErrors
+from identify.reports.batch import tables as batch_tables
+from identify.results import fit as results
+from identify.results.batch import BatchResult
 from tests.batch import planar
 from tests.batch.conftest import Opener, always, in_this_process, kill_one
 

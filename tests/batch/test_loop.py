@@ -14,7 +14,7 @@ from identify.batch.executor import Executor, open_executor, processors
 from identify.batch.index import Entry, Index
 from identify.batch.job import Job, Outcome, failure
 from identify.batch.loop import run_jobs
-from identify.errors import InputError
+from identify.core.errors import InputError
 from tests.batch.conftest import Opener
 
 LIMIT_S = 20.0

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify import results
 from identify.batch.executor import Executor, open_executor
-from identify.batch.mapping import PART, MapOptions, map_part, parse_grid, run_map
-from identify.errors import InputError
-from identify.map_result import MapPart, MapResult
+from identify.core.errors import InputError
+from identify.map.posture_map import fitted_model, map_postures, tool_point
+from identify.map.run import PART, MapOptions, map_part, parse_grid, run_map
 from identify.model.modes import complex_modes
-from identify.posture_map import fitted_model, map_postures, tool_point
-from identify.run import run_fit
+from identify.results import fit as results
+from identify.results.map import MapPart, MapResult
+from identify.vibration.run import run_fit
 from tests.batch import planar
 from tests.batch.conftest import Inline, always
 

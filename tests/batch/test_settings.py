@@ -8,7 +8,7 @@ import pytest
 
 from identify.batch.settings import posture_of, read_batch, read_table
 from identify.batch.work import derived
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 from tests.batch import planar
 
 HEAD = "schema: identify-batch/1\n"

@@ -20,12 +20,12 @@ from pathlib import Path
 
 import numpy as np
 
-from identify import results
 from identify.batch.index import Entry, Index
-from identify.batch.mapping import MapOptions, run_map
 from identify.batch.run import run_batch
-from identify.posture_map import fitted_model, map_postures, tool_point
-from identify.run import run_fit
+from identify.map.posture_map import fitted_model, map_postures, tool_point
+from identify.map.run import MapOptions, run_map
+from identify.results import fit as results
+from identify.vibration.run import run_fit
 from tests.batch import planar
 
 ROOT = Path(__file__).parents[2]

@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.costs.base import parse_cost
-from identify.costs.target import FrfTarget, Targets
-from identify.identifiability import trust
+from identify.fitting.optimizers.base import Scale, Search, parse_optimizer
+from identify.fitting.uncertainty import trust
 from identify.measured.noise import noise_std
-from identify.optimizers.base import Scale, Search, parse_optimizer
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 from tests.generator.chain import Chain
 from tests.generator.estimate import h1
 from tests.generator.generate import generate

@@ -18,10 +18,10 @@ from typing import Any
 
 from identify.discovery.loop import Discovery, Story, discover
 from identify.discovery.workers import Workers
-from identify.effects.base import Effect
-from identify.effects.joint_compliance import CLASSES
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.model.effects.base import Effect
+from identify.model.effects.joint_compliance import CLASSES
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 from tests.hidden import config_of
 from tests.shared import ROOT
 

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from identify.motion.explain_result import EffectTable, ExplainResult
-from identify.motion.explain_run import run_explain
+from identify.explain.run import run_explain
+from identify.results.explain import EffectTable, ExplainResult
 from tests.motion.hidden_drive import PAYLOAD_KG, RATE, RATIO, Array, Hidden, Motion, only, rigid_model, study
 
 MEMORIES = (0.0, 0.5, 0.9, 0.95, 0.99)

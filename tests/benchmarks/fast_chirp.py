@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 from threadpoolctl import threadpool_limits
 
-from identify.costs.target import FrfTarget
-from identify.errors import InputError
-from identify.fit import Fit, fit
+from identify.core.errors import InputError
+from identify.fitting.fit import Fit, fit
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import analyse
 from identify.modal.pairing import pair
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 
 ROOT = Path(__file__).parents[2]
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.run import run_fit
+from identify.vibration.run import run_fit
 from tests.hidden import truth, write_config
 
 

@@ -16,13 +16,13 @@ import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from identify.costs.base import Objective, parse_cost
-from identify.costs.target import FrfTarget, Targets
-from identify.effects.base import Parameter
+from identify.fitting.optimizers.base import Scale, Search, parse_optimizer
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
+from identify.model.effects.base import Parameter
 from identify.model.frf import frf
-from identify.optimizers.base import Scale, Search, parse_optimizer
+from identify.vibration.costs.base import Objective, parse_cost
+from identify.vibration.costs.target import FrfTarget, Targets
 from tests.arms import arm, initial, system
 
 ALL_AXES = ["tx", "ty", "tz", "rx", "ry", "rz"]

@@ -17,16 +17,16 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identify import results
-from identify.fit import fit
+from identify.fitting.fit import fit
+from identify.fitting.optimizers.base import parse_optimizer
 from identify.motion.problem import load_motion, with_numbers
+from identify.motion.run import run_motion_fit
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.trajectory_fit import FittableMotion, FittedMotion, MotionFitFile, TrajectoryCost
-from identify.motion_result import MotionResult
-from identify.motion_run import run_motion_fit
-from identify.optimizers.base import parse_optimizer
-from identify.reports.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
+from identify.reports.kit.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
+from identify.results import fit as results
+from identify.results.motion import MotionResult
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]

@@ -14,17 +14,17 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.costs.base import parse_cost
-from identify.costs.target import FrfTarget, frf_target
-from identify.fit import Fit, fit
-from identify.identifiability import gap
+from identify.fitting.fit import Fit, fit
+from identify.fitting.uncertainty import gap
 from identify.measured.geometry import displacements
 from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import analyse
+from identify.model.geometry import sensor_geometry
 from identify.model.modes import complex_modes
-from identify.posture_geometry import sensor_geometry
-from identify.problem import Problem, load_problem, read_frfs
-from identify.study import read_study
+from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.target import FrfTarget, frf_target
+from identify.vibration.problem import Problem, load_problem, read_frfs
+from identify.vibration.study import read_study
 
 ROOT = Path(__file__).parents[2]
 ELASTIC = "\n  - {kind: base-compliance, axes: [rx, ry]}\n  - {kind: link-flexibility, link: link1}\n"

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.motion.circular import CircularTest
 from identify.motion.evaluate import evaluate_simulation
 from identify.motion.problem import load_motion
 from identify.motion.study import MotionFile, read_motion_study
-from identify.reports.circle_figure import circles
-from identify.reports.figures import style
+from identify.reports.kit.circle_figure import circles
+from identify.reports.kit.figures import style
+from identify.results.circular import CircularTest
 
 ROOT = Path(__file__).parents[2]
 VARIANTS: dict[str, dict[str, Any]] = {

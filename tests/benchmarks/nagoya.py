@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identify import results
 from identify.measured.frf_set import Complex
 from identify.motion.excitation import closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion, with_numbers
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import simulated
-from identify.motion_result import MotionResult
+from identify.results import fit as results
+from identify.results.motion import MotionResult
 
 ROOT = Path(__file__).parents[2]
 Array = NDArray[np.float64]

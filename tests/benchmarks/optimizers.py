@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.costs.base import Objective, parse_cost
-from identify.fit import fit
-from identify.identifiability import inseparable, trust
-from identify.optimizers.base import Ended, Scale, Search, parse_optimizer
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.fitting.fit import fit
+from identify.fitting.optimizers.base import Ended, Scale, Search, parse_optimizer
+from identify.fitting.uncertainty import inseparable, trust
+from identify.vibration.costs.base import Objective, parse_cost
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES

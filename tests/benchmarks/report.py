@@ -5,8 +5,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from identify.reports import html
-from identify.results import Result
+from identify.reports.fit import html
+from identify.results.fit import Result
 from tests.reports.browser import browser
 from tests.reports.sample import frf_result, large_result
 

@@ -12,10 +12,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from identify import results
-from identify.discovery.result import DiscoveryResult
-from identify.reports.figures import style
-from identify.results import FrfComparison
+from identify.reports.kit.figures import style
+from identify.results import fit as results
+from identify.results.discovery import DiscoveryResult
+from identify.results.fit import FrfComparison
 
 Array = NDArray[np.float64]
 AXES = {"x": "1:+Z", "y": "1:+Y", "z": "1:+X"}

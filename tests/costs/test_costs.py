@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.costs.base import COSTS, parse_cost
-from identify.costs.eigenfrequency import pair_all
-from identify.costs.target import ModalTarget, Targets
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.modal_table import ModalTable
 from identify.model.modes import complex_modes
+from identify.vibration.costs.base import COSTS, parse_cost
+from identify.vibration.costs.eigenfrequency import pair_all
+from identify.vibration.costs.target import ModalTarget, Targets
 from tests.arms import initial
 from tests.targets import targets
 

@@ -13,8 +13,8 @@ from identify.discovery.loop import Story
 from identify.discovery.search import Option
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
-from identify.effects.base import Effect, parse_effect
-from identify.problem import Problem
+from identify.model.effects.base import Effect, parse_effect
+from identify.vibration.problem import Problem
 
 DRIVES = parse_effect({"kind": "joint-compliance"})
 TILT = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify import results
 from identify.cli import app
+from identify.core.errors import InputError
 from identify.discovery import search
 from identify.discovery.candidates import candidates
 from identify.discovery.loop import Story
-from identify.discovery.result import DiscoveryResult, UnfinishedDiscovery
 from identify.discovery.run import run_discover
-from identify.errors import InputError
-from identify.run import run_fit
+from identify.results import fit as results
+from identify.results.discovery import DiscoveryResult, UnfinishedDiscovery
+from identify.vibration.run import run_fit
 from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES

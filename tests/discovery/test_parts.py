@@ -19,9 +19,9 @@ from identify.discovery.search import Option, Step
 from identify.discovery.trial import Bench, Task, Trial, left_out, thinned
 from identify.discovery.where import Part, band_limits, gap_map, in_words, parts
 from identify.discovery.workers import Workers
-from identify.effects.base import Effect, Parameter, parse_effect
-from identify.problem import Problem, load_problem
-from identify.study import StudyFile, read_study
+from identify.model.effects.base import Effect, Parameter, parse_effect
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import StudyFile, read_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 ROCKING = parse_effect({"kind": "base-compliance", "axes": ["rx", "ry"]})

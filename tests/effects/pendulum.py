@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.effects.base import parse_effect
+from identify.model.effects.base import parse_effect
 from identify.model.modes import undamped_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.points import Point

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.effects.base import parse_effect
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import parse_effect
 from identify.model.system import assemble, build_site, list_parameters
 from identify.robot.description import Link
 from identify.robot.engine import Engine

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.effects.base import EFFECTS, Effect, parse_effect
-from identify.effects.measurement import MeasurementEffect
-from identify.effects.nonlinear import NonlinearEffect
+from identify.model.effects.base import EFFECTS, Effect, parse_effect
+from identify.model.effects.measurement import MeasurementEffect
+from identify.model.effects.nonlinear import NonlinearEffect
 from identify.model.frf import frf_and_gradient, frf_by_solve
 from identify.model.modes import complex_modes
 from identify.model.system import System

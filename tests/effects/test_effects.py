@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.effects.base import EFFECTS, parse_effect
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.frf import frf, frf_by_solve
 from identify.model.modes import complex_modes, undamped_modes
 from identify.model.system import build_site, list_parameters

@@ -12,9 +12,9 @@ import pytest
 import scipy.linalg
 from scipy.spatial.transform import Rotation
 
-from identify.effects.base import EFFECTS, parse_effect
-from identify.effects.beam import slices
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import EFFECTS, parse_effect
+from identify.model.effects.beam import slices
 from identify.model.frf import frf_by_solve
 from identify.model.modes import undamped_modes
 from identify.model.system import System, assemble, build_site, list_parameters

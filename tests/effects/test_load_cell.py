@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.effects.base import parse_effect
-from identify.effects.load_cell import LoadCell
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import parse_effect
+from identify.model.effects.load_cell import LoadCell
 from identify.model.frf import frf_by_solve
 from identify.model.system import build_site
 from identify.robot.description import Robot

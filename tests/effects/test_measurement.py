@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.costs.base import parse_cost
-from identify.costs.target import FrfTarget, Targets, frf_target
-from identify.effects.base import parse_effect
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
+from identify.model.effects.base import parse_effect
 from identify.model.system import System
 from identify.robot.points import Point, read_points
+from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.target import FrfTarget, Targets, frf_target
 from tests.arms import arm, initial
 from tests.targets import CHANNELS, POINTS, model, predictor, targets
 

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.costs.base import parse_cost
-from identify.costs.target import FrfTarget, Targets
+from identify.core.errors import InputError, InputErrors
 from identify.discovery.levels import level_gap, torque_gaps
-from identify.effects.base import EFFECTS, parse_effect
-from identify.errors import InputError, InputErrors
-from identify.fit import fit
+from identify.fitting.fit import fit
+from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.impact import Impact
-from identify.problem import Problem, load_problem
-from identify.study import read_study
+from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
 from tests.arms import arm, initial
 from tests.generator.cases import hide
 from tests.generator.generate import generate

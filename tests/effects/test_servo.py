@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.effects.base import parse_effect
-from identify.errors import InputError
+from identify.core.errors import InputError
+from identify.model.effects.base import parse_effect
 from identify.model.frf import dynamic_stiffness, frf, frf_by_solve
 from identify.model.system import assemble, build_site, list_parameters
 from identify.robot.description import Robot

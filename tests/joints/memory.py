@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from identify.joints.bench import Bench
-from identify.motion.conditioning import Motion, condition
-from identify.motion.records import MotionRecord, SignalSettings, TimeAxis
+from identify.measured.conditioning import Motion, condition
+from identify.measured.records import MotionRecord, SignalSettings, TimeAxis
 from tests.generator import joint_runs
 
 SIGNALS: Any = {

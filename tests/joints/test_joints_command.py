@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify import results
 from identify.cli import app
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 from identify.joints.base import parse_curve
-from identify.joints.result import JointsResult
 from identify.joints.run import run_joints
 from identify.reports.write import write_reports
+from identify.results import fit as results
+from identify.results.joints import JointsResult
 from tests.generator import joint_runs
 from tests.joints.memory import bench, value
 from tests.joints.test_base_parameters import described

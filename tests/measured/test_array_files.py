@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from scipy.io import savemat
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
 from identify.measured.hdf5 import write_frf
 from identify.measured.loaders import FrfFileOptions, load_frf_set

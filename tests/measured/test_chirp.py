@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.signal import lsim
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.frf_set import Complex, FrfSet

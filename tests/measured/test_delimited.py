@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.delimited import write_frf
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set, load_time_history

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.estimators import Method, estimate, frf_from_impacts, frf_from_random
 from identify.measured.time_history import TimeHistory

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfRecord, FrfRecords
 from identify.measured.hdf5 import write_frf as write_hdf5
 from identify.measured.loaders import FORMAT_OF_SUFFIX, LOADERS, FrfFileOptions, load_frf_set, load_time_history
-from identify.measured.uff_write import write_uff58
+from identify.measured.uff.write import write_uff58
 from tests.measured.frf_sets import assert_same, some_set
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import parse_modes, read_modal_table, write_modal_table

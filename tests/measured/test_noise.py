@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.estimators import frf_from_impacts
 from identify.measured.frf_set import FrfSet

@@ -11,12 +11,12 @@ import pyuff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set, load_time_history
-from identify.measured.uff_records import read_records
-from identify.measured.uff_write import write_uff58
+from identify.measured.uff.records import read_records
+from identify.measured.uff.write import write_uff58
 from tests.measured.frf_sets import assert_same, sets, some_set
 from tests.measured.uff_text import Dataset58, coherence, some_frf, text, units164
 from tests.shared import shared

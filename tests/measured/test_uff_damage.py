@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
-from identify.measured.uff_write import write_uff58
+from identify.measured.uff.write import write_uff58
 from tests.measured.frf_sets import by_pair, some_set
 from tests.measured.uff_text import Dataset58, coherence, some_frf, text
 

@@ -11,12 +11,12 @@ import pyuff
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.geometry import Geometry, displacements
 from identify.measured.modal_table import ModalTable
-from identify.measured.uff_geometry import read_geometry
-from identify.measured.uff_shapes import read_shapes, write_shapes
+from identify.measured.uff.geometry import read_geometry
+from identify.measured.uff.shapes import read_shapes, write_shapes
 from tests.shared import shared
 
 RANDOM = np.random.default_rng(0)

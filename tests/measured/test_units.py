@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.units import FrfUnit, parse_frf_unit, parse_signal_unit, ratio
 
 G, LBF = 9.80665, 4.4482216152605

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.modal.analysis import ModalAnalysis, analyse, analyse_directions

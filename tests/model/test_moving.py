@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.effects.base import parse_effect
-from identify.errors import InputErrors
+from identify.core.errors import InputErrors
+from identify.model.effects.base import parse_effect
 from identify.model.frf import frf, frf_and_gradient, frf_by_solve
 from identify.model.system import System, assemble, build_site, list_parameters
-from identify.problem import load_problem
 from identify.robot.description import Robot
-from identify.study import read_study
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.effects.base import parse_effect
+from identify.model.effects.base import parse_effect
 from identify.model.frf import frf, frf_and_gradient, frf_by_solve, frf_slope
 from identify.model.record import ending, rest_by_exponential
 from tests.arms import ALL_EFFECTS, arm, initial, system

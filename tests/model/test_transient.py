@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from identify.effects.hardening_stiffness import Cubic
-from identify.effects.joint_friction import Friction
-from identify.effects.nonlinear import Law
+from identify.model.effects.hardening_stiffness import Cubic
+from identify.model.effects.joint_friction import Friction
+from identify.model.effects.nonlinear import Law
 from identify.model.impact import Impact
 from identify.model.transient import Attached, Models, Response, simulate
 

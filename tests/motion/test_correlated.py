@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.motion.correlated import correlation_time, covariance, log_likelihood_gain, mean_above_zero, white_level
+from identify.core.correlated import correlation_time, covariance, log_likelihood_gain, mean_above_zero, white_level
 from tests.motion.hidden_drive import coloured
 
 ALL = np.ones(4000, dtype=bool)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.motion.explain_result import ExplainResult, TargetResult
-from identify.motion.explain_run import run_explain
+from identify.explain.run import run_explain
+from identify.results.explain import ExplainResult, TargetResult
 from tests.motion.hidden_drive import RATE, RATIO, Array, Hidden, Motion, only, study
 
 
@@ -91,7 +91,7 @@ def test_deflection(tmp_path: Path) -> None:
 
 
 def _kinds(target: str) -> str:
-    from identify.motion_effects.base import MOTION_EFFECTS
+    from identify.explain.effects.base import MOTION_EFFECTS
 
     chosen = [kind for kind in MOTION_EFFECTS.names() if MOTION_EFFECTS.get(kind).target == target]
     return "[" + ", ".join(chosen) + "]"

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify import results
 from identify.cli import app
-from identify.errors import InputError, InputErrors
-from identify.motion.explain_result import ExplainResult
-from identify.motion.explain_run import run_explain
-from identify.motion.explain_study import read_explain_study
+from identify.core.errors import InputError, InputErrors
+from identify.explain.run import run_explain
+from identify.explain.study import read_explain_study
 from identify.reports.write import write_reports
+from identify.results import fit as results
+from identify.results.explain import ExplainResult
 from tests.motion.hidden_drive import Hidden, Motion, study
 from tests.reports.pdf_text import lines
 from tests.shared import shared

@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from identify.motion.inverse_dynamics import RigidArm
 from identify.robot.description import Link
 from identify.robot.dh import read_dh
+from identify.robot.inverse_dynamics import RigidArm
 from tests.motion.hidden_drive import PAYLOAD_AT, PAYLOAD_KG, Hidden, move, rigid_model, study
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from identify.errors import InputError, InputErrors
-from identify.motion.circular import circular_test
+from identify.core.errors import InputError, InputErrors
 from identify.motion.evaluate import evaluate_simulation
 from identify.motion.path import Circle, Tool, joint_path
 from identify.motion.problem import MotionProblem
 from identify.motion.tool import tool_paths
+from identify.results.circular import circular_test
 from identify.robot.engine import Engine
 from identify.robot.engine_motion import MovingArm
 from identify.robot.posture import AXES, at_posture

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from identify import results
-from identify.errors import InputError
-from identify.fit import Progress
-from identify.journal import Journal
+from identify.core.errors import InputError
+from identify.fitting.fit import Progress
+from identify.fitting.journal import Journal
+from identify.motion.run import run_motion_fit, run_simulation
 from identify.motion.trajectory import TrajectoryObjective
-from identify.motion_result import MotionResult
-from identify.motion_run import run_motion_fit, run_simulation
 from identify.reports.write import write_reports
+from identify.results import fit as results
+from identify.results.motion import MotionResult
 from tests.motion import arms
 from tests.motion.test_simulate import DC
 from tests.motion.test_trajectory_fit import COULOMB, FREE, NOISE, SERVO, record

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from identify.errors import InputErrors
+from identify.core.errors import InputErrors
 from identify.measured.frf_set import Complex
 from identify.motion.excitation import Excitation, closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion

@@ -11,9 +11,9 @@ import pyuff
 from numpy.typing import NDArray
 from scipy.io import savemat
 
-from identify.errors import InputError
-from identify.motion.conditioning import condition
-from identify.motion.records import MotionRecord, Quantity, SignalSettings, TimeAxis, read_record
+from identify.core.errors import InputError
+from identify.measured.conditioning import condition
+from identify.measured.records import MotionRecord, Quantity, SignalSettings, TimeAxis, read_record
 
 RATE, JOINTS = 200.0, 2
 TIME = np.arange(400) / RATE

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 from identify.motion.friction import friction_torque
 from identify.motion.gear import GearSpring
 from identify.motion.simulate import Motion

@@ -10,13 +10,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from identify.errors import InputError
-from identify.fit import Progress
+from identify.core.errors import InputError
+from identify.fitting.fit import Progress
+from identify.fitting.optimizers.base import Scale
 from identify.motion.command import Move
 from identify.motion.evaluate import evaluate_fit
 from identify.motion.trajectory import TrajectoryObjective, phase_rms
 from identify.motion.trajectory_fit import MotionFit, fit_motion
-from identify.optimizers.base import Scale
 from tests.motion import arms
 from tests.motion.test_simulate import DC
 

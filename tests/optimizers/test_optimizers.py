@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.costs.base import Objective
-from identify.effects.base import Parameter
-from identify.journal import Journal
-from identify.optimizers.base import OPTIMIZERS, Ended, Scale, Search, parse_optimizer
+from identify.fitting.journal import Journal
+from identify.fitting.optimizers.base import OPTIMIZERS, Ended, Scale, Search, parse_optimizer
+from identify.model.effects.base import Parameter
+from identify.vibration.costs.base import Objective
 
 KINDS = OPTIMIZERS.names()
 

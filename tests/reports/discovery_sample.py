@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from identify.discovery.result import AddedEffects, DiscoveryResult, GapByBand, OptionTable, PartTable, StepResult
-from identify.results import LAYOUT, FrfComparison, ParameterTable, Result
+from identify.results.discovery import AddedEffects, DiscoveryResult, GapByBand, OptionTable, PartTable, StepResult
+from identify.results.fit import LAYOUT, FrfComparison, ParameterTable, Result
 from tests.reports.sample import frf_result
 
 TILT, BASE, ODD = "tilt compliance of joint 2 (rx, ry)", "compliance of the base (rx, ry)", "gain of channel 3:<+Z> & more"

@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from identify.motion.explain_result import BoundTable, Curves, EffectTable, ExplainResult, StepTable, TargetResult, ValueTable
-from identify.results import LAYOUT
+from identify.results.explain import BoundTable, Curves, EffectTable, ExplainResult, StepTable, TargetResult, ValueTable
+from identify.results.fit import LAYOUT
 from tests.reports.sample import frf_result
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.joints.result import CurveResult, JointsResult, Panel, Series, ValueTable
-from identify.results import LAYOUT
+from identify.results.fit import LAYOUT
+from identify.results.joints import CurveResult, JointsResult, Panel, Series, ValueTable
 from tests.reports.sample import frf_result
 
 

@@ -9,11 +9,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from identify import results
-from identify.comparison import compared
-from identify.reports.document import Document
 from identify.reports.kinds import KINDS, read_any
+from identify.reports.kit.document import Document
 from identify.reports.write import write_reports
+from identify.results import fit as results
+from identify.results.comparison import compared
 from tests.reports.discovery_sample import discovery_result, null_result
 from tests.reports.explain_sample import explain_result
 from tests.reports.joints_sample import joints_result

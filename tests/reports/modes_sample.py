@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from identify.modes_result import AnalysedMeasurement, ModesResult, ModeTable, Reciprocity, RejectedPoles, StabilisationDiagram
-from identify.results import LAYOUT, Geometry
+from identify.results.fit import LAYOUT, Geometry
+from identify.results.modes import AnalysedMeasurement, ModesResult, ModeTable, Reciprocity, RejectedPoles, StabilisationDiagram
 from tests.reports.sample import DAMPING, HZ, frf_result
 
 

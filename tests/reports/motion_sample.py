@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from identify.motion_result import MotionResult, RecordResult, Trace, TrajectoryComparison, TrialTable
-from identify.results import LAYOUT
+from identify.results.fit import LAYOUT
+from identify.results.motion import MotionResult, RecordResult, Trace, TrajectoryComparison, TrialTable
 from tests.reports.sample import frf_result
 
 _JOINTS = ("joint1", "joint2")

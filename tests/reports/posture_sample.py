@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.batch_result import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
-from identify.map_result import MapResult, PostureRows
-from identify.results import LAYOUT
+from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
+from identify.results.fit import LAYOUT
+from identify.results.map import MapResult, PostureRows
 from tests.reports.sample import frf_result
 
 _FITS = 6

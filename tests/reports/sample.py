@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.results import (
+from identify.results.fit import (
     LAYOUT,
     FrfComparison,
     Geometry,

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from identify.comparison import compared
 from identify.reports.kinds import KINDS, read_any
+from identify.results.comparison import compared
 from tests.reports.browser import Page, browser
 
 DOCS = Path(__file__).parents[2] / "docs"

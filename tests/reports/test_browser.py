@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.reports import html
-from identify.results import FrfComparison
+from identify.reports.fit import html
+from identify.results.fit import FrfComparison
 from tests.reports.browser import Page, browser
 from tests.reports.pdf_text import poppler
 from tests.reports.sample import frf_result, large_result, modal_result

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identify.reports.cells import NONE, count, listed, number, percent, sentence, signed, unit
+from identify.reports.kit.cells import NONE, count, listed, number, percent, sentence, signed, unit
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,12 @@ import re
 import numpy as np
 import pytest
 
-from identify.reports import discovery_html, discovery_pdf, discovery_tables
-from identify.reports.cells import NONE
-from identify.reports.compare_pick import Shared
-from identify.reports.discovery_pick import AFTER, BEFORE, beside, gap_maps, part_bars, reach, waterfall
+from identify.reports.compare.pick import Shared
+from identify.reports.discovery import html as discovery_html
+from identify.reports.discovery import pdf as discovery_pdf
+from identify.reports.discovery import tables as discovery_tables
+from identify.reports.discovery.pick import AFTER, BEFORE, beside, gap_maps, part_bars, reach, waterfall
+from identify.reports.kit.cells import NONE
 from tests.reports.discovery_sample import BASE, ODD, TILT, discovery_result, null_result
 from tests.reports.pdf_text import lines
 from tests.reports.sample import modal_result

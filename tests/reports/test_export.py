@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from identify import results
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
-from identify.reports import data, figures
-from identify.reports.document import Document
-from identify.reports.export import contents
+from identify.reports.fit import data
+from identify.reports.kit import figures
+from identify.reports.kit.document import Document
+from identify.reports.kit.export import contents
 from identify.reports.write import write_reports
+from identify.results import fit as results
 from tests.reports.sample import frf_result, modal_result
 
 
@@ -76,7 +77,7 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_arrows_point_where_the_channels_look() -> None:
-    from identify.reports.pick import arrows
+    from identify.reports.fit.pick import arrows
 
     g = frf_result(5, 3).measurements["posture1"].geometry
     found = arrows(g, ["2:+X", "2:-Y", "3:+RZ", "9:+X", "2:+X"])

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from identify import results
-from identify.comparison import compared
-from identify.reports import compare_html, html
-from identify.results import Result
+from identify.reports.compare import html as compare_html
+from identify.reports.fit import html
+from identify.results import fit as results
+from identify.results.comparison import compared
+from identify.results.fit import Result
 from tests.reports.sample import CONFIG, frf_result, large_result, modal_result
 
 _LOADS = {"src", "href", "srcset", "data", "poster", "action", "formaction", "background"}

@@ -15,8 +15,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from identify.reports.cells import NONE, Number, Table
 from identify.reports.kinds import KINDS
+from identify.reports.kit.cells import NONE, Number, Table
 from tests.reports.browser import Page, browser
 from tests.reports.kinds import CASES, Made, make
 from tests.reports.pdf_text import lines, poppler

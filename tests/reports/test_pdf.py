@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from identify.reports import pdf
-from identify.results import Result
+from identify.reports.fit import pdf
+from identify.results.fit import Result
 from tests.reports.pdf_text import lines, poppler
 from tests.reports.sample import CONFIG, frf_result, modal_result
 

@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identify.reports import pick
-from identify.results import FrfComparison, MeasurementResult
+from identify.reports.fit import pick
+from identify.results.fit import FrfComparison, MeasurementResult
 from tests.reports.sample import frf_result, modal_result
 
 

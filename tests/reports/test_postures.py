@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify import results
-from identify.batch_result import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
-from identify.map_result import MapResult, PostureRows
-from identify.reports import batch_tables, map_tables
-from identify.reports.cells import NONE, Table
-from identify.reports.posture_pick import batch_postures
+from identify.reports.batch import tables as batch_tables
+from identify.reports.kit.cells import NONE, Table
+from identify.reports.kit.posture_pick import batch_postures
+from identify.reports.map import tables as map_tables
 from identify.reports.write import write_reports
+from identify.results import fit as results
+from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
+from identify.results.map import MapResult, PostureRows
 from tests.reports.browser import Page, browser
 from tests.reports.pdf_text import lines
 from tests.reports.sample import frf_result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.reports.shapes import mode_views
+from identify.reports.kit.shapes import mode_views
 from tests.reports.sample import frf_result, modal_result
 
 

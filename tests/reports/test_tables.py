@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identify.reports import measurement_tables, tables
-from identify.reports.cells import NONE, Table
-from identify.results import Result
+from identify.reports.fit import measurement_tables, tables
+from identify.reports.kit.cells import NONE, Table
+from identify.results.fit import Result
 from tests.reports.sample import frf_result, modal_result
 
 

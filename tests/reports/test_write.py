@@ -13,10 +13,10 @@ import h5py
 import numpy as np
 import pytest
 
-from identify import results
-from identify.errors import InputError
-from identify.reports.cells import NONE
+from identify.core.errors import InputError
+from identify.reports.kit.cells import NONE
 from identify.reports.write import write_reports
+from identify.results import fit as results
 from tests.reports.sample import frf_result, modal_result
 
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 from identify.robot.dh import __doc__ as described
 from identify.robot.dh import read_dh
 from identify.robot.engine import Engine

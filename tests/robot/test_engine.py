@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.robot.description import Joint, Link, Robot
 from identify.robot.engine import Engine
 from identify.robot.posture import at_posture, attach

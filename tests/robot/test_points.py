@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors
 from identify.robot.points import check_links, read_points
 from identify.robot.urdf import read_urdf
 from tests.robot.random_arm import general_arm, write

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.errors import InputError
+from identify.core.errors import InputError
 from identify.robot.engine import Engine
 from identify.robot.posture import at_posture
 from identify.robot.urdf import read_urdf

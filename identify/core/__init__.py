@@ -1,0 +1,1 @@
+"""What everything rests on: errors, the registry of plug points, config reading, parameters, whole files."""

@@ -1,0 +1,55 @@
+"""Plug points: effects, costs, optimizers and loaders are found by name, built-in and third-party through the same door.
+
+A third party adds `[project.entry-points."identify.effects"]  my-kind = "my_package.module:MyEffect"` to its own
+pyproject.toml.  Modules are imported when their name is first asked for, so that the command line starts fast.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any
+
+from identify.core.errors import InputError
+
+
+@dataclass
+class Registry:
+    """Names and where to import them from (`module:attribute`), with `group` the entry-point group of third parties."""
+
+    what: str
+    group: str
+    builtin: dict[str, str]
+    added: dict[str, Any] = field(default_factory=dict)
+
+    def names(self) -> list[str]:
+        """Every known name, sorted."""
+        return sorted({*self.builtin, *self.added, *(point.name for point in entry_points(group=self.group))})
+
+    def add(self, name: str, thing: Any) -> None:
+        """Register `thing` for this process; an existing name is refused."""
+        if name in self.names():
+            raise ValueError(f"{self.what} {name!r} is registered already")
+        self.added[name] = thing
+
+    def get(self, name: str, where: str = "config") -> Any:
+        """The registered object; an unknown name is an InputError that lists the known ones."""
+        if name in self.added:
+            return self.added[name]
+        if name in self.builtin:
+            module, attribute = self.builtin[name].split(":")
+            return getattr(import_module(module), attribute)
+        for point in entry_points(group=self.group, name=name):
+            return point.load()
+        raise InputError(where, f"unknown {self.what} {name!r}", "one of " + ", ".join(self.names()))
+
+
+def parse_kind(registry: Registry, data: Any) -> Any:
+    """The registered settings model of `data['kind']`, validated; raises ValueError for pydantic to report with its key."""
+    known = ", ".join(registry.names())
+    if not isinstance(data, dict) or not isinstance(data.get("kind"), str):
+        raise ValueError(f"expected a mapping with `kind`: one of {known}")
+    if data["kind"] not in registry.names():
+        raise ValueError(f"unknown {registry.what} {data['kind']!r}; expected one of {known}")
+    return registry.get(data["kind"]).model_validate(data)

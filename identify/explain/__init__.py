@@ -1,0 +1,1 @@
+"""Recorded motion explained: effects behind motor torques, deflections and tracking errors, fitted on one record, judged on another."""

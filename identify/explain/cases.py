@@ -1,0 +1,128 @@
+"""From conditioned motions to what is to be explained: torque, deflection and tracking error of the examined joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.core.errors import InputError
+from identify.explain.effects.base import Target
+from identify.explain.effects.scene import Array, Mask, Scene
+from identify.explain.regression import Case, Fit
+from identify.measured.conditioning import Motion
+from identify.robot.description import Robot
+from identify.robot.inverse_dynamics import RigidArm
+
+UNITS: dict[Target, str] = {"torque": "N m", "deflection": "rad", "tracking": "rad"}
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known before anything is explained: gear ratio and rotor inertia (joints,), kg m^2 at the motor.
+
+    joints: numbers (from 1) of the joints to explain; slow: rad/s up to which a joint stands; payload: link and place (m) of its centre;
+    relative: positions count from where each record began.
+    """
+
+    robot: Robot
+    gear_ratio: Array
+    rotor_inertia: Array
+    joints: tuple[int, ...]
+    slow: float
+    payload: tuple[str, tuple[float, float, float]]
+    relative: bool = False
+
+
+def scene_of(motion: Motion, known: Known) -> Scene:
+    """A motion with the torques that its rigid links need; InputError where a joint was not recorded."""
+    for what, values in (("motor_position", motion.position), ("motor speed", motion.velocity)):
+        if not np.isfinite(values).all():
+            joint = int(np.argmin(np.isfinite(values).all(axis=0))) + 1
+            fix = "the rigid bodies need the motion of all joints"
+            raise InputError(f"record {motion.name}", f"no {what} of joint {joint}", "one of every joint", fix)
+    arm = RigidArm(known.robot, motion.position, motion.velocity, motion.acceleration)
+    return Scene(
+        time_s=motion.time_s,
+        position=motion.position,
+        velocity=motion.velocity,
+        acceleration=motion.acceleration,
+        load=arm.torque,
+        motor_torque=motion.torque,
+        error=None if motion.command_position is None else motion.command_position - motion.position,
+        arm=arm,
+        axes=known.joints,
+        gear_ratio=known.gear_ratio,
+        slow=known.slow,
+        relative=known.relative,
+        payload=known.payload,
+    )
+
+
+def torque_case(motion: Motion, scene: Scene, known: Known) -> Case:
+    """Measured motor torque less that of the known rigid links and rotors; samples at which a joint stands do not count.
+
+    A standing joint's friction may be anything up to the torque that breaks it loose, so such samples say nothing about it.
+    """
+    rows = [joint - 1 for joint in known.joints]
+    rotor = known.gear_ratio * known.rotor_inertia * motion.acceleration
+    left = motion.torque - scene.arm.torque / known.gear_ratio - rotor
+    return Case(motion.name, scene, _finite(left[:, rows], known.joints, motion, "motor torque"), _moving(motion, known), datum=False)
+
+
+def deflection_case(motion: Motion, scene: Scene, known: Known) -> Case:
+    """Motor-side minus link-side position; each joint has a datum of its own, as the encoders have.
+
+    Samples at which a joint stands do not count: it keeps the hysteresis and the wave at which it stopped, many times over.
+    """
+    if motion.link_position is None:
+        raise ValueError("no link-side position")
+    rows = [joint - 1 for joint in known.joints]
+    left = _finite((motion.position - motion.link_position)[:, rows], known.joints, motion, "link_position")
+    return Case(motion.name, scene, left, _moving(motion, known), datum=True)
+
+
+def tracking_case(motion: Motion, scene: Scene, known: Known) -> Case:
+    """Command minus motor position; each joint has a datum of its own."""
+    if scene.error is None:
+        raise ValueError("no command")
+    rows = [joint - 1 for joint in known.joints]
+    left = _finite(scene.error[:, rows], known.joints, motion, "command_position")
+    return Case(motion.name, scene, left, np.broadcast_to(motion.inside[:, None], left.shape), datum=True)
+
+
+def loaded(case: Case, fit: Fit) -> Case:
+    """The case with the torques in the gears as the fit knows them: rigid links, and whatever else passes through the gears."""
+    scene, load = case.scene, case.scene.arm.torque.copy()
+    rows = [joint - 1 for joint in scene.axes]
+    for effect in fit.effects:
+        if effect.in_gear:
+            load[:, rows] += fit.share(case, effect) * scene.gear_ratio[rows]
+    return replace(case, scene=replace(scene, load=load), remembered={})
+
+
+def curved(case: Case, fit: Fit) -> Case:
+    """A deflection without the second order of the sensors' latencies T as the fit knows them, - a T^2 / 2.
+
+    Acceleration goes with torque, so that it would look like stiffness.
+    """
+    wanted, scene = case.wanted.copy(), case.scene
+    for effect in fit.effects:
+        if effect.kind == "sensor-latency":
+            row = scene.axes.index(effect.axis)
+            wanted[:, row] += scene.acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
+    return replace(case, wanted=wanted, searched={})
+
+
+def _moving(motion: Motion, known: Known) -> Mask:
+    """Samples (samples, examined joints) at which a joint moves, away from the ends of the record."""
+    rows = [joint - 1 for joint in known.joints]
+    return np.asarray((np.abs(motion.velocity[:, rows]) > known.slow) & motion.inside[:, None])
+
+
+def _finite(values: Array, joints: Sequence[int], motion: Motion, what: str) -> Array:
+    missing = [joint for joint, column in zip(joints, values.T, strict=True) if not np.isfinite(column).all()]
+    if missing:
+        raise InputError(f"record {motion.name}", f"no {what} of joint {missing[0]}", "one of every joint in `joints`", "correct `joints`")
+    return values

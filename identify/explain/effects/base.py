@@ -1,0 +1,147 @@
+"""What a motion effect is: a named contribution to a measured time history, with linear coefficients and, inside its columns, shapes.
+
+The history it adds to is its target: the motor's `torque`, the `deflection` (motor-side minus link-side position) or the `tracking`
+error (command minus motor position).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Self
+
+import numpy as np
+
+from identify.core.registry import Registry
+from identify.explain.effects.scene import Array, Scene
+
+Target = Literal["torque", "deflection", "tracking"]
+
+MOTION_EFFECTS = Registry(
+    "motion effect",
+    "identify.motion_effects",
+    {
+        name: f"identify.motion_effects.{module}:{cls}"
+        for name, module, cls in (
+            ("acceleration-lag", "servo_terms", "AccelerationLag"),
+            ("angular-transmission-error", "transmission_error", "AngularTransmissionError"),
+            ("backlash", "backlash", "Backlash"),
+            ("balancer-preload", "gravity_balancer", "BalancerPreload"),
+            ("coulomb-friction", "friction", "CoulombFriction"),
+            ("encoder-eccentricity", "encoder_eccentricity", "EncoderEccentricity"),
+            ("gear-coupling", "gear_coupling", "GearCoupling"),
+            ("gravity-balancer", "gravity_balancer", "GravityBalancer"),
+            ("hardening-stiffness", "joint_stiffness", "HardeningStiffness"),
+            ("integral-action", "servo_terms", "IntegralAction"),
+            ("joint-compliance", "joint_stiffness", "JointCompliance"),
+            ("link-first-moment", "rigid_body", "LinkFirstMoment"),
+            ("link-inertia", "rigid_body", "LinkInertia"),
+            ("load-dependent-friction", "friction", "LoadDependentFriction"),
+            ("lost-motion", "backlash", "LostMotion"),
+            ("payload-mass", "rigid_body", "PayloadMass"),
+            ("position-lag", "servo_terms", "PositionLag"),
+            ("rotor-inertia", "rotor_inertia", "RotorInertia"),
+            ("sensor-latency", "sensor_latency", "SensorLatency"),
+            ("servo-compliance", "servo_terms", "ServoCompliance"),
+            ("stribeck-friction", "friction", "StribeckFriction"),
+            ("torque-constant", "torque_sensing", "TorqueConstant"),
+            ("torque-offset", "torque_sensing", "TorqueOffset"),
+            ("torque-ripple", "torque_ripple", "TorqueRipple"),
+            ("viscous-friction", "friction", "ViscousFriction"),
+        )
+    },
+)
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A factor of a column: its name and unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A parameter inside the columns, searched between bounds, on a log scale where `log`."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class MotionEffect(ABC):
+    """One effect at one place; axis: number of the joint (from 1) that it belongs to."""
+
+    axis: int
+    kind: ClassVar[str]
+    target: ClassVar[Target]
+    coefficients: ClassVar[tuple[Coefficient, ...]]
+    shapes: ClassVar[tuple[Shape, ...]] = ()
+    replaces: ClassVar[str] = ""
+    """The simpler kind at the same joint that this one contains: it takes its place."""
+    follows: ClassVar[str] = ""
+    """The kind at the same joint that must be there before this one, which refines it, is tried."""
+    in_gear: ClassVar[bool] = False
+    """Whether its torque passes through the gear, so that it bends it."""
+    positive: ClassVar[bool] = False
+    """Whether the first coefficient cannot be negative: friction that drives, a spring that leads, are something else."""
+    wave: ClassVar[bool] = False
+    """Whether coefficients come as pairs of cosine and sine over an angle, whose phase is a matter of where the angle counts from."""
+    of_load: ClassVar[bool] = False
+    """Whether its columns are made of the torque in the gears, which must be known first."""
+
+    @property
+    def name(self) -> str:
+        """`joint2.coulomb-friction`."""
+        return f"joint{self.axis}.{self.kind}"
+
+    @property
+    def needs(self) -> str:
+        """Name of the effect that must be there before this one; empty: none."""
+        return f"joint{self.axis}.{self.follows}" if self.follows else ""
+
+    @property
+    def supersedes(self) -> str:
+        """Name of the effect whose place this one takes; empty: none."""
+        return f"joint{self.axis}.{self.replaces}" if self.replaces else ""
+
+    @abstractmethod
+    def sentence(self) -> str:
+        """What this instance is, as an engineer would say it."""
+
+    @classmethod
+    def places(cls, scene: Scene) -> Iterator[Self]:
+        """One instance for each place where the effect can sit: by default every examined joint."""
+        for axis in scene.axes:
+            yield cls(axis)
+
+    def parameters(self, scene: Scene) -> tuple[Shape, ...]:
+        """The shapes, with the bounds that suit the place."""
+        return self.shapes
+
+    @abstractmethod
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """(samples, examined joints, coefficients): what one unit of each coefficient adds, with the shapes (s,) inside."""
+
+    def reading(self, values: Array) -> str:
+        """What the coefficients and shapes (in this order) mean in the field's own terms, or nothing."""
+        return ""
+
+    def starts(self, scene: Scene, residual: Array) -> Sequence[Array]:
+        """Shapes (s,) to search from, by default spread over the bounds; residual (samples, examined joints): what might be explained."""
+        shapes = self.parameters(scene)
+        if not shapes:
+            return [np.zeros(0)]
+        return [np.array([between(shape, share) for shape in shapes]) for share in (0.25, 0.5, 0.75)]
+
+
+def between(shape: Shape, share: float) -> float:
+    """The value at that share of the way from the lower to the upper bound."""
+    if shape.log:
+        return float(shape.lower * (shape.upper / shape.lower) ** share)
+    return shape.lower + share * (shape.upper - shape.lower)

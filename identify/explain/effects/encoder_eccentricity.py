@@ -1,0 +1,25 @@
+"""An encoder disc that is not centred on its shaft: an error of one wave per turn of the joint."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from identify.explain.effects.base import Coefficient, MotionEffect, Target
+from identify.explain.effects.harmonics import waves
+from identify.explain.effects.scene import Array, Scene
+
+
+class EncoderEccentricity(MotionEffect):
+    """One wave per turn of the joint; the datum of the encoders takes its mean."""
+
+    kind: ClassVar[str] = "encoder-eccentricity"
+    target: ClassVar[Target] = "deflection"
+    coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"eccentric link-side encoder of joint {self.axis} (one wave per turn)"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Cosine and sine of the joint angle."""
+        return scene.on(self.axis, *waves(scene.position[:, self.axis - 1], 1.0))

@@ -1,0 +1,90 @@
+"""Friction of a joint, seen at its motor: Coulomb, viscous, Stribeck's fall at low speed, and friction that grows with the load.
+
+Stribeck: (F_s - F_c) exp(-(v / v_s)^2) sign(v) beside Coulomb and viscous friction (Armstrong-Helouvry, Dupont and Canudas de Wit 1994).
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
+from identify.explain.effects.scene import Array, Scene
+
+
+class CoulombFriction(MotionEffect):
+    """A torque against the direction of travel."""
+
+    kind: ClassVar[str] = "coulomb-friction"
+    positive: ClassVar[bool] = True
+    target: ClassVar[Target] = "torque"
+    coefficients = (Coefficient("torque", "N m"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"Coulomb friction of joint {self.axis}"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Direction of travel."""
+        return scene.on(self.axis, scene.direction(self.axis))
+
+
+class ViscousFriction(MotionEffect):
+    """A torque in proportion to speed."""
+
+    kind: ClassVar[str] = "viscous-friction"
+    positive: ClassVar[bool] = True
+    target: ClassVar[Target] = "torque"
+    coefficients = (Coefficient("damping", "N m s/rad"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"viscous friction of joint {self.axis}"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Speed of the joint."""
+        return scene.on(self.axis, scene.velocity[:, self.axis - 1])
+
+
+class StribeckFriction(MotionEffect):
+    """More friction at low speed than at high speed, beyond Coulomb and viscous friction."""
+
+    kind: ClassVar[str] = "stribeck-friction"
+    positive: ClassVar[bool] = True
+    target: ClassVar[Target] = "torque"
+    coefficients = (Coefficient("excess", "N m"),)
+    follows: ClassVar[str] = "coulomb-friction"
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"Stribeck friction of joint {self.axis}: more friction at low speed"
+
+    def parameters(self, scene: Scene) -> tuple[Shape, ...]:
+        """The Stribeck speed, between standing and half the top speed."""
+        top = float(np.abs(scene.velocity[:, self.axis - 1]).max())
+        return (Shape("speed", "rad/s", scene.slow, max(0.5 * top, 4 * scene.slow), log=True),)
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Direction of travel times the bell over speed."""
+        bell = np.exp(-((scene.velocity[:, self.axis - 1] / shape[0]) ** 2))
+        return scene.on(self.axis, scene.direction(self.axis) * bell)
+
+
+class LoadDependentFriction(MotionEffect):
+    """Friction in proportion to the torque that the gear carries."""
+
+    kind: ClassVar[str] = "load-dependent-friction"
+    positive: ClassVar[bool] = True
+    of_load: ClassVar[bool] = True
+    target: ClassVar[Target] = "torque"
+    coefficients = (Coefficient("share", "1"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"friction of joint {self.axis} that grows with the torque in its gear"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Direction of travel times the load at the motor."""
+        load = np.abs(scene.load[:, self.axis - 1]) / scene.gear_ratio[self.axis - 1]
+        return scene.on(self.axis, scene.direction(self.axis) * load)

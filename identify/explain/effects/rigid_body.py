@@ -1,0 +1,113 @@
+"""Errors of the rigid bodies: the payload's mass, and first moments and inertias of links; all joints feel them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar, Self
+
+import numpy as np
+
+from identify.explain.effects.base import Coefficient, MotionEffect, Target
+from identify.explain.effects.scene import Array, Scene
+from identify.robot.description import Link
+
+_REAL = 1e-9
+"""Share of the load's torque below which a column is rounding: the first link's first moment along a vertical axis."""
+
+
+class PayloadMass(MotionEffect):
+    """Mass at the centre of the payload beyond what is stated."""
+
+    kind: ClassVar[str] = "payload-mass"
+    target: ClassVar[Target] = "torque"
+    in_gear: ClassVar[bool] = True
+    coefficients = (Coefficient("mass", "kg"),)
+
+    @classmethod
+    def places(cls, scene: Scene) -> Iterator[Self]:
+        """The last joint, which carries the payload."""
+        yield cls(len(scene.gear_ratio))
+
+    @property
+    def name(self) -> str:
+        """`payload-mass`."""
+        return self.kind
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return "payload heavier or lighter than stated"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Torque of a kilogram at the payload's centre."""
+        link, centre = scene.payload
+        if self not in scene.cache:
+            body = Link("payload", 1.0, np.array(centre), np.zeros((3, 3)))
+            scene.cache[self] = scene.on_all(scene.arm.added(link, body))
+        return scene.cache[self]
+
+
+class _OfLink(MotionEffect):
+    """An error of the link that a joint moves."""
+
+    target: ClassVar[Target] = "torque"
+    in_gear: ClassVar[bool] = True
+
+    @classmethod
+    def places(cls, scene: Scene) -> Iterator[Self]:
+        """The links that the examined joints move."""
+        yield from (cls(axis) for axis in scene.axes)
+
+    @property
+    def name(self) -> str:
+        """`link2.first-moment`."""
+        return f"link{self.axis}.{self.kind.removeprefix('link-')}"
+
+
+class LinkFirstMoment(_OfLink):
+    """Mass times centre of a link, in its plane across the joint axis; a joint upright on the ground does not feel its weight."""
+
+    @classmethod
+    def places(cls, scene: Scene) -> Iterator[Self]:
+        """The links that the examined joints move, but for the first on an upright axis."""
+        robot = scene.arm.robot
+        first = robot.joints[0]
+        upright = np.linalg.norm(np.cross(first.origin[:3, :3] @ first.axis, robot.gravity)) < 1e-6 * np.linalg.norm(robot.gravity)
+        yield from (cls(axis) for axis in scene.axes if axis > 1 or not upright)
+
+    kind: ClassVar[str] = "link-first-moment"
+    coefficients = (Coefficient("first", "kg m"), Coefficient("second", "kg m"))
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"centre of mass of link {self.axis} elsewhere than stated (first moment across the joint axis)"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Torque of a kg m along two directions across the joint axis."""
+        if self not in scene.cache:
+            joint = scene.arm.robot.joints[self.axis - 1]
+            along = joint.mount[:3, :3].T @ joint.axis
+            link = scene.arm.robot.links[self.axis].name
+            moments = np.stack([scene.arm.first_moment(link, direction) for direction in range(3)], axis=2)
+            across = np.linalg.svd(along[None])[2][1:]
+            found = scene.on_all(*(moments @ direction for direction in across))
+            scene.cache[self] = np.where(np.abs(found).max(axis=(0, 1)) > _REAL * np.abs(scene.load).max(), found, 0.0)
+        return scene.cache[self]
+
+
+class LinkInertia(_OfLink):
+    """Inertia of a link about its joint axis."""
+
+    kind: ClassVar[str] = "link-inertia"
+    coefficients = (Coefficient("inertia", "kg m^2"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"inertia of link {self.axis} about its joint other than stated"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Torque of a kg m^2 about the joint axis."""
+        if self not in scene.cache:
+            joint = scene.arm.robot.joints[self.axis - 1]
+            along = joint.mount[:3, :3].T @ joint.axis
+            scene.cache[self] = scene.on_all(scene.arm.inertia(scene.arm.robot.links[self.axis].name, along))
+        return scene.cache[self]

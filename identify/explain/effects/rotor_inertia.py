@@ -1,0 +1,24 @@
+"""Inertia of the rotor and the fast gear parts: n^2 J at the joint, n J a at the motor."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from identify.explain.effects.base import Coefficient, MotionEffect, Target
+from identify.explain.effects.scene import Array, Scene
+
+
+class RotorInertia(MotionEffect):
+    """The rotor's inertia, or what it is off where the drive's inertia is known."""
+
+    kind: ClassVar[str] = "rotor-inertia"
+    target: ClassVar[Target] = "torque"
+    coefficients = (Coefficient("inertia", "kg m^2"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"inertia of the rotor of joint {self.axis} beyond what is known"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Acceleration of the motor."""
+        return scene.on(self.axis, scene.gear_ratio[self.axis - 1] * scene.acceleration[:, self.axis - 1])

@@ -1,0 +1,28 @@
+"""The link-side encoder is read later than the motor-side one: a moving joint looks deflected by speed times latency."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from identify.explain.effects.base import Coefficient, MotionEffect, Target
+from identify.explain.effects.scene import Array, Scene
+
+
+class SensorLatency(MotionEffect):
+    """Latency of the link-side reading against the motor-side one."""
+
+    kind: ClassVar[str] = "sensor-latency"
+    target: ClassVar[Target] = "deflection"
+    coefficients = (Coefficient("latency", "s"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"latency of the link-side sensor of joint {self.axis} (deflection in proportion to speed)"
+
+    def reading(self, values: Array) -> str:
+        """Milliseconds."""
+        return f"{1e3 * values[0]:.3g} ms"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Speed."""
+        return scene.on(self.axis, scene.velocity[:, self.axis - 1])

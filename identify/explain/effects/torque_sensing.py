@@ -1,0 +1,43 @@
+"""What a drive may have wrong about its own torque: a constant, and the torque constant."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from identify.explain.effects.base import Coefficient, MotionEffect, Target
+from identify.explain.effects.scene import Array, Scene
+
+
+class TorqueOffset(MotionEffect):
+    """A constant torque: a sensing offset, or friction that differs with the direction of travel."""
+
+    kind: ClassVar[str] = "torque-offset"
+    target: ClassVar[Target] = "torque"
+    coefficients = (Coefficient("torque", "N m"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"constant torque at motor {self.axis} (a sensing offset, or friction that differs with direction)"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Ones."""
+        return scene.on(self.axis, np.ones(len(scene.time_s)))
+
+
+class TorqueConstant(MotionEffect):
+    """The torque is stated too high or too low by a share: a wrong torque constant, or all masses wrong by it."""
+
+    kind: ClassVar[str] = "torque-constant"
+    of_load: ClassVar[bool] = True
+    target: ClassVar[Target] = "torque"
+    coefficients = (Coefficient("share", "1"),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"torque constant of motor {self.axis} off by a share"
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """The load at the motor."""
+        return scene.on(self.axis, scene.load[:, self.axis - 1] / scene.gear_ratio[self.axis - 1])

@@ -1,0 +1,71 @@
+"""Angular transmission error: the gear's output waves about its input, so many waves per turn of the joint (Nagoya Eq. 9)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
+from identify.explain.effects.harmonics import LAG, lags, late, strongest_orders, waves
+from identify.explain.effects.scene import Array, Scene
+
+_LEAST, _MOST = 0.5, 4.2
+"""Orders that are searched, as waves per turn of the motor: half a turn to four; slower waves look like anything else that is slow."""
+WAVES = 3
+
+
+@dataclass(frozen=True)
+class AngularTransmissionError(MotionEffect):
+    """One wave of the transmission error; number tells several on one joint apart."""
+
+    number: int = 1
+    kind: ClassVar[str] = "angular-transmission-error"
+    target: ClassVar[Target] = "deflection"
+    wave: ClassVar[bool] = True
+    coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
+
+    @classmethod
+    def places(cls, scene: Scene) -> Iterator[Self]:
+        """Up to three waves on every examined joint."""
+        yield from (cls(axis, number) for axis in scene.axes for number in range(1, WAVES + 1))
+
+    @property
+    def name(self) -> str:
+        """`joint3.angular-transmission-error.1`."""
+        return f"{super().name}.{self.number}"
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"angular transmission error of the gear of joint {self.axis}"
+
+    @property
+    def needs(self) -> str:
+        """The wave before this one."""
+        return f"{super().name}.{self.number - 1}" if self.number > 1 else ""
+
+    def reading(self, values: Array) -> str:
+        """Amplitude and order."""
+        return f"amplitude {np.degrees(np.hypot(*values[:2])) * 3600:.3g} arcsec, {values[2]:.4g} waves per joint turn"
+
+    def parameters(self, scene: Scene) -> tuple[Shape, ...]:
+        """The order, waves per turn of the joint, and the lag of its reading."""
+        ratio = float(scene.gear_ratio[self.axis - 1])
+        return (Shape("order", "1/turn", _LEAST * ratio, _MOST * ratio), LAG)
+
+    def columns(self, scene: Scene, shape: Array) -> Array:
+        """Waves over the joint's angle."""
+        return scene.on(self.axis, *waves(late(scene, self.axis - 1, shape[1]), shape[0]))
+
+    def starts(self, scene: Scene, residual: Array) -> list[Array]:
+        """The orders that the residual shows most, for several lags."""
+        order = self.parameters(scene)[0]
+        joint = scene.axes.index(self.axis)
+        angles = {lag: late(scene, self.axis - 1, lag) for lag in lags(5)}
+        return [
+            np.array([found, lag])
+            for lag, angle in angles.items()
+            for found in strongest_orders(angle, residual[:, joint], order.lower, order.upper)
+        ]

@@ -1,0 +1,125 @@
+"""A finished explanation from all sides: values with intervals, what each effect is worth, what was not found, in the result's tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import stdtrit
+
+from identify.core.correlated import covariance, white_level
+from identify.explain.cases import UNITS
+from identify.explain.effects.base import MotionEffect, Target
+from identify.explain.effects.scene import Array
+from identify.explain.loop import Explanation, rms
+from identify.explain.regression import Case, Fit, aligned, at_edge, jacobian, solve
+from identify.results.explain import BoundTable, Curves, EffectTable, StepTable, TargetResult, ValueTable
+
+
+def evaluated(target: Target, fitted: Case, judge: Case, found: Explanation, effects: Sequence[MotionEffect]) -> TargetResult:
+    """Everything that is reported of one target."""
+    start = found.start
+    left = aligned(judge, found.fit)
+    return TargetResult(
+        target=target,
+        unit=UNITS[target],
+        joints=np.array(fitted.scene.axes),
+        rms_fit_start=rms(fitted, start),
+        rms_fit=rms(fitted, found.fit),
+        rms_judge_start=rms(judge, start),
+        rms_judge=rms(judge, left),
+        noise=np.array([white_level(judge.wanted[:, joint], judge.used[:, joint]) for joint in range(judge.wanted.shape[1])]),
+        tried=found.tried,
+        effects=_effect_table(found),
+        steps=StepTable(
+            tuple(step.effect.name for step in found.steps),
+            np.array([step.worth.evidence for step in found.steps]),
+            _rows([step.worth.share for step in found.steps], fitted),
+            _rows([step.rms_fit for step in found.steps], fitted),
+            _rows([step.rms_judge for step in found.steps], fitted),
+        ),
+        values=_value_table(fitted, judge, found),
+        bounds=_bound_table(fitted, found, effects),
+        curves={use: _curves(case, use, start, fit) for use, case, fit in (("fit", fitted, found.fit), ("validate", judge, left))},
+    )
+
+
+def _effect_table(found: Explanation) -> EffectTable:
+    order = np.argsort([-worth.evidence for worth in found.worths], kind="stable").tolist()
+    effects, worths = [found.fit.effects[n] for n in order], [found.worths[n] for n in order]
+    return EffectTable(
+        name=tuple(effect.name for effect in effects),
+        kind=tuple(effect.kind for effect in effects),
+        sentence=tuple(effect.sentence() for effect in effects),
+        evidence=np.array([worth.evidence for worth in worths]),
+        chance=np.array([worth.chance for worth in worths]),
+        share=np.array([worth.share for worth in worths]).reshape(len(worths), len(found.fit.weights)),
+        rivals=tuple(", ".join(found.rivals[n]) for n in order),
+        reading=tuple(effect.reading(found.fit.of(effect)) for effect in effects),
+    )
+
+
+def intervals(case: Case, fit: Fit) -> tuple[Array, Array]:
+    """Values of all effects, coefficients then shapes of each, and half their 95 % intervals; infinite where nothing determines them.
+
+    A shape searched on a log scale has the interval of the value itself, by its derivative.
+    """
+    columns = jacobian(case, fit) * fit.weights[None, :, None]
+    matrix, freedom = covariance(columns, fit.residual(case) * fit.weights, case.used)
+    datum = case.wanted.shape[1] if case.datum else 0
+    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[datum:]
+    values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
+    return values, np.where(half > 0, half, np.inf)
+
+
+def _value_table(fitted: Case, judge: Case, found: Explanation) -> ValueTable:
+    values, half = intervals(fitted, found.fit)
+    other, other_half = intervals(judge, found.other)
+    labels, edges = [], []
+    for effect in found.fit.effects:
+        bounds = effect.parameters(fitted.scene)
+        labels += [(effect.name, c.name, c.unit) for c in effect.coefficients] + [(effect.name, b.name, b.unit) for b in bounds]
+        edges += [False] * len(effect.coefficients)
+        edges += list(map(at_edge, bounds, found.fit.shapes[found.fit.effects.index(effect)]))
+    return ValueTable(
+        effect=tuple(label[0] for label in labels),
+        name=tuple(label[1] for label in labels),
+        unit=tuple(label[2] for label in labels),
+        value=values,
+        low_95=values - half,
+        high_95=values + half,
+        other=other,
+        other_low_95=other - other_half,
+        other_high_95=other + other_half,
+        at_edge=np.array(edges, dtype=bool),
+    )
+
+
+def _bound_table(fitted: Case, found: Explanation, effects: Sequence[MotionEffect]) -> BoundTable:
+    """One coefficient each, added to the fit: what the record would have it be."""
+    there = {effect.name for effect in found.fit.effects} | {effect.supersedes for effect in found.fit.effects}
+    rows = []
+    for effect in effects:
+        if effect.name in there or len(effect.coefficients) > 1 or effect.parameters(fitted.scene):
+            continue
+        added = solve(fitted, [*found.fit.effects, effect], [*found.fit.shapes, np.zeros(0)], found.fit.weights)
+        values, half = intervals(fitted, added)
+        rows.append((effect.name, effect.coefficients[0].unit, values[-1], values[-1] - half[-1], values[-1] + half[-1]))
+    names, units, value, low, high = zip(*rows, strict=True) if rows else ((),) * 5
+    return BoundTable(tuple(names), tuple(units), np.array(value, dtype=float), np.array(low, dtype=float), np.array(high, dtype=float))
+
+
+def _curves(case: Case, use: str, start: Fit, fit: Fit) -> Curves:
+    """Measured, known and explained histories; what is known is what the target was measured against, and the datum."""
+    known = _measured(case) - case.wanted + start.predict(case)
+    explained = _measured(case) - case.wanted + fit.predict(case)
+    return Curves(case.name, use, case.scene.time_s, _measured(case), known, explained, case.used)
+
+
+def _measured(case: Case) -> Array:
+    """The history itself: a torque is compared with what rigid links need, a difference of positions stands for itself."""
+    return case.wanted if case.datum else case.scene.motor_torque[:, [joint - 1 for joint in case.scene.axes]]
+
+
+def _rows(values: Sequence[Array], case: Case) -> Array:
+    return np.array(values, dtype=float).reshape(len(values), case.wanted.shape[1])

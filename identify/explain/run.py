@@ -1,0 +1,177 @@
+"""What `identify explain` does, without the terminal: records in, named effects with their evidence out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from identify.core.errors import InputError
+from identify.explain.candidates import candidates
+from identify.explain.cases import Known, curved, deflection_case, loaded, scene_of, torque_case, tracking_case
+from identify.explain.effects.base import MotionEffect, Target
+from identify.explain.effects.scene import Array, Scene
+from identify.explain.evaluate import evaluated
+from identify.explain.loop import Explanation, Report, conclude, grow
+from identify.explain.regression import Case, Fit
+from identify.explain.sentences import notes, unknown, verdict
+from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
+from identify.measured.conditioning import Motion, condition
+from identify.measured.records import MotionRecord, read_record
+from identify.results import fit as results
+from identify.results.explain import ExplainResult, TargetResult
+from identify.results.provenance import provenance, sha256
+from identify.robot.description import Robot
+from identify.vibration.problem import read_robot
+
+Progress = Callable[[str], None]
+_ROUNDS = 4
+"""How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each time."""
+_CASE: dict[Target, Callable[[Motion, Scene, Known], Case]] = {"deflection": deflection_case, "tracking": tracking_case}
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """The fitted and the judging record of one target."""
+
+    fitted: Case
+    judge: Case
+
+
+def run_explain(config: Path, out: Path | None = None, progress: Progress | None = None) -> tuple[ExplainResult, Path]:
+    """Explain the records of a study, write the result and return it with its path; progress: told what was just found.
+
+    InputError or InputErrors for whatever cannot be read, does not fit together or cannot be written.
+    """
+    begun = time.perf_counter()
+    file = read_explain_study(config)
+    path = out or Path("reports") / f"{file.study.name}.h5"
+    results.check_writable(path)
+    with threadpool_limits(1):
+        robot = read_robot(file.study.robot, file.path.parent)
+        known = known_of(file.study, robot)
+        records = read_records(file, robot)
+        motions = [_conditioned(record, file.study) for record in records]
+        targets = explained(file.study, motions, known, progress)
+    judge = motions[1].name
+    inputs = [
+        (str(file.study.robot.urdf or file.study.robot.dh), sha256(file.resolve(file.study.robot.urdf or file.study.robot.dh or Path())))
+    ]
+    result = ExplainResult(
+        layout=results.LAYOUT,
+        kind=ExplainResult.KIND,
+        name=file.study.name,
+        verdict=tuple(sentence for found in targets.values() for sentence in verdict(found, judge)),
+        notes=tuple(sentence for found in targets.values() for sentence in notes(found)),
+        unknown=tuple(sentence for found in targets.values() for sentence in unknown(found)),
+        conditioning=tuple(f"record {motion.name}: {sentence}" for motion in motions for sentence in motion.said),
+        seconds=time.perf_counter() - begun,
+        targets=targets,
+        provenance=provenance(file.path.name, file.text, inputs + [(r.source, r.sha256) for r in records]),
+    )
+    results.write(result, path)
+    return result, path
+
+
+def known_of(study: ExplainStudy, robot: Robot) -> Known:
+    """What the study says of robot and drives; InputError where it does not fit the robot."""
+    count = len(robot.joints)
+    inertia = study.drives.rotor_inertia_kg_m2 or [0.0] * count
+    per_joint = {
+        "drives.gear_ratio": study.drives.gear_ratio,
+        "drives.rotor_inertia_kg_m2": inertia,
+        "drives.torque_constant_nm_per_a": study.drives.torque_constant_nm_per_a,
+        "joint_zero_deg": study.joint_zero_deg,
+    }
+    for key, values in per_joint.items():
+        if values is not None and len(values) != count:
+            raise InputError(key, f"{len(values)} numbers", f"{count}, one per joint of {robot.name!r}")
+    joints = tuple(study.joints or range(1, count + 1))
+    for joint in joints:
+        robot.joint_number(joint, "joints")
+    if study.payload_at is not None:
+        payload = robot.link(study.payload_at.link, "payload_at.link").name, study.payload_at.centre_m
+    elif study.robot.payload:
+        payload = study.robot.payload[0].link, study.robot.payload[0].centre_m
+    else:
+        payload = robot.links[-1].name, (0.0, 0.0, 0.0)
+    slow = float(np.radians(study.standing_deg_per_s))
+    return Known(robot, np.array(study.drives.gear_ratio), np.array(inertia), joints, slow, payload, study.positions == "relative")
+
+
+def read_records(file: ExplainFile, robot: Robot) -> list[MotionRecord]:
+    """The record to fit and the record to judge by."""
+    study, count = file.study, len(robot.joints)
+    zero = np.radians(study.joint_zero_deg or [0.0] * count)
+    axis = study.time if study.time is not None else float(study.sample_rate_hz or 0)
+    chosen = sorted(study.records, key=lambda record: record.use)
+    return [read_record(file.resolve(record.file), record.name or record.file.stem, study.signals, axis, count, zero) for record in chosen]
+
+
+def explained(study: ExplainStudy, motions: list[Motion], known: Known, progress: Progress | None = None) -> dict[str, TargetResult]:
+    """Every target that the records have: torque, then deflection with the torques found, then tracking."""
+    scenes = [scene_of(motion, known) for motion in motions]
+    pair = _Pair(*(torque_case(motion, scene, known) for motion, scene in zip(motions, scenes, strict=True)))
+    tell = _teller(progress)
+    tried = candidates("torque", scenes[0], study.effects)
+    pair, found = _torque_explained(pair, tried, tell("torque"))
+    done = {"torque": evaluated("torque", pair.fitted, pair.judge, found, tried)}
+    for target, case in _CASE.items():
+        if all(_recorded(motion, target) for motion in motions):
+            cases = [case(motion, one.scene, known) for motion, one in zip(motions, (pair.fitted, pair.judge), strict=True)]
+            done[target] = _explained(target, _Pair(*cases), study, tell(target))
+    return done
+
+
+def _torque_explained(pair: _Pair, tried: list[MotionEffect], report: Report | None) -> tuple[_Pair, Explanation]:
+    """Torques with the loads of the gears as they are known at the end, and their explanation.
+
+    What passes through the gears changes the loads of which other effects are made: a wrong torque constant first looks like a balancer,
+    whose torque is then taken for load.  So they are looked for in turn, until no effect depends on loads that have changed.
+    """
+    found = grow(pair.fitted, pair.judge, [effect for effect in tried if not effect.of_load], None, report)
+    for _ in range(_ROUNDS):
+        before, pair = found.fit, _with_loads(pair, found.fit)
+        found = grow(pair.fitted, pair.judge, tried, found, report)
+        moved = any(effect.in_gear for effect in before.effects + found.fit.effects)
+        if not (moved and any(effect.of_load for effect in found.fit.effects)):
+            break
+    pair = _with_loads(pair, found.fit)
+    return pair, conclude(pair.fitted, pair.judge, tried, found)
+
+
+def _explained(target: Target, pair: _Pair, study: ExplainStudy, report: Report | None) -> TargetResult:
+    """A target that is linear in what the torque's explanation left behind; latencies to second order."""
+    tried = candidates(target, pair.fitted.scene, study.effects)
+    first = grow(pair.fitted, pair.judge, tried, None, report)
+    pair = _Pair(curved(pair.fitted, first.fit), curved(pair.judge, first.fit))
+    grown = grow(pair.fitted, pair.judge, tried, first, report)
+    return evaluated(target, pair.fitted, pair.judge, conclude(pair.fitted, pair.judge, tried, grown), tried)
+
+
+def _with_loads(pair: _Pair, fit: Fit) -> _Pair:
+    return _Pair(loaded(pair.fitted, fit), loaded(pair.judge, fit))
+
+
+def _recorded(motion: Motion, target: str) -> bool:
+    return (motion.link_position if target == "deflection" else motion.command_position) is not None
+
+
+def _conditioned(record: MotionRecord, study: ExplainStudy) -> Motion:
+    constant: Array | None = None
+    if study.drives.torque_constant_nm_per_a is not None:
+        constant = np.array(study.drives.torque_constant_nm_per_a)
+    return condition(record, study.lowpass_hz, study.resample_hz, constant)
+
+
+def _teller(progress: Progress | None) -> Callable[[str], Report | None]:
+    def of(target: str) -> Report | None:
+        if progress is None:
+            return None
+        return lambda number, name: progress(f"{target}: {number} found, {name}")
+
+    return of

@@ -1,0 +1,204 @@
+"""What an optimizer is, what it sees of a problem, and the registry of all kinds.
+
+An optimizer holds settings only.  It sees a `Search`: bounds, costs of whole populations, residuals with gradients; the
+search counts evaluations, keeps the best point ever seen and ends the run when the budget is spent or the target is met.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from identify.core.registry import Registry, parse_kind
+from identify.fitting.journal import Journal
+from identify.model.effects.base import Parameter
+from identify.vibration.costs.base import Cost, Objective, parse_cost
+
+Array = NDArray[np.float64]
+
+OPTIMIZERS = Registry(
+    "optimizer",
+    "identify.optimizers",
+    {
+        "artificial-bee-colony": "identify.fitting.optimizers.artificial_bee_colony:ArtificialBeeColony",
+        "cma-es": "identify.fitting.optimizers.cma_es:CmaEs",
+        "differential-evolution": "identify.fitting.optimizers.differential_evolution:DifferentialEvolution",
+        "gauss-newton": "identify.fitting.optimizers.gauss_newton:GaussNewton",
+        "genetic-algorithm": "identify.fitting.optimizers.genetic_algorithm:GeneticAlgorithm",
+        "hybrid": "identify.fitting.optimizers.hybrid:Hybrid",
+        "nelder-mead": "identify.fitting.optimizers.nelder_mead:NelderMead",
+        "particle-swarm": "identify.fitting.optimizers.particle_swarm:ParticleSwarm",
+    },
+)
+
+
+class Ended(Exception):
+    """Raised by a search inside an optimizer when there is nothing more to evaluate; `reason` is a sentence."""
+
+    def __init__(self, reason: str, *, reached: bool) -> None:
+        super().__init__(reason)
+        self.reason, self.reached = reason, reached
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a stage ended: whether the optimizer is content, and why, in a sentence."""
+
+    converged: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Free parameters as the optimizers see them: ln(value) on a log scale; value / step on a linear one, step a tenth of its range."""
+
+    parameters: tuple[Parameter, ...]
+
+    @property
+    def free(self) -> NDArray[np.intp]:
+        """Numbers of the free parameters."""
+        return np.array([number for number, p in enumerate(self.parameters) if p.free], dtype=int)
+
+    @property
+    def _log(self) -> NDArray[np.bool_]:
+        return np.array([p.log for p in self.parameters if p.free], dtype=bool)
+
+    @property
+    def _step(self) -> Array:
+        return np.array([1.0 if p.log else (p.upper - p.lower) / 10 for p in self.parameters if p.free])
+
+    def to_x(self, values: Array) -> Array:
+        """(..., free) from values of all parameters (..., parameters)."""
+        free = values[..., self.free]
+        return np.where(self._log, np.log(np.where(self._log, free, 1.0)), free / self._step)
+
+    def to_values(self, x: Array) -> Array:
+        """(..., parameters) from x (..., free); fixed parameters keep their initial value."""
+        values = np.broadcast_to(np.array([p.initial for p in self.parameters]), (*x.shape[:-1], len(self.parameters))).copy()
+        values[..., self.free] = np.where(self._log, np.exp(np.where(self._log, x, 0.0)), x * self._step)
+        return values
+
+    def slope(self, x: Array) -> Array:
+        """d value / d x, (free,)."""
+        return np.where(self._log, np.exp(np.where(self._log, x, 0.0)), self._step)
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of x, each (free,)."""
+        lower, upper = (np.array([getattr(p, side) for p in self.parameters]) for side in ("lower", "upper"))
+        return self.to_x(lower), self.to_x(upper)
+
+
+@dataclass
+class Search:
+    """One stage of one start: the objective over scaled free parameters, with its budget and the best point so far.
+
+    watch is called after every evaluation with the number of evaluations so far and the best cost; journal remembers
+    costs, so that an interrupted run can be replayed without computing them again.
+    """
+
+    objective: Objective
+    scale: Scale
+    budget: int
+    target_cost: float = 0.0
+    watch: Callable[[int, float], None] = lambda evaluations, best: None
+    journal: Journal = field(default_factory=Journal)
+    whole: Search | None = None
+    evaluations: int = 0
+    best_x: Array | None = None
+    best_cost: float = np.inf
+    lower: Array = field(init=False)
+    upper: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.lower, self.upper = self.scale.bounds()
+
+    def part(self, budget: int) -> Search:
+        """A search with a budget of its own within this one: what it evaluates counts here too."""
+        return Search(self.objective, self.scale, budget, self.target_cost, journal=self.journal, whole=self)
+
+    def costs(self, x: Array) -> Array:
+        """(m,) costs of a population x (m, free) within the bounds; raises Ended when the budget is spent or the target met."""
+        if self.evaluations >= self.budget:
+            raise Ended(f"the budget of {self.budget} evaluations is spent", reached=False)
+        costs = self._evaluate(x) if self.whole is None else self.whole.costs(x)
+        self.evaluations += len(x)
+        best = int(np.argmin(costs))
+        if self.best_x is None or costs[best] < self.best_cost:
+            self.best_x, self.best_cost = x[best].copy(), float(costs[best])
+        self.watch(self.evaluations, self.best_cost)
+        if self.best_cost <= self.target_cost:
+            raise Ended(f"the cost is at or below its target of {self.target_cost:g}", reached=True)
+        return costs
+
+    def _evaluate(self, x: Array) -> Array:
+        remembered = self.journal.replay(len(x))
+        if remembered is not None:
+            return remembered
+        costs = self.objective.costs(self.scale.to_values(x))
+        self.journal.record(costs)
+        return costs
+
+    def residuals(self, x: Array) -> tuple[Array, Array]:
+        """Residuals (free + 1,) and their derivatives with respect to x (free + 1, free), compressed; counts as one evaluation."""
+        self.evaluations += 1
+        size = len(x) + 1
+        rows = self.journal.replay(size * size) if self.objective.dear else None
+        if rows is None:
+            residuals, slopes = self.objective.residuals(self.scale.to_values(x), self.scale.free)
+            rows = _compressed(residuals, slopes * self.scale.slope(x)).ravel()
+            if self.objective.dear:
+                self.journal.record(rows)
+        rows = rows.reshape(size, size)
+        return rows[:, -1], rows[:, :-1]
+
+
+def _compressed(residuals: Array, slopes: Array) -> Array:
+    """[J r] in as few rows as there are columns, with the same r'r, J'r and J'J: all that least squares use of thousands of rows.
+
+    Infinite residuals without slopes where any number is not finite.
+    """
+    both = np.column_stack([slopes, residuals])
+    if not np.isfinite(both).all():
+        return np.column_stack([np.zeros((both.shape[1], slopes.shape[1])), np.full(both.shape[1], np.inf)])
+    product = both.T @ both
+    size = np.sqrt(np.maximum(np.diag(product), np.finfo(float).tiny))
+    squares, directions = np.linalg.eigh(product / np.outer(size, size))
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0))[:, None] * directions.T * size)
+
+
+class Optimizer(BaseModel, ABC):
+    """Settings of one stage as written in the config."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: str
+    evaluations: int = Field(1000, ge=1, description="budget of cost evaluations of this stage, per start")
+    cost: Cost | None = Field(None, description="another cost for this stage, such as a robust first one; default: the study's")
+    parameters: list[str] | None = Field(
+        None, min_length=1, description="what this stage moves, `*` for any part of a name, such as joint1.*; default: all that are free"
+    )
+    measurements: list[str] | None = Field(
+        None, min_length=1, description="names of the measurements that this stage compares; default: all that are fitted"
+    )
+
+    @field_validator("cost", mode="before")
+    @classmethod
+    def _cost(cls, data: Any) -> Any:
+        return None if data is None else parse_cost(data)
+
+    @abstractmethod
+    def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
+        """Search from x = start (free,); the best point is left in `search`.  All chance comes from `rng`."""
+
+
+def parse_optimizer(data: Any) -> Optimizer:
+    """An optimizer from its name or mapping in the config; raises ValueError for pydantic to report with its key."""
+    if isinstance(data, Optimizer):
+        return data
+    optimizer: Optimizer = parse_kind(OPTIMIZERS, {"kind": data} if isinstance(data, str) else data)
+    return optimizer

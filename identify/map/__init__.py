@@ -1,0 +1,1 @@
+"""A fitted model over postures: frequencies, damping and tool FRFs with their intervals."""

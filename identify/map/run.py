@@ -1,0 +1,260 @@
+"""What `identify map` does, without the terminal: a fitted model over many postures, in parts, by the workers of a batch."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import itertools
+import shutil
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from identify import __version__
+from identify.batch.executor import open_executor
+from identify.batch.index import Entry, Index
+from identify.batch.job import Job
+from identify.batch.loop import Watch, run_jobs
+from identify.batch.settings import posture_of, read_table
+from identify.core import atomic as whole
+from identify.core.errors import InputError
+from identify.map.posture_map import FittedModel, fitted_model, map_postures, tool_point
+from identify.results import fit as results
+from identify.results.map import MapPart, MapResult, PostureRows
+from identify.results.provenance import provenance, sha256
+
+Array = NDArray[np.float64]
+PART = 50
+"""Postures in a part: what a worker does at a time, about half a second."""
+_PART = "identify.map.run:map_part"
+_ELSEWHERE = "choose another with `--out`"
+_LIMIT_S = 600.0
+_WITHOUT_BAND_HZ = (1.0, 100.0)
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """What is mapped: postures from a table (`name`, `joint1_deg`, ...) or a grid (joint number: first, last, how many; the other joints as
+    in the first fitted posture); for the point with a node (default: the last); lines over a band, Hz; how many modes.
+    """
+
+    postures: Path | None = None
+    grid: tuple[tuple[int, float, float, int], ...] = ()
+    tool: int | None = None
+    band_hz: tuple[float, float] | None = None
+    lines: int = 100
+    modes: int = 6
+
+
+def parse_grid(text: str) -> tuple[int, float, float, int]:
+    """One axis of a grid from `JOINT:FIRST:LAST:COUNT`; InputError for another text."""
+    try:
+        joint, first, last, count = text.split(":")
+        return int(joint), float(first), float(last), int(count)
+    except ValueError as error:
+        raise InputError("--grid", f"{text!r}", "JOINT:FIRST:LAST:COUNT, degrees, such as 2:-60:60:9") from error
+
+
+def run_map(
+    model: Path,
+    options: MapOptions,
+    out: Path | None = None,
+    *,
+    workers: int | None = None,
+    cluster: str | None = None,
+    resume: bool = False,
+    watch: Watch | None = None,
+) -> tuple[MapResult, list[Path]]:
+    """Map a fitted model and write `<name>_map.h5` and a CSV beside it; workers, cluster, resume and watch as for `run_batch`.
+
+    Returns the map and what was written, the HDF5 file first.  Raises InputError for a file that is no fit, for postures or a point that
+    the robot does not have, and for a full disk.
+    """
+    begun = time.perf_counter()
+    fit: results.Result = results.read(model)
+    path = out or model.with_name(f"{model.stem}_map.h5")
+    _check_out(path, model)
+    fitted = fitted_model(fit, str(model))
+    names, postures = _postures(fitted, options)
+    line_hz = _lines(fitted, options)
+    tool_point(fitted, options.tool)  # an unknown point is refused now
+    folder = path.with_name(f"{path.stem}_parts")
+    asked = {"model": str(model.resolve()), "tool": options.tool, "lines": line_hz.tolist(), "modes": options.modes}
+    parts = [slice(first, first + PART) for first in range(0, len(names), PART)]
+    files = [folder / f"part{number:05d}.h5" for number in range(1, len(parts) + 1)]
+    key = _key(sha256(model), names, postures, asked)
+    jobs = (
+        Job(file.stem, _PART, {**asked, "names": names[part], "postures": postures[part].tolist(), "key": key, "out": str(file.resolve())})
+        for file, part in zip(files, parts, strict=True)
+    )
+    if not resume:
+        shutil.rmtree(folder, ignore_errors=True)
+    with open_executor(workers, cluster) as executor:
+        index = Index(folder / "index.json", {"map": fit.name, "workers": executor.about}, {f.stem: Entry(result=f.name) for f in files})
+        run_jobs(jobs, executor, index, _LIMIT_S, watch or (lambda index: None))
+        about = executor.about
+    rows = _joined(index, files, key)
+    result = _result(fit, fitted, model, rows, line_hz, options.tool, about, time.perf_counter() - begun)
+    results.write(result, path)
+    whole.write_whole(path.with_suffix(".csv"), lambda aside: aside.write_text(table_of(rows), encoding="utf-8"), _ELSEWHERE)
+    shutil.rmtree(folder, ignore_errors=True)
+    return result, [path, path.with_suffix(".csv")]
+
+
+def _check_out(path: Path, model: Path) -> None:
+    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
+        raise InputError(str(path), "not a file for a map", "a new file in .h5", _ELSEWHERE)
+    whole.check_writable(path, _ELSEWHERE)
+
+
+def _result(
+    fit: results.Result, fitted: FittedModel, model: Path, rows: PostureRows, line_hz: Array, tool: int | None, about: str, seconds: float
+) -> MapResult:
+    point = tool_point(fitted, tool)
+    return MapResult(
+        layout=results.LAYOUT,
+        kind=MapResult.KIND,
+        name=fit.name,
+        verdict=_verdict(rows, seconds, about),
+        notes=_notes(fit),
+        seconds=seconds,
+        workers=about,
+        model=model.name,
+        tool=f"{point.name or point.node} on {point.link}",
+        joints=tuple(joint.name for joint in fitted.robot.joints),
+        line_hz=line_hz,
+        rows=rows,
+        provenance=provenance(fit.provenance.config_path, fit.provenance.config, [(model.name, sha256(model))]),
+    )
+
+
+def map_part(
+    model: str,
+    tool: int | None,
+    lines: Sequence[float],
+    modes: int,
+    names: Sequence[str],
+    postures: Sequence[Sequence[float]],
+    key: str,
+    out: str,
+    attempt: int,
+) -> dict[str, bool]:
+    """Map some postures (rad) and write them; a part of the same map that is there is kept."""
+    path = Path(out)
+    if results.kind_of(path) == MapPart.KIND and results.read(path, MapPart).key == key:
+        return {"kept": True}
+    with threadpool_limits(1):
+        fitted = _model(model, Path(model).stat().st_mtime_ns)
+        rows = map_postures(fitted, tool_point(fitted, tool), names, np.array(postures), np.array(lines), modes)
+    results.write(MapPart(results.LAYOUT, MapPart.KIND, key, rows), path)
+    return {"kept": False}
+
+
+@lru_cache(maxsize=2)
+def _model(path: str, changed: int) -> FittedModel:
+    return fitted_model(results.read(Path(path)), path)
+
+
+def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:
+    text = "\n".join([__version__, model, repr(list(names)), repr(asked)])
+    return hashlib.sha256(text.encode() + postures.tobytes()).hexdigest()
+
+
+def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Array]:
+    """Names and postures (n, joints), rad, of the table or the grid."""
+    if (options.postures is None) == (not options.grid):
+        raise InputError("identify map", "neither or both of a table and a grid", "`--postures table.csv` or `--grid 2:-60:60:9`")
+    joints = len(fitted.robot.joints)
+    if options.postures is not None:
+        return _tabled(options.postures, joints)
+    axes = [np.rad2deg(fitted.posture)[joint : joint + 1] for joint in range(joints)]
+    for joint, first, last, count in options.grid:
+        if not 1 <= joint <= joints or count < 1:
+            raise InputError("--grid", f"joint {joint} in {count} steps", f"a joint from 1 to {joints} and at least one step")
+        axes[joint - 1] = np.linspace(first, last, count)
+    found = np.deg2rad(np.array(list(itertools.product(*axes))))
+    return [f"p{number:0{len(str(len(found)))}d}" for number in range(1, len(found) + 1)], found
+
+
+def _tabled(path: Path, joints: int) -> tuple[list[str], Array]:
+    names, found = [], []
+    for line, row in read_table(path):
+        angles = posture_of(row)
+        if len(angles) != joints or not all(isinstance(angle, (int, float)) and np.isfinite(angle) for angle in angles):
+            raise InputError(f"{path} line {line}", f"angles {angles}", f"numbers in the columns joint1_deg to joint{joints}_deg")
+        names.append(str(row.get("name", f"line{line}")))
+        found.append(angles)
+    return names, np.deg2rad(np.array(found, dtype=float))
+
+
+def _lines(fitted: FittedModel, options: MapOptions) -> Array:
+    low, high = options.band_hz or fitted.band_hz or _WITHOUT_BAND_HZ
+    if not 0 <= low < high or options.lines < 2:
+        raise InputError("--band", f"{options.lines} lines from {low:g} to {high:g} Hz", "the lower frequency first and two lines or more")
+    return np.linspace(low, high, options.lines)
+
+
+def _joined(index: Index, files: Sequence[Path], key: str) -> PostureRows:
+    """All parts as one; InputError where one is missing."""
+    failed = [entry.error for entry in index.jobs.values() if entry.state != "done"]
+    if failed:
+        raise InputError(
+            str(index.path), f"{len(failed)} of {len(files)} parts failed: {failed[0].rstrip('.')}", fix="go on with `--resume`"
+        )
+    parts = [results.read(file, MapPart).rows for file in files]
+    names = tuple(name for part in parts for name in part.name)
+    arrays = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(PostureRows) if f.name != "name"}
+    return PostureRows(name=names, **arrays)
+
+
+def _verdict(rows: PostureRows, seconds: float, about: str) -> tuple[str, ...]:
+    first, damping, peak = rows.frequency_hz[:, 0], 100 * rows.damping_ratio[:, 0], rows.peak_m_per_n.max(axis=1)
+    weak = int(np.argmax(peak))
+    done = f"{len(rows.name)} postures were mapped in {seconds:.1f} s on {about}."
+    between = (
+        f"The first mode lies between {np.nanmin(first):.2f} and {np.nanmax(first):.2f} Hz, its damping between {np.nanmin(damping):.2g} "
+    )
+    softest = (
+        f"The tool is most compliant at {rows.name[weak]}: {1e6 * peak[weak]:.3g} µm/N at a resonance, along the softest axis of the base."
+    )
+    return done, f"{between}and {np.nanmax(damping):.2g} %.", softest
+
+
+def _notes(fit: results.Result) -> tuple[str, ...]:
+    said = [f"of the fit: {note}" for note in fit.notes]
+    said.append("intervals say what the noise of the fitted data leaves open; what the model lacks is not in them")
+    return tuple(said)
+
+
+def table_of(rows: PostureRows) -> str:
+    """The CSV of a map: a line per posture with units in the header; FRFs are in the HDF5 file alone."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    angles = [f"joint{joint}_deg" for joint in range(1, rows.posture_deg.shape[1] + 1)]
+    modes = [
+        f"mode{mode}_{what}"
+        for mode in range(1, rows.frequency_hz.shape[1] + 1)
+        for what in ("hz", "hz_low", "hz_high", "damping", "damping_low", "damping_high")
+    ]
+    static, peak = ([f"{what}_{axis}_m_per_n" for axis in "xyz"] for what in ("static", "peak"))
+    writer.writerow(["name", *angles, "tool_x_m", "tool_y_m", "tool_z_m", *modes, *static, *peak])
+    mode_columns = (
+        rows.frequency_hz,
+        rows.frequency_low_95,
+        rows.frequency_high_95,
+        rows.damping_ratio,
+        rows.damping_low_95,
+        rows.damping_high_95,
+    )
+    of_modes = np.stack(mode_columns, axis=2).reshape(len(rows.name), -1)
+    diagonal = rows.compliance_m_per_n[:, range(3), range(3)]
+    for name, numbers in zip(rows.name, np.hstack([rows.posture_deg, rows.tool_m, of_modes, diagonal, rows.peak_m_per_n]), strict=True):
+        writer.writerow([name, *("" if np.isnan(value) else f"{value:.9g}" for value in numbers)])
+    return stream.getvalue()

@@ -1,0 +1,1 @@
+"""Universal files (UFF): the blocks of the format, read and written."""

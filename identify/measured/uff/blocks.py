@@ -1,0 +1,109 @@
+"""Universal files as a row of datasets of text, with the fixed columns their numbers stand in; binary functions (58b) are passed over."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.errors import InputError
+from identify.measured.uff.cursor import EXPORT, Cursor
+from identify.measured.uff.values import Form, binary_values
+
+Float = NDArray[np.float64]
+
+
+@dataclass
+class Block:
+    """One dataset: its number, its lines, and where its first line is in the file; `at` is the line to be read next."""
+
+    number: int
+    lines: list[str]
+    name: str
+    first: int
+    at: int = 0
+
+    @property
+    def where(self) -> str:
+        """File, dataset and the line read last, as errors name them."""
+        place = f", line {self.first + max(self.at, 1) - 1}" if self.first else ""
+        return f"{self.name}, dataset {self.number}{place}"
+
+    @property
+    def done(self) -> bool:
+        """Whether only empty lines are left."""
+        return not any(line.strip() for line in self.lines[self.at :])
+
+    def line(self) -> str:
+        """The next line; InputError where the dataset has ended."""
+        if self.at >= len(self.lines):
+            raise InputError(self.where, "the dataset ends too early", "further records", EXPORT)
+        self.at += 1
+        return self.lines[self.at - 1]
+
+    def integers(self, least: int) -> list[int]:
+        """Integers I10 of the next line, at least so many."""
+        line = self.line().rstrip()
+        return [int(field) for field in self._fields(line, 10, r" *[+-]?\d+", least, "I10")]
+
+    def reals(self, count: int, width: int = 13) -> Float:
+        """Exactly `count` numbers of that width, over as many lines as needed, (count,)."""
+        per_line = 6 if width == 13 else 3
+        found: list[str] = []
+        while len(found) < count:
+            least = min(per_line, count - len(found))
+            fields = self._fields(self.line().rstrip(), width, r" *[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", least, f"E{width}")
+            found += fields[:least]
+        values = np.array([float(field.upper().replace("D", "E")) for field in found])
+        if not np.isfinite(values).all():
+            raise InputError(self.where, "a number too large", "finite numbers", EXPORT)
+        return values
+
+    def split(self, column: int) -> tuple[Block, Block]:
+        """The next line as two blocks, up to that column and from it on."""
+        line = self.line()
+        place = self.first and self.first + self.at - 1
+        return Block(self.number, [line[:column]], self.name, place), Block(self.number, [line[column:]], self.name, place)
+
+    def _fields(self, line: str, width: int, pattern: str, least: int, form: str) -> list[str]:
+        """The fields of a line, right-justified; a lost or added character shifts them, and that is an error."""
+        fields = [line[i : i + width] for i in range(0, len(line), width)]
+        if len(fields) < least or len(line) % width or not all(re.fullmatch(pattern, field) for field in fields):
+            raise InputError(self.where, f"{line[:60]!r}", f"at least {least} numbers {form}", EXPORT)
+        return fields
+
+
+def blocks(path: Path) -> Iterator[Block]:
+    """Every dataset of a universal file but 58 and 58b; InputError for a missing, broken or foreign file."""
+    try:
+        cursor = Cursor(path.read_bytes(), str(path))
+    except OSError as error:
+        raise InputError(str(path), f"the file cannot be read ({error.strerror})", "a universal file", "check the path") from error
+    while cursor.opens_dataset():
+        head = cursor.text()
+        match = re.match(r" {0,5}(\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)
+        if match is None:
+            raise InputError(cursor.where, f"{head[:20]!r} in place of a dataset number", "a number in columns 1 to 6", EXPORT)
+        if match[2]:
+            _pass_binary(cursor, head)
+            continue
+        first = cursor.line + 1 if cursor.line else 0
+        lines = cursor.rest()
+        if int(match[1]) != 58:
+            yield Block(int(match[1]), lines, str(path), first)
+    if cursor.dataset == 0:
+        raise InputError(str(path), "no dataset in the file", "a universal file (UFF)")
+
+
+def _pass_binary(cursor: Cursor, head: str) -> None:
+    """Move behind a 58b dataset, whose length is in record 7."""
+    header = [cursor.text() for _ in range(11)]
+    try:
+        kind, count, spacing = (int(header[6][i : i + 10]) for i in (0, 10, 20))
+    except ValueError as error:
+        raise InputError(cursor.where, f"record 7 {header[6][:30]!r} of a binary function", "3I10", EXPORT) from error
+    binary_values(cursor, Form(count, kind in (5, 6), kind in (4, 6), spacing == 1), head)

@@ -1,0 +1,65 @@
+"""A place in the bytes of a universal file: lines, the `-1` between datasets, and where in the file an error is."""
+
+from __future__ import annotations
+
+import re
+
+from identify.core.errors import InputError
+
+_LINE = re.compile(rb"([^\r\n]*)(?:\r\n|\r|\n|\Z)")
+EXPORT = "export the file again as UFF 58"
+"""What to do about a damaged universal file."""
+
+
+class Cursor:
+    """Reads `data` forward; dataset counts datasets from 1, line lines, and is 0 once binary data made counting them pointless."""
+
+    def __init__(self, data: bytes, name: str) -> None:
+        self.data, self.name = data.removeprefix(b"\xef\xbb\xbf"), name
+        self.at = self.line = self.dataset = 0
+        self._counting = True
+
+    @property
+    def where(self) -> str:
+        """File, dataset and line as errors name them."""
+        dataset = f", dataset {self.dataset}" if self.dataset else ""
+        return self.name + dataset + (f", line {self.line}" if self.line else "")
+
+    def next(self) -> bytes:
+        """The next line without its end (LF, CR LF or CR); InputError at the end of the file."""
+        match = _LINE.match(self.data, self.at)
+        if match is None or self.at >= len(self.data):
+            raise InputError(self.where, "the file ends inside a dataset", "a dataset closed by -1", "transfer or export it again")
+        self.at = match.end()
+        self.line += self._counting
+        return match[1]
+
+    def text(self) -> str:
+        """The next line as text; vendors write UTF-8 or Latin-1."""
+        line = self.next()
+        try:
+            return line.decode()
+        except UnicodeDecodeError:
+            return line.decode("latin-1")
+
+    def skip_binary(self, end: int) -> None:
+        """Move to byte `end`, beyond data that have no lines."""
+        self.at, self.line, self._counting = end, 0, False
+
+    def opens_dataset(self) -> bool:
+        """Move behind the next opening `-1`; False at the end of the file; InputError where anything else stands there."""
+        while self.at < len(self.data):
+            line = self.next().strip(b" \t\x1a\x00")
+            if line == b"-1":
+                self.dataset += 1
+                return True
+            if line:
+                raise InputError(self.where, f"{line[:40].decode('latin-1')!r} between datasets", "-1, which opens a dataset", EXPORT)
+        return False
+
+    def rest(self) -> list[str]:
+        """The lines up to the `-1` that closes the dataset; the cursor stands behind it."""
+        lines: list[str] = []
+        while (line := self.text()).strip() != "-1":
+            lines.append(line)
+        return lines

@@ -1,0 +1,50 @@
+"""A mass that the robot description lacks or states wrongly: a gripper, a cable package, a payload."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from identify.model.effects.attached import AttachedMass
+from identify.model.effects.base import Contribution, Parameter, Values
+from identify.model.effects.site import Site
+from identify.model.effects.springs import parameter, spread
+from identify.robot.description import Robot
+from identify.robot.points import Point
+
+
+class AddedMass(AttachedMass):
+    """A point mass or a rigid body fixed to a link."""
+
+    kind: Literal["added-mass"] = "added-mass"
+    mass: Values = Field(Values(initial=1.0, bounds=(0.0, 100.0)), description="kg")
+
+    def sentence(self) -> str:
+        """For example: added mass on link6."""
+        return f"added {'mass' if self.extent == 'point' else 'body (mass, centre, inertia)'} on {self.link}"
+
+    @classmethod
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """On every moving link, as a body; the mass may be negative, where the description says too much."""
+        whole = sum(link.mass for link in robot.links)
+        for link in robot.links[1:]:
+            if link.mass > 0:
+                reach = (-round(link.mass / 2, 3), round(link.mass + 0.1 * whole, 3))
+                yield cls(link=link.name, extent="body", mass=Values(initial=round(0.02 * link.mass, 6), bounds=reach))
+
+    def forms(self) -> list[Self]:
+        """A point at the link's centre of mass."""
+        return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
+
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """The mass; of a body then the moments."""
+        initial = float(spread(self.mass, np.ones(1), f"{where}.mass")[0])
+        mass = parameter(f"{self.link}.mass", "kg", initial, self.mass, f"{where}.mass", log=False)
+        return [mass, *self.moments(robot, self.link, where)]
+
+    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
+        """Inertia and weight."""
+        return self.inertial(robot, site, np.zeros((3, len(site.coordinates))))

@@ -1,0 +1,146 @@
+"""What an effect is: where it sits, what its parameters are and how it enters M, C and K; and the registry of all kinds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from identify.core.registry import Registry, parse_kind
+from identify.model.effects.site import Added, Array, Site
+from identify.robot.description import Robot
+from identify.robot.points import Point
+from identify.robot.posture import Mechanism
+
+EFFECTS = Registry(
+    "effect",
+    "identify.effects",
+    {
+        "added-mass": "identify.model.effects.added_mass:AddedMass",
+        "appended-resonator": "identify.model.effects.appended_resonator:AppendedResonator",
+        "base-compliance": "identify.model.effects.base_compliance:BaseCompliance",
+        "channel-gain": "identify.model.effects.channel_gain:ChannelGain",
+        "channel-polarity": "identify.model.effects.channel_polarity:ChannelPolarity",
+        "channel-swap": "identify.model.effects.channel_swap:ChannelSwap",
+        "hardening-stiffness": "identify.model.effects.hardening_stiffness:HardeningStiffness",
+        "hysteretic-damping": "identify.model.effects.hysteretic_damping:HystereticDamping",
+        "joint-compliance": "identify.model.effects.joint_compliance:JointCompliance",
+        "joint-friction": "identify.model.effects.joint_friction:JointFriction",
+        "link-flexibility": "identify.model.effects.link_flexibility:LinkFlexibility",
+        "load-cell": "identify.model.effects.load_cell:LoadCell",
+        "rotor-inertia": "identify.model.effects.rotor_inertia:RotorInertia",
+        "sensor-mass": "identify.model.effects.sensor_mass:SensorMass",
+        "sensor-rotation": "identify.model.effects.sensor_rotation:SensorRotation",
+        "servo": "identify.model.effects.servo:Servo",
+        "spring-to-ground": "identify.model.effects.spring_to_ground:SpringToGround",
+        "time-delay": "identify.model.effects.time_delay:TimeDelay",
+        "window-decay": "identify.model.effects.window_decay:WindowDecay",
+    },
+)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all where not `free`."""
+
+    name: str
+    unit: str
+    initial: float
+    lower: float
+    upper: float
+    log: bool = True
+    free: bool = True
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What one unit of a parameter adds to the matrices over all coordinates, each (n, n), symmetric, or None.
+
+    hysteretic is the imaginary part of the stiffness: damping that does not grow with frequency.
+    """
+
+    stiffness: Array | None = None
+    damping: Array | None = None
+    mass: Array | None = None
+    hysteretic: Array | None = None
+
+
+class Effect(BaseModel, ABC):
+    """Settings of one effect as written in the config.  The physics is in the methods; nothing in an effect changes after reading.
+
+    Positions in the config start with `effects.N`; `kind` is the name in the registry.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    needs_levels: ClassVar[bool] = False
+    """Whether only blows of different strength can tell it from a linear effect."""
+    kind: str
+
+    @abstractmethod
+    def sentence(self) -> str:
+        """What this instance is, as an engineer would say it."""
+
+    @classmethod
+    @abstractmethod
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """One instance for each place where the effect can sit on a robot and its measurement points (by node), for discovery."""
+
+    def forms(self) -> list[Self]:
+        """Simpler and richer forms of the same thing in the same place, for discovery to choose from; none by default."""
+        return []
+
+    @property
+    def changes_site(self) -> bool:
+        """Whether it brings bodies, coordinates or mass of its own; one that does not acts on the site of the others."""
+        bringing = ("attach", "added_coordinates", "brought_mass")
+        return any(getattr(type(self), name) is not getattr(Effect, name) for name in bringing)
+
+    def attach(self, mechanism: Mechanism, robot: Robot) -> Mechanism:
+        """The mechanism with the bodies that this effect adds."""
+        return mechanism
+
+    def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
+        """Further coordinates, such as a rotor that turns its link, or the bending of a link."""
+        return []
+
+    def brought_mass(self, robot: Robot, site: Site) -> Array | None:
+        """Mass matrix (n, n) whatever the parameters: a link's own mass that moves when the link bends."""
+        return None
+
+    @abstractmethod
+    def released(self, robot: Robot) -> list[str]:
+        """The coordinates that this effect lets move."""
+
+    @abstractmethod
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """The numbers to identify, in a fixed order; `site` (the first posture) scales defaults."""
+
+    @abstractmethod
+    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
+        """What each parameter adds per unit, in the order of `parameters`."""
+
+
+class Values(BaseModel):
+    """Start, bounds and freedom of a group of parameters; a list gives one number per place, a number serves all."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    initial: float | list[float] | None = Field(None, description="start value, or one per place; default: from the robot's inertia")
+    bounds: tuple[float, float] | None = Field(None, description="smallest and largest value; default: a factor of 1000 either side")
+    fixed: bool = Field(False, description="true: kept at `initial`, not fitted")
+
+
+class DampingValues(Values):
+    """Values of viscous dampers, which may be given as a damping ratio of the coordinate on its own."""
+
+    damping_ratio: float = Field(0.03, gt=0, description="start value as c = 2 zeta sqrt(k m), m the inertia the coordinate moves")
+
+
+def parse_effect(data: Any) -> Effect:
+    """An effect from its mapping in the config, by `kind`; raises ValueError for pydantic to report with its key."""
+    if isinstance(data, Effect):
+        return data
+    effect: Effect = parse_kind(EFFECTS, data)
+    return effect

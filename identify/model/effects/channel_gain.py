@@ -1,0 +1,51 @@
+"""A response channel reads too much or too little: a wrong sensitivity, a loose sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from identify.measured.channel import Channel
+from identify.model.effects.base import Parameter, Values
+from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels
+from identify.model.effects.site import Array, Site
+from identify.model.effects.springs import parameter, spread
+from identify.robot.description import Robot
+from identify.robot.points import Point
+
+
+class ChannelGain(MeasurementEffect):
+    """One factor on one response channel, or on all of a point."""
+
+    kind: Literal["channel-gain"] = "channel-gain"
+    channel: str | int = Field(description="channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels")
+    gain: Values = Field(Values(initial=1.0, bounds=(0.1, 10.0)), description="recorded over true")
+
+    def sentence(self) -> str:
+        """For example: gain of channel 12:+Z."""
+        return f"gain of channel {self.channel}"
+
+    @classmethod
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """The three translations of every point."""
+        for node in points:
+            for direction in (1, 2, 3):
+                yield cls(channel=str(Channel(node, direction)))
+
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """The factor."""
+        initial = float(spread(self.gain, np.ones(1), f"{where}.gain")[0])
+        return [parameter(f"{self.channel}.gain", "1", initial, self.gain, f"{where}.gain")]
+
+    def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
+        """A diagonal matrix."""
+        numbers = find_channels(self.channel, channels, points, "effects.channel-gain.channel")
+        unit = np.eye(len(numbers))
+
+        def scaled(own: Array) -> Array:
+            return own[..., None] * unit
+
+        return Mixing(numbers, scaled, lambda own: unit[..., None])

@@ -1,0 +1,37 @@
+"""A response channel upside down: a sensor or a cable the wrong way round."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from identify.measured.channel import Channel
+from identify.model.effects.measurement import MeasurementEffect, Reading, constant, find_channels
+from identify.robot.description import Robot
+from identify.robot.points import Point
+
+
+class ChannelPolarity(MeasurementEffect):
+    """The sign of one response channel, or of all of a point."""
+
+    kind: Literal["channel-polarity"] = "channel-polarity"
+    channel: str | int = Field(description="channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels")
+
+    def sentence(self) -> str:
+        """For example: reversed polarity of channel 12:+Z."""
+        return f"reversed polarity of channel {self.channel}"
+
+    @classmethod
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """The three translations of every point."""
+        for node in points:
+            for direction in (1, 2, 3):
+                yield cls(channel=str(Channel(node, direction)))
+
+    def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
+        """Minus one."""
+        numbers = find_channels(self.channel, channels, points, "effects.channel-polarity.channel")
+        return constant(numbers, -np.eye(len(numbers)))

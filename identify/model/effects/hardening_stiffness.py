@@ -1,0 +1,52 @@
+"""A drive that stiffens as it winds up: a cubic spring T = k_3 q^3 parallel to the joint's own, as of teeth and flexsplines under load."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from identify.model.effects.base import Parameter, Values
+from identify.model.effects.nonlinear import Law, NonlinearEffect
+from identify.model.effects.site import Array, Site
+from identify.model.effects.springs import START_HZ, parameter, spread
+from identify.robot.description import Robot
+
+_FELT = 1e-3
+"""Deflection, rad, at which the cubic spring of the default start is a tenth as stiff as the linear one."""
+
+
+class Cubic(Law):
+    """own: k_3 (N m/rad^3)."""
+
+    count: ClassVar[int] = 1
+
+    def probe(self, own: Array) -> Array:
+        """The angle."""
+        return np.array([np.ones_like(own[0]), np.zeros_like(own[0]), np.zeros_like(own[0])])
+
+    def torque(self, free: Array, compliance: Array, own: Array) -> Array:
+        """One step of Newton from the free angle: within a time step the torque hardly moves it."""
+        square = own[0] * free * free
+        return np.asarray(square * free / (1 + 3 * square * compliance))
+
+
+class HardeningStiffness(NonlinearEffect):
+    """Cubic springs parallel to those of some joints; their stiffness is known as well as the impulse of the blows, squared."""
+
+    kind: Literal["hardening-stiffness"] = "hardening-stiffness"
+    law: ClassVar[Law] = Cubic()
+    cubic: Values = Field(Values(), description="k_3, N m/rad^3; default start: a tenth of the linear stiffness at 1 mrad")
+
+    def sentence(self) -> str:
+        """For example: hardening stiffness of joint 2 (rz)."""
+        return f"hardening stiffness of {self.which()}"
+
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """k_3 per coordinate."""
+        names = self.coordinates(robot)
+        linear = np.array([site.inertia(name) for name in names]) * (2 * np.pi * START_HZ) ** 2
+        k = spread(self.cubic, 0.1 * linear / _FELT**2, f"{where}.cubic")
+        unit = "N m/rad^3"
+        return [parameter(f"{n}.cubic_stiffness", unit, v, self.cubic, f"{where}.cubic") for n, v in zip(names, k, strict=True)]

@@ -1,0 +1,69 @@
+"""Coulomb friction of a joint, parallel to its spring: a torque against the motion that does not grow with it.
+
+    T = clip(D (v + tau dv/dt), -T_c, T_c)
+
+T_c is the friction torque.  While it is not reached the joint sticks, and D and tau say how: D is the resistance to creep
+(T_c / D is the rate at which it gives way), tau the time in which a joint that is caught comes to rest.  D without bound and tau = 0
+are the ideal of rigid Coulomb friction; tau = 0 alone is the usual friction smoothed over a rate of T_c / D; a finite tau is the soft
+stick of simulators that solve friction as a constraint (MuJoCo documentation, Computation, "Constraint model": a reference
+acceleration of -v / tau and an impedance below one).
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from identify.model.effects.base import Parameter, Values
+from identify.model.effects.nonlinear import Law, NonlinearEffect
+from identify.model.effects.site import Array, Site
+from identify.model.effects.springs import parameter, spread
+from identify.robot.description import Robot
+
+_STICK_RATE = 300.0
+"""Start of D per inertia of the joint, 1/s."""
+
+
+class Friction(Law):
+    """own: T_c (N m), D (N m s/rad), tau (s)."""
+
+    count: ClassVar[int] = 3
+
+    def probe(self, own: Array) -> Array:
+        """Rate and, in the share of tau, acceleration."""
+        return np.array([np.zeros_like(own[2]), np.ones_like(own[2]), own[2]])
+
+    def torque(self, free: Array, compliance: Array, own: Array) -> Array:
+        """What sticking takes, as far as the friction torque goes."""
+        return np.asarray(np.clip(free / (1 / own[1] + compliance), -own[0], own[0]))
+
+
+class JointFriction(NonlinearEffect):
+    """Coulomb friction parallel to the springs of some joints; the torque is known as well as the impulse of the blows is."""
+
+    kind: Literal["joint-friction"] = "joint-friction"
+    law: ClassVar[Law] = Friction()
+    torque: Values = Field(Values(initial=1.0, bounds=(1e-3, 1e4)), description="T_c, N m")
+    stick_damping: Values = Field(Values(), description="D, N m s/rad: resistance to creep while sticking; default start: from the inertia")
+    stick_time: Values = Field(Values(initial=3e-3, bounds=(1e-5, 0.1)), description="tau, s: in which a joint that sticks comes to rest")
+
+    def sentence(self) -> str:
+        """For example: dry friction of joint 2 (rz)."""
+        return f"dry friction of {self.which()}"
+
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """T_c, D and tau per coordinate."""
+        names = self.coordinates(robot)
+        stiff = _STICK_RATE * np.array([site.inertia(name) for name in names])
+        starts = (
+            ("friction_torque", "N m", self.torque, spread(self.torque, np.ones(len(names)), f"{where}.torque")),
+            ("stick_damping", "N m s/rad", self.stick_damping, spread(self.stick_damping, stiff, f"{where}.stick_damping")),
+            ("stick_time", "s", self.stick_time, spread(self.stick_time, np.ones(len(names)), f"{where}.stick_time")),
+        )
+        return [
+            parameter(f"{name}.{what}", unit, start[number], values, f"{where}.{what}")
+            for number, name in enumerate(names)
+            for what, unit, values, start in starts
+        ]

@@ -1,0 +1,52 @@
+"""The mass of the sensors, which the robot description does not know: the same at every measurement point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from identify.core.errors import InputError
+from identify.model.effects.base import Contribution, Effect, Parameter, Values
+from identify.model.effects.site import Site
+from identify.model.effects.springs import parameter, spread
+from identify.robot.description import Robot
+from identify.robot.points import Point
+
+
+class SensorMass(Effect):
+    """Equal point masses with their weight at all measurement points, there during every blow; roving sensors are another matter."""
+
+    kind: Literal["sensor-mass"] = "sensor-mass"
+    mass: Values = Field(Values(initial=0.05, bounds=(0.0, 5.0)), description="of one sensor with its mount, kg")
+
+    def sentence(self) -> str:
+        """Mass of the sensors."""
+        return "mass of the sensors"
+
+    @classmethod
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """All points together, if there are any."""
+        if points:
+            yield cls()
+
+    def released(self, robot: Robot) -> list[str]:
+        """None."""
+        return []
+
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """The mass of one sensor."""
+        initial = float(spread(self.mass, np.ones(1), f"{where}.mass")[0])
+        return [parameter("sensors.mass", "kg", initial, self.mass, f"{where}.mass", log=False)]
+
+    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
+        """The sum over points of inertia J' J and gravity stiffness of a unit mass."""
+        where = "effects.sensor-mass"
+        if not site.points:
+            fix = "give `points`, or remove the effect"
+            raise InputError(where, "there are no measurement points", "points where the sensors sit", fix)
+        jacobians = [site.jacobian(point.link, point.position, where)[:3] for point in site.points.values()]
+        weights = [site.weight_stiffness(point.link, point.position, where) for point in site.points.values()]
+        return [Contribution(mass=np.sum([j.T @ j for j in jacobians], axis=0), stiffness=np.sum(weights, axis=0))]

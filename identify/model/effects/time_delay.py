@@ -1,0 +1,55 @@
+"""All responses come late by the same time: a filter or an amplifier in the response channels that the force channel lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from identify.measured.channel import Channel
+from identify.model.effects.base import Parameter, Values
+from identify.model.effects.measurement import Complex, MeasurementEffect, Reading
+from identify.model.effects.site import Array, Site
+from identify.model.effects.springs import parameter, spread
+from identify.robot.description import Robot
+from identify.robot.points import Point
+
+
+class TimeDelay(MeasurementEffect):
+    """H is read as H e^(-s tau), where s has the true decay of the window; tau is negative where the force comes late."""
+
+    kind: Literal["time-delay"] = "time-delay"
+    delay: Values = Field(Values(initial=0.0, bounds=(-5e-3, 5e-3)), description="s")
+
+    def sentence(self) -> str:
+        """Time delay of all responses."""
+        return "time delay of all responses"
+
+    @classmethod
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """The measurement as a whole."""
+        yield cls()
+
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """The delay."""
+        initial = float(spread(self.delay, np.zeros(1), f"{where}.delay")[0])
+        return [parameter("responses.delay", "s", initial, self.delay, f"{where}.delay", log=False)]
+
+    def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
+        """The same for all channels."""
+        return _Late()
+
+
+@dataclass(frozen=True)
+class _Late(Reading):
+    def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return np.asarray(h * np.exp(-s * own)[..., None, None])
+
+    def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return np.asarray(-s[:, None, None, None] * self.apply(h, own, s)[..., None])
+
+    def along_s(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return np.asarray(-own * self.apply(h, own, s))

@@ -1,0 +1,55 @@
+"""The exponential window on force and response decays faster or slower than stated, or was forgotten in the statement."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from identify.measured.channel import Channel
+from identify.model.effects.base import Parameter, Values
+from identify.model.effects.measurement import Complex, MeasurementEffect, Reading
+from identify.model.effects.site import Array, Site
+from identify.model.effects.springs import parameter, spread
+from identify.robot.description import Robot
+from identify.robot.points import Point
+
+
+class WindowDecay(MeasurementEffect):
+    """The FRFs sample H at s = sigma + delta + j omega, with sigma the stated decay; to first order it looks like damping everywhere."""
+
+    kind: Literal["window-decay"] = "window-decay"
+    error: Values = Field(Values(initial=0.0, bounds=(-10.0, 10.0)), description="delta: true less stated decay, 1/s")
+
+    def sentence(self) -> str:
+        """Window decay other than stated."""
+        return "decay of the exponential window other than stated"
+
+    @classmethod
+    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """The measurement as a whole."""
+        yield cls()
+
+    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+        """True less stated decay."""
+        initial = float(spread(self.error, np.zeros(1), f"{where}.error")[0])
+        return [parameter("window.decay_error", "1/s", initial, self.error, f"{where}.error", log=False)]
+
+    def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
+        """The same for all channels."""
+        return _Elsewhere()
+
+
+@dataclass(frozen=True)
+class _Elsewhere(Reading):
+    def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return h
+
+    def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return np.zeros((*h.shape, own.size), dtype=complex)
+
+    def decay(self) -> float:
+        return 1.0

@@ -1,0 +1,181 @@
+"""A modal analysis turned into what a result keeps, and its verdict in sentences."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.measured.channel import Channel
+from identify.measured.frf_set import UNIT, FrfSet
+from identify.measured.geometry import Geometry, displacements
+from identify.modal.analysis import ModalAnalysis, analyse
+from identify.modal.frf_errors import frf_errors
+from identify.modal.mac import auto_mac
+from identify.modal.settings import ESTIMATORS, ModalSettings
+from identify.results import fit as results
+from identify.results.modes import AnalysedMeasurement, ModeTable, Reciprocity, RejectedPoles, StabilisationDiagram
+
+_WHY = (
+    ("appears in", "in too few orders"),
+    ("frequency scatters", "with a scattering frequency"),
+    ("damping scatters", "with scattering damping"),
+    ("damping ratio", "with too much damping"),
+    ("shape is complex", "with a complex shape"),
+    ("refined shape is complex", "with a complex shape"),
+    ("duplicate of", "as duplicate"),
+    ("explains only", "that the FRFs do not need"),
+    ("not a resonance", "that wander off when refined"),
+    ("a resonance beyond", "beyond the band"),
+    ("not chosen", "by hand"),
+)
+"""How reasons of rejection begin, and what they are in short."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is analysed: FRFs with their place in a study, and where the sensors are (None: not known); drawn: the same for pictures."""
+
+    name: str
+    file: str
+    data: FrfSet
+    posture_deg: Sequence[float] = ()
+    sensors: Geometry | None = None
+    drawn: results.Geometry | None = None
+
+
+def analysed(measured: Measured, settings: ModalSettings) -> tuple[ModalAnalysis, AnalysedMeasurement]:
+    """The modal analysis of one measurement, and what a result keeps of it; InputError as `analyse`."""
+    found = analyse(measured.data, settings)
+    shapes = displacements(measured.sensors, found.table) if measured.sensors is not None else None
+    return found, AnalysedMeasurement(
+        name=measured.name,
+        file=measured.file,
+        sha256=measured.data.sha256,
+        posture_deg=np.array(measured.posture_deg, dtype=float),
+        estimator=ESTIMATORS[settings.estimator],
+        highest_order=found.diagram.orders[-1],
+        total_error=found.total_error,
+        modes=_modes(found),
+        rejected=_rejected(found),
+        diagram=_diagram(found, settings),
+        reciprocity=_reciprocity(found),
+        frf=_frf(found, measured.data),
+        geometry=measured.drawn,
+        shapes=shapes,
+    )
+
+
+def _modes(found: ModalAnalysis) -> ModeTable:
+    table = found.table
+    assert table.shapes is not None and table.frequency_std_hz is not None and table.damping_std is not None
+    return ModeTable(
+        frequency_hz=table.frequency_hz,
+        frequency_std_hz=table.frequency_std_hz,
+        damping_ratio=table.damping_ratio,
+        damping_std=table.damping_std,
+        seen_frequency_hz=found.seen_frequency_hz,
+        seen_damping_ratio=found.seen_damping_ratio,
+        mpc=found.mpc,
+        mpd_deg=np.degrees(found.mpd),
+        channels=tuple(map(str, table.channels)),
+        shapes=table.shapes,
+        references=tuple(map(str, found.references)),
+        participation=found.model.participation,
+        auto_mac=auto_mac(table.shapes),
+    )
+
+
+def _rejected(found: ModalAnalysis) -> RejectedPoles:
+    rows = np.array([[c.frequency_hz, c.damping_ratio, c.presence, c.mpc, np.degrees(c.mpd)] for c in found.rejected])
+    frequency, damping, presence, mpc, mpd = rows.reshape(-1, 5).T
+    return RejectedPoles(frequency, damping, presence, mpc, mpd, tuple(c.reason for c in found.rejected))
+
+
+def _diagram(found: ModalAnalysis, settings: ModalSettings) -> StabilisationDiagram:
+    diagram = found.diagram
+    clustered = diagram.cluster >= 0
+    counts = np.bincount(diagram.cluster[clustered], minlength=1)
+    firm = counts[np.maximum(diagram.cluster, 0)] >= settings.min_presence * len(diagram.orders)
+    return StabilisationDiagram(
+        diagram.order, diagram.frequency_hz, diagram.damping_ratio, clustered & firm, found.layout.frequency_hz, found.mode_indicator
+    )
+
+
+def _reciprocity(found: ModalAnalysis) -> Reciprocity:
+    checks = found.reciprocity
+    frac, level, error = np.array([[c.frac, c.level, c.error] for c in checks]).reshape(-1, 3).T
+    return Reciprocity(tuple(str(c.a) for c in checks), tuple(str(c.b) for c in checks), frac, level, error)
+
+
+def _frf(found: ModalAnalysis, data: FrfSet) -> results.FrfComparison:
+    """Every measured FRF beside the one rebuilt from the modes, on the lines that were analysed."""
+    layout = found.layout
+    rows, columns = np.nonzero(~np.isnan(layout.frf).all(axis=0))
+    responses, references = [layout.responses[i] for i in rows], [layout.references[j] for j in columns]
+    outputs, inputs = (references, responses) if layout.transposed else (responses, references)
+    measured, rebuilt = layout.frf[:, rows, columns], found.synthesised[:, rows, columns]
+    return results.FrfComparison(
+        quantity=data.quantity,
+        unit=UNIT[data.quantity],
+        window_decay_per_s=data.window_decay_per_s,
+        frequency_hz=layout.frequency_hz,
+        output=tuple(map(str, outputs)),
+        input=tuple(map(str, inputs)),
+        measured=measured,
+        initial=None,
+        fitted=rebuilt,
+        band_95=None,
+        noise=None,
+        coherence=_coherence(data, layout.frequency_hz, outputs, inputs),
+        gap=None,
+        **frf_errors(measured, rebuilt),
+    )
+
+
+def _coherence(data: FrfSet, frequency_hz: results.Array, outputs: list[Channel], inputs: list[Channel]) -> results.Array | None:
+    if data.coherence is None:
+        return None
+    lines = np.isin(data.frequency_hz, frequency_hz)
+    return data.coherence[lines][:, [data.outputs.index(c) for c in outputs], [data.inputs.index(c) for c in inputs]]
+
+
+def verdict(measurements: Sequence[AnalysedMeasurement]) -> tuple[str, ...]:
+    """What was found, how well it rebuilds the FRFs, what was rejected, and what the window did: one paragraph a measurement."""
+    named = len(measurements) > 1
+    paragraphs = [" ".join(filter(None, (_found(m), _rebuilt(m), _turned_down(m), _window(m)))) for m in measurements]
+    return tuple(f"{m.name}: {said}" if named else said for m, said in zip(measurements, paragraphs, strict=True))
+
+
+def _found(m: AnalysedMeasurement) -> str:
+    count, lines = len(m.modes.frequency_hz), m.frf.frequency_hz
+    modes = {0: "No mode was", 1: "One mode was"}.get(count, f"{count} modes were")
+    where = f"between {lines[0]:.4g} and {lines[-1]:.4g} Hz in {len(m.frf.output)} FRFs"
+    return f"{modes} found {where} ({m.estimator}, orders up to {m.highest_order})."
+
+
+def _rebuilt(m: AnalysedMeasurement) -> str:
+    if not len(m.modes.frequency_hz):
+        return ""
+    median = float(np.nanmedian(m.frf.relative_error))
+    return f"FRFs rebuilt from them are off by {100 * m.total_error:.3g} % (RMS over all; median FRF {100 * median:.3g} %)."
+
+
+def _turned_down(m: AnalysedMeasurement) -> str:
+    reasons = m.rejected.reason
+    if not reasons:
+        return "No candidate was rejected."
+    why = Counter(next((short for start, short in _WHY if reason.startswith(start)), "for other reasons") for reason in reasons)
+    parts = ", ".join(f"{count} {short}" for short, count in why.most_common())
+    return f"{len(reasons)} candidate{'s were' if len(reasons) > 1 else ' was'} rejected: {parts}."
+
+
+def _window(m: AnalysedMeasurement) -> str:
+    decay, seen, ratio = m.frf.window_decay_per_s, m.modes.seen_damping_ratio, m.modes.damping_ratio
+    if not decay or not len(ratio):
+        return ""
+    most = int(np.argmax(seen - ratio))
+    change = f"{100 * seen[most]:.3g} % became {100 * ratio[most]:.3g} %"
+    return f"The damping of the exponential window ({decay:.4g} 1/s) was taken out; at {m.modes.frequency_hz[most]:.4g} Hz {change}."

@@ -1,0 +1,210 @@
+"""What `identify modes` does, without the terminal: FRFs in, modes with their quality out, as HDF5, YAML and universal files."""
+
+from __future__ import annotations
+
+import io
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+from ruamel.yaml import YAML
+from threadpoolctl import threadpool_limits
+
+from identify.core.errors import InputError
+from identify.measured.frf_records import FrfFileOptions
+from identify.measured.geometry import Geometry
+from identify.measured.loaders import FORMAT_OF_SUFFIX, load_frf_set
+from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import write_modal_table
+from identify.measured.uff.blocks import blocks
+from identify.measured.uff.geometry import read_geometry
+from identify.measured.uff.shapes import write_shapes
+from identify.modal.settings import ModalSettings
+from identify.model.geometry import drawn_geometry, sensor_geometry, standing
+from identify.modes.evaluate import Measured, analysed, verdict
+from identify.results import fit as results
+from identify.results.modes import ModesResult
+from identify.results.provenance import provenance, provenance_of, sha256
+from identify.results.setting_table import option_settings
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+
+T = TypeVar("T", bound=BaseModel)
+_STUDIES = (".yaml", ".yml")
+_NODES = (15, 2411)
+
+
+def run_modes(
+    data: Path,
+    out: Path | None = None,
+    file: FrfFileOptions | None = None,
+    modal: dict[str, Any] | None = None,
+    geometry: Path | None = None,
+    length_unit: str | None = None,
+) -> tuple[ModesResult, list[Path]]:
+    """Modes of the FRFs in a file, or of every FRF measurement of a study; returns the result and what was written, the HDF5 file first.
+
+    file: what the user says about a data file; modal: keys of `ModalSettings` that replace those of the study or the defaults;
+    geometry: universal file with the measurement points, by default the data file itself, its lengths in length_unit where it says
+    none.  A study has all but `modal` itself.  InputError for anything that cannot be read, analysed or written.
+    """
+    begun = time.perf_counter()
+    notes: list[str] = []
+    with threadpool_limits(1):
+        if data.suffix.lower() in _STUDIES:
+            problem = _study(data, file, geometry, length_unit)
+            measured, settings = _of_study(problem), _settings(problem.file.study.modal, modal)
+            name, came_from = problem.file.study.name, provenance_of(_overridden(problem, modal))
+        else:
+            file = file or FrfFileOptions()
+            one, notes = _of_file(data, file, geometry, length_unit)
+            measured, settings, name = [one], _settings(ModalSettings(), modal), data.stem
+            inputs = [(str(path), sha256(path)) for path in (data, geometry) if path is not None]
+            came_from = provenance("", _asked(file, settings, geometry, length_unit), inputs, _sources(file, settings, modal))
+        path = out or Path("reports") / f"{name}_modes.h5"
+        tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
+        _keep_inputs(path, tables, [data, *(Path(m.data.source) for m in measured)])
+        pairs = [analysed(one, settings) for one in measured]
+    kept = [one for _, one in pairs]
+    seconds = time.perf_counter() - begun
+    result = ModesResult(results.LAYOUT, "modes", name, verdict(kept), tuple(notes), seconds, {one.name: one for one in kept}, came_from)
+    results.write(result, path)
+    written = [path]
+    for (found, _), one, table in zip(pairs, measured, tables, strict=True):
+        written += _write_tables(found.table, one.sensors, table)
+    return result, written
+
+
+def file_options(**given: Any) -> FrfFileOptions:
+    """Options of a data file from values that may be None; InputError for one that is not possible."""
+    return _validated(FrfFileOptions, given)
+
+
+def _settings(base: ModalSettings, given: dict[str, Any] | None) -> ModalSettings:
+    """Settings with the given keys replaced; InputError for a value that is not possible."""
+    return _validated(ModalSettings, {**base.model_dump(), **(given or {})})
+
+
+def _validated(model: type[T], values: dict[str, Any]) -> T:
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        where = str(fault["loc"][0]) if fault["loc"] else "options"
+        found = f"found {fault['input']!r}" if fault["loc"] else "they do not fit together"
+        raise InputError(where, found, fault["msg"][:1].lower() + fault["msg"][1:]) from error
+
+
+def _study(config: Path, file: FrfFileOptions | None, geometry: Path | None, length_unit: str | None) -> Problem:
+    """The problem of a study, which says itself what its files and its geometry are."""
+    given = file is not None and file != FrfFileOptions()
+    if given or geometry is not None or length_unit is not None:
+        fix = "write them into the study, or give a file of FRFs in its place"
+        raise InputError(str(config), "options for a data file beside a study", "only options of the analysis", fix)
+    problem = load_problem(read_study(config))
+    if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
+        raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
+    return problem
+
+
+def _overridden(problem: Problem, modal: dict[str, Any] | None) -> Problem:
+    """The problem with what the command line said about the analysis."""
+    overrides = {f"modal.{key}": value for key, value in (modal or {}).items()}
+    return replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
+
+
+def _sources(file: FrfFileOptions, settings: ModalSettings, modal: dict[str, Any] | None) -> results.SettingTable:
+    """The settings of an analysis of a file, each with its source."""
+    given = {**file.model_dump(exclude_defaults=True), **{f"modal.{key}": value for key, value in (modal or {}).items()}}
+    return option_settings({"": file, "modal": settings}, given)
+
+
+def _of_study(problem: Problem) -> list[Measured]:
+    """Every FRF measurement, with the robot's points at its posture."""
+    found = []
+    for m in problem.measurements:
+        if isinstance(m.target, FrfTarget):
+            engine, points = m.system.site.engine, standing(problem.points, m.system.site)
+            places = sensor_geometry(engine, points), drawn_geometry(engine, points)
+            found.append(Measured(m.name, str(m.settings.source), m.target.data, m.settings.posture_deg, *places))
+    return found
+
+
+def _of_file(data: Path, file: FrfFileOptions, geometry: Path | None, length_unit: str | None) -> tuple[Measured, list[str]]:
+    """The FRFs of a file with their geometry, and what is to be said about it."""
+    frf_set = load_frf_set(data, file)
+    sensors, notes = _geometry(data, geometry, length_unit)
+    if sensors is not None and not {c.node for c in (*frf_set.outputs, *frf_set.inputs)} & set(sensors.nodes):
+        raise InputError(str(geometry or data), "a geometry without any measured point", "the nodes of the FRFs", "check its node numbers")
+    return Measured(data.stem, str(data), frf_set, (), sensors, None if sensors is None else _drawn(sensors)), notes
+
+
+def _geometry(data: Path, geometry: Path | None, length_unit: str | None) -> tuple[Geometry | None, list[str]]:
+    if geometry is not None:
+        return read_geometry(geometry, length_unit), []
+    is_universal = FORMAT_OF_SUFFIX.get(data.suffix.lower()) == "uff"
+    if is_universal and any(block.number in _NODES for block in blocks(data)):
+        try:
+            return read_geometry(data, length_unit), []
+        except InputError as error:
+            if length_unit is not None:
+                raise
+            return None, [f"the geometry in the data file was left out, so shapes are not drawn (`--length-unit` would say it): {error}"]
+    if length_unit is not None:
+        raise InputError("length_unit", f"{length_unit!r} without a geometry", fix="name one with `--geometry`")
+    return None, ["no geometry was given, so shapes are not drawn: `--geometry` takes a universal file with datasets 15 or 2411"]
+
+
+def _drawn(sensors: Geometry) -> results.Geometry:
+    row = {node: n for n, node in enumerate(sensors.nodes)}
+    segments = [(row[a], row[b]) for line in sensors.lines for a, b in pairwise(line)]
+    return results.Geometry(
+        nodes=np.array(sensors.nodes, dtype=int),
+        point_names=("",) * len(row),
+        point_links=("",) * len(row),
+        points=sensors.position_m,
+        skeleton=np.zeros((0, 3)),
+        segments=np.array(segments, dtype=int).reshape(-1, 2),
+        axes=sensors.axes,
+    )
+
+
+def _asked(file: FrfFileOptions, settings: ModalSettings, geometry: Path | None, length_unit: str | None) -> str:
+    """What was asked of a data file as YAML, with every setting of the analysis."""
+    said: dict[str, Any] = dict(file.model_dump(exclude_defaults=True))
+    said |= {key: value for key, value in (("geometry", geometry and str(geometry)), ("length_unit", length_unit)) if value is not None}
+    stream = io.StringIO()
+    YAML().dump({**said, "modal": settings.model_dump(mode="json")}, stream)
+    return stream.getvalue()
+
+
+def _suffix(one: Measured, all_of_them: Sequence[Measured]) -> str:
+    return "" if len(all_of_them) == 1 else "_" + re.sub(r"[^\w.+-]", "_", one.name)
+
+
+def _keep_inputs(path: Path, tables: Sequence[Path], inputs: Sequence[Path]) -> None:
+    """InputError where a file to be written is one that was read."""
+    if path.suffix not in (".h5", ".hdf5"):
+        raise InputError(str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`")
+    read = {entry.resolve() for entry in inputs}
+    reports = (path.with_suffix(suffix) for suffix in (".html", ".pdf"))
+    for new in (path, *reports, *tables, *(table.with_suffix(".uff") for table in tables)):
+        if new.resolve() in read:
+            raise InputError(str(new), "would be overwritten, and is an input", "another place", "choose another with `--out`")
+
+
+def _write_tables(table: ModalTable, sensors: Geometry | None, path: Path) -> list[Path]:
+    """The modal table as YAML, and shapes with their geometry as a universal file; nothing where no mode was found."""
+    if not len(table):
+        return []
+    shapes = path.with_suffix(".uff")
+    write_modal_table(path, table)
+    write_shapes(shapes, table, sensors)
+    return [path, shapes]

@@ -1,0 +1,68 @@
+"""What `identify simulate`, and `identify fit` on a study of motion, do without the terminal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from identify.core.atomic import write_whole
+from identify.fitting.fit import Progress
+from identify.motion.evaluate import evaluate_fit, evaluate_simulation, provenance_of_motion
+from identify.motion.problem import load_motion
+from identify.motion.study import read_motion_study
+from identify.motion.trajectory_fit import fit_motion
+from identify.results import fit as results
+from identify.results.motion import MotionResult, RecordResult
+from identify.vibration.run import override, resumable, run_key
+
+
+def run_simulation(config: Path, out: Path | None, tables: Path | None = None) -> tuple[MotionResult, list[Path]]:
+    """Simulate every record of a study of motion; the result and the files written: HDF5, and a CSV per record in the folder `tables`."""
+    file = read_motion_study(config)
+    path = out or Path("reports") / f"{file.study.name}.h5"
+    with threadpool_limits(1):
+        problem = load_motion(file)
+        results.check_writable(path)
+        result = evaluate_simulation(problem)
+    results.write(result, path)
+    return result, [path, *write_tables(result, tables)]
+
+
+def run_motion_fit(
+    config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None, *, resume: bool = False
+) -> tuple[MotionResult, Path]:
+    """Fit a study of motion; overrides replace keys of the study; interrupted and resumed as `identify.vibration.run.run_fit` is."""
+    file = override(read_motion_study(config), overrides)
+    path, progress = out or Path("reports") / f"{file.study.name}.h5", progress or Progress()
+    with threadpool_limits(1):
+        problem = load_motion(file)
+        key = run_key(provenance_of_motion(problem), file)
+
+        def compute() -> MotionResult:
+            return replace(evaluate_fit(problem, fit_motion(problem, progress)), key=key)
+
+        return resumable(path, key, MotionResult, progress.journal, compute, resume=resume), path
+
+
+def write_tables(result: MotionResult, folder: Path | None) -> list[Path]:
+    """A CSV per record with every signal of every joint over time, units in the names of the columns; nothing where folder is None."""
+    if folder is None:
+        return []
+    paths = [folder / f"{result.name}_{name}.csv" for name in result.records]
+    for path, record in zip(paths, result.records.values(), strict=True):
+        write_whole(path, partial(_write_table, record=record), "choose another folder with `--tables`")
+    return paths
+
+
+def _write_table(path: Path, record: RecordResult) -> None:
+    names, columns = ["time_s"], [record.time_s]
+    for quantity, trace in record.signals.items():
+        for joint, values in enumerate(trace.values.T, start=1):
+            names.append(f"joint{joint}.{quantity}_{trace.unit.replace(' ', '_').replace('/', '_')}")
+            columns.append(values)
+    np.savetxt(path, np.column_stack(columns), fmt="%.9g", delimiter=",", header=",".join(names), comments="")

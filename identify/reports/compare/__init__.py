@@ -1,0 +1,1 @@
+"""The report of results side by side."""

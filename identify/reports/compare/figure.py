@@ -1,0 +1,94 @@
+"""Figures of a comparison in the PDF: parameters of all runs relative to the first one, and residuals over frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from identify.reports.compare.pick import Shared
+from identify.reports.fit import pick
+from identify.reports.kit.cells import NONE
+from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, plain_decades
+from identify.results.comparison import Comparison
+from identify.results.fit import FrfComparison
+
+Array = NDArray[np.float64]
+_MARKERS = "oDs^vX"
+
+
+def ratios(comparison: Comparison) -> tuple[list[str], dict[str, Array]]:
+    """Names (p) of all parameters of the first run that are positive, and per run (p, 3): value and limits of the 95 % interval over
+    the first run's value; NaN where a run has no such parameter, or no interval.
+    """
+    first = next(iter(comparison.runs.values())).parameters
+    names = [name for name, value in zip(first.name, first.value, strict=True) if value > 0]
+    base = np.array([first.value[first.name.index(name)] for name in names])
+    found = {}
+    for label, run in comparison.runs.items():
+        p, values = run.parameters, np.full((len(names), 3), np.nan)
+        for row, name in enumerate(names):
+            if name in p.name:
+                i = p.name.index(name)
+                values[row] = p.value[i], p.low_95[i], p.high_95[i]
+        values[values <= 0] = np.nan
+        found[label] = values / base[:, None]
+    return names, found
+
+
+def parameters(comparison: Comparison) -> Figure:
+    """Values with their intervals over those of the first run."""
+    names, found = ratios(comparison)
+    figure = Figure((WIDTH_IN, 0.8 + (0.13 + 0.06 * len(found)) * len(names)), layout="constrained")
+    axes = figure.subplots()
+    rows = np.arange(len(names))
+    for number, (label, values) in enumerate(found.items()):
+        at, color = rows + 0.6 * ((number + 0.5) / len(found) - 0.5), PALETTE[number % len(PALETTE)]
+        axes.hlines(at, values[:, 1], values[:, 2], color=color, lw=0.9)
+        axes.plot(values[:, 0], at, _MARKERS[number % len(_MARKERS)], color=color, ms=3.6, label=label)
+    axes.axvline(1.0, color=MUTED, lw=0.6, ls=":")
+    low, high = shown_range(found)
+    axes.set(xscale="log" if high > 3 * low else "linear", xlim=(low, high), yticks=rows, ylim=(len(names) - 0.5, -0.5))
+    axes.set_xlabel(f"Value over that of {next(iter(found))} ({NONE})")
+    axes.set_yticklabels(names)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=4)
+    return figure
+
+
+def shown_range(found: dict[str, Array]) -> tuple[float, float]:
+    """What the axis of ratios spans: all values, and intervals up to a factor of thirty."""
+    every = np.concatenate(list(found.values()))
+    low, high = np.nanmin(every[:, 0]), np.nanmax(every[:, 0])
+    low, high = min(low, max(np.nanmin(every), low / 30)), max(high, min(np.nanmax(every), high * 30))
+    return float(low / 1.15), float(high * 1.15)
+
+
+def band_gaps(frf: FrfComparison) -> tuple[Array, Array]:
+    """Edges of bands, Hz (b + 1,), and the RMS over all FRFs of the residual in each (b,), as in the gap map."""
+    found = pick.gap_map(frf)
+    return found.edges_hz, np.sqrt(np.nanmean(found.values**2, axis=1))
+
+
+def residuals(one: Shared) -> Figure:
+    """The residual of every run over frequency, all common FRFs together."""
+    figure = Figure((WIDTH_IN, 2.0), layout="constrained")
+    axes = figure.subplots()
+    for number, (label, frf) in enumerate(one.frfs.items()):
+        edges, values = band_gaps(frf)
+        axes.stairs(
+            values, edges, baseline=None, color=PALETTE[number % len(PALETTE)], ls=("-", "--", "-.", ":")[number % 4], lw=1.2, label=label
+        )
+    axes.set(xlabel="Frequency (Hz)", ylabel=residual_label(one), title=one.name)
+    low, high = axes.dataLim.intervaly
+    if high > 5 * low > 0:
+        axes.set_yscale("log")
+        plain_decades(axes)
+    else:
+        axes.set_ylim(0, None)
+    axes.legend(ncols=4, loc="best")
+    return figure
+
+
+def residual_label(one: Shared) -> str:
+    """What residuals are relative to."""
+    return "Residual / noise (1 = noise)" if next(iter(one.frfs.values())).noise is not None else "Residual / measured"

@@ -1,0 +1,55 @@
+"""Printed figures of an explained motion: measured and explained history, what is left before and after, shares, gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from identify.reports.explain.pick import bars, history
+from identify.reports.explain.tables import scale, title
+from identify.reports.kit.figures import BLUE, INK, ORANGE, PALETTE, WIDTH_IN
+from identify.results.explain import Curves, TargetResult
+
+
+def histories(found: TargetResult, curves: Curves) -> Figure:
+    """Left the history of every joint, right what is left of it."""
+    unit, count = scale(found)[1], len(found.joints)
+    figure = Figure((WIDTH_IN, 0.6 + 1.35 * count), layout="constrained")
+    rows = figure.subplots(count, 2, sharex=True, squeeze=False)
+    for row, joint in enumerate(found.joints):
+        h = history(found, curves, row)
+        left, right = rows[row]
+        left.plot(h.time_s, h.measured, color=INK, lw=0.5, label="measured")
+        left.plot(h.time_s, h.known, color=ORANGE, lw=0.9, ls="--", label="from what is known")
+        left.plot(h.time_s, h.explained, color=BLUE, lw=0.8, label="with the effects found")
+        right.plot(h.time_s, h.before, color=ORANGE, lw=0.6)
+        right.plot(h.time_s, h.after, color=BLUE, lw=0.6)
+        left.set_ylabel(f"Joint {joint}\n({unit})")
+    rows[0][0].set_title(title(found))
+    rows[0][1].set_title("What is left, before and after")
+    for axes in rows[-1]:
+        axes.set_xlabel("Time (s)")
+    figure.align_ylabels()
+    figure.legend(*rows[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=3)
+    return figure
+
+
+def shares(found: TargetResult) -> Figure:
+    """A bar per step and joint: how much of the squares there were at first each effect took when it was added."""
+    names, values = bars(found)
+    figure = Figure((WIDTH_IN, 0.9 + 0.17 * max(len(names), 3)), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(3, 1))
+    rows = np.arange(len(names), dtype=float)
+    height = 0.8 / len(found.joints)
+    for column, joint in enumerate(found.joints):
+        at = rows + (column - (len(found.joints) - 1) / 2) * height
+        left.barh(at, values[:, column], height, color=PALETTE[column], label=f"joint {joint}")
+    left.set(yticks=rows, yticklabels=names, ylim=(len(names) - 0.5, -0.5), xlabel="Of the squares at first (%)")
+    left.legend(loc="lower right")
+    place = np.arange(len(found.joints), dtype=float)
+    right.barh(place - 0.2, found.gap_start, 0.38, color=ORANGE, label="before")
+    right.barh(place + 0.2, found.gap, 0.38, color=BLUE, label="after")
+    right.set(xscale="log", yticks=place, yticklabels=[f"joint {joint}" for joint in found.joints], xlabel="Gap (1 is noise)")
+    right.set_ylim(len(found.joints) - 0.5, -0.5)
+    right.legend(loc="best")
+    return figure

@@ -1,0 +1,1 @@
+"""What all reports are made of: cells, tables, figures, pages and documents."""

@@ -1,0 +1,59 @@
+"""The numbers of a figure read back from what was drawn, with the units its axes are labelled with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.container import BarContainer
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from identify.reports.kit.cells import Column as Heading
+from identify.reports.kit.cells import Table, number, words
+
+
+def drawn_curves(figure: Figure) -> list[Table]:
+    """One table of all labelled lines and bars (of all where none is labelled), one of every coloured map; empty where there are none."""
+    found = []
+    curves = [row for panel, axes in enumerate(figure.axes, 1) for row in _lines(panel, axes)]
+    if curves:
+        across = dict.fromkeys(axes.get_xlabel() for axes in figure.axes if axes.get_xlabel())
+        up = dict.fromkeys(axes.get_ylabel() for axes in figure.axes if axes.get_ylabel())
+        columns = (words("Panel"), words("Curve"), Heading(" or ".join(across) or "x"), Heading(" or ".join(up) or "y"))
+        found.append(Table("curves", columns, tuple(curves)))
+    return found + [table for axes in figure.axes for table in _maps(axes)]
+
+
+def _lines(panel: int, axes: Axes) -> Iterator[tuple[str, ...]]:
+    title = axes.get_title(loc="left") or str(panel)
+    drawn = [(str(line.get_label()), _places(line)) for line in axes.get_lines()]
+    drawn += [(str(bars.get_label()), _tops(bars)) for bars in axes.containers if isinstance(bars, BarContainer)]
+    named = [one for one in drawn if not one[0].startswith("_")]
+    for name, places in named or drawn:
+        yield from ((title, name.lstrip("_"), number(x), number(y)) for x, y in places)
+
+
+def _tops(bars: BarContainer) -> Iterator[tuple[float, float]]:
+    """Middle and end of every bar, across and up."""
+    for bar in bars.patches:
+        (x, y), wide, high = bar.get_xy(), bar.get_width(), bar.get_height()
+        yield (x + wide / 2, y + high) if bars.orientation == "vertical" else (x + wide, y + high / 2)
+
+
+def _places(line: Line2D) -> Iterator[tuple[float, float]]:
+    x, y = (np.asarray(values, dtype=float) for values in (line.get_xdata(), line.get_ydata()))
+    return zip(x.tolist(), y.tolist(), strict=True)
+
+
+def _maps(axes: Axes) -> Iterator[Table]:
+    for mesh in axes.collections:
+        values = mesh.get_array() if isinstance(mesh, QuadMesh) else None
+        if values is None:
+            continue
+        title = axes.get_title(loc="left") or "map"
+        rows = [(number(i), number(j), number(float(value))) for (i, j), value in np.ndenumerate(np.asarray(values))]
+        columns = (Heading(axes.get_ylabel() or "row"), Heading(axes.get_xlabel() or "column"), Heading("Value"))
+        yield Table(title, columns, tuple(rows))

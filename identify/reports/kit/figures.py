@@ -1,0 +1,221 @@
+"""Figures of the PDF, as SVG that is the same for the same result: parameters, gap map, MAC, convergence; their common style."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from identify.reports.fit import pick
+from identify.reports.kit.cells import NONE, number, unit
+from identify.results.fit import FrfComparison, MeasurementResult, Result
+
+WIDTH_IN = 6.85
+INK, MUTED, GRID, BLUE, ORANGE, GREEN = "#1b2027", "#5c6673", "#dfe3e8", "#0072b2", "#d98200", "#00805f"
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7f7f7f")
+"""Okabe and Ito's colours, told apart by colour-blind readers."""
+_STATUS = {"determined": ("#0072b2", "o"), "weak": ("#e69f00", "D"), "not determined": ("#d55e00", "X"), "fixed": ("#7f7f7f", "s")}
+DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
+_RISING = LinearSegmentedColormap.from_list("rising", ["#f3f3f1", "#e8903a", "#8c2d04"])
+_MAC = LinearSegmentedColormap.from_list("mac", ["#f3f3f1", "#0072b2"])
+_WIDE = 10.0
+"""Ratio from which a logarithmic axis pays."""
+_STYLE: Any = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.0,
+    "axes.linewidth": 0.5,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.grid": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.titlesize": 8.5,
+    "axes.titlelocation": "left",
+    "grid.color": GRID,
+    "grid.linewidth": 0.5,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "legend.frameon": False,
+    "lines.linewidth": 1.0,
+    "path.simplify": False,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "identify",
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """The look of all figures; it must hold from the making of a figure to its saving."""
+    with mpl.rc_context(_STYLE):
+        yield
+
+
+def svg(figure: Figure) -> bytes:
+    """The figure without date or random names."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="svg", dpi=300, metadata={"Date": None, "Creator": None})
+    return stream.getvalue()
+
+
+def parameters(result: Result) -> Figure:
+    """Left, start and fitted values with their intervals between the bounds; right, the size of the intervals."""
+    table = result.parameters
+    rows = np.arange(len(table.name))
+    figure = Figure((WIDTH_IN, 0.75 + 0.165 * len(rows)), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+    place = {name: pick.between_bounds(table, getattr(table, name)) for name in ("initial", "value", "low_95", "high_95")}
+    left.plot(place["initial"], rows, "o", mfc="none", mec=MUTED, ms=4.5, label="start")
+    left.hlines(rows, place["low_95"], place["high_95"], color=INK, lw=0.9)
+    half = 100 * pick.half_interval(table)
+    for status, (color, marker) in _STATUS.items():
+        chosen = np.array([s == status for s in table.status])
+        if chosen.any():
+            left.plot(place["value"][chosen], rows[chosen], marker, color=color, ms=4.5, label=status)
+            right.plot(half[chosen], rows[chosen], marker, color=color, ms=4.5)
+    left.set(xlim=(-0.02, 1.02), xlabel=f"Place between the bounds ({NONE})", yticks=rows, ylim=(len(rows) - 0.5, -0.5))
+    left.set_xticks([0, 0.25, 0.5, 0.75, 1], ["lower", "¼", "½", "¾", "upper"])
+    left.set_yticklabels(table.name)
+    right.set(xscale="log", xlabel="Half the 95 % interval (% of the value)")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=5)
+    return figure
+
+
+def gap_map(name: str, frf: FrfComparison) -> Figure:
+    """Band by FRF: RMS residual over noise, or over the measurement where the noise is not known."""
+    found, order = pick.gap_map(frf), pick.map_order(frf)
+    values = np.maximum(found.values.T[order], 1e-12)
+    figure = Figure((WIDTH_IN, float(np.clip(0.9 + 0.026 * len(order), 2.2, 4.2))), layout="constrained")
+    axes = figure.subplots()
+    top = float(np.nanmax(values))
+    reach = float(np.clip(top, 4.0, 100.0))
+    low, high = (1 / reach, reach) if found.in_noise else (1e-3, float(np.clip(top, 1.0, 10.0)))
+    colors = DIVERGING if found.in_noise else _RISING
+    rows = np.arange(len(order) + 1)
+    mesh = axes.pcolormesh(found.edges_hz, rows, values, norm=LogNorm(low, high), cmap=colors, rasterized=True)
+    axes.grid(False)
+    ticks = _first_of_inputs(frf, order)
+    axes.set_yticks([row + 0.5 for row in ticks], [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks])
+    axes.set(xlabel="Frequency (Hz)", ylabel="Output / input", ylim=(len(order), 0), title=name)
+    bar = figure.colorbar(mesh, ax=axes, pad=0.01, aspect=30)
+    bar.set_label("Residual / noise (1 = noise)" if found.in_noise else "Residual / measured")
+    shown = [t for t in (0.001, 0.01, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100) if low <= t * 1.001 and t <= high * 1.001]
+    bar.set_ticks(shown, labels=[f"{t:g}" for t in shown])
+    bar.ax.minorticks_off()
+    bar.ax.spines["outline"].set_visible(False)
+    return figure
+
+
+def _first_of_inputs(frf: FrfComparison, order: NDArray[np.intp]) -> list[int]:
+    """Rows to label: about twenty-five, evenly spaced within each input."""
+    every = -(-len(order) // 25)
+    rows: list[int] = []
+    inputs = [frf.input[i] for i in order]
+    for row, channel in enumerate(inputs):
+        since = row - inputs.index(channel)
+        left = len(inputs) - inputs[::-1].index(channel) - 1 - row
+        apart = not rows or row - rows[-1] >= every
+        if apart and since % every == 0 and (since == 0 or left >= every - 1):
+            rows.append(row)
+    return rows
+
+
+@dataclass(frozen=True)
+class Mac:
+    """A MAC matrix (rows, columns) with the frequencies and the names of its sides."""
+
+    name: str
+    values: NDArray[np.float64]
+    rows_hz: NDArray[np.float64]
+    columns_hz: NDArray[np.float64]
+    down: str = "Measured (Hz)"
+    across: str = "Model (Hz)"
+
+
+def pair_mac(m: MeasurementResult) -> Mac | None:
+    """Measured by model; None without shapes of both."""
+    if m.pairs is None or m.pairs.mac_matrix is None:
+        return None
+    shown = pick.shown_modes(m)
+    return Mac(m.name, m.pairs.mac_matrix[:, :shown], m.pairs.measured_frequency_hz, m.modes.frequency_hz[:shown])
+
+
+def mac(found: Sequence[Mac]) -> Figure | None:
+    """MAC matrices, three a row where they are small; None without any."""
+    if not found:
+        return None
+    columns = min(len(found), 3 if max(one.values.shape[1] for one in found) <= 8 else 1)
+    rows = -(-len(found) // columns)
+    height = 0.75 + 0.26 * max(len(one.values) for one in found)
+    wide = min(WIDTH_IN, 0.7 + 0.42 * max(one.values.shape[1] for one in found))
+    figure = Figure((max(WIDTH_IN * columns / 3, wide, 3.2), height * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, one in zip(panels, found, strict=False):
+        _mac(axes, one)
+        axes.set_title(one.name)
+    for axes in panels[len(found) :]:
+        axes.set_axis_off()
+    return figure
+
+
+def _mac(axes: Axes, one: Mac) -> None:
+    axes.pcolormesh(one.values, vmin=0, vmax=1, cmap=_MAC, edgecolors="white", linewidth=1.0)
+    axes.grid(False)
+    for (row, column), value in np.ndenumerate(one.values):
+        axes.text(column + 0.5, row + 0.5, f"{value:.2f}", ha="center", va="center", color="white" if value > 0.5 else INK, fontsize=6.5)
+    axes.set_xticks(np.arange(one.values.shape[1]) + 0.5, [number(hz) for hz in one.columns_hz], fontsize=7)
+    axes.set_yticks(np.arange(len(one.values)) + 0.5, [number(hz) for hz in one.rows_hz], fontsize=7)
+    axes.set(xlabel=one.across, ylabel=one.down, ylim=(len(one.values), 0))
+
+
+def profiles(result: Result) -> Figure:
+    """Profile likelihoods, three a row."""
+    count = len(result.profiles)
+    rows = -(-count // 3)
+    figure = Figure((WIDTH_IN, 1.9 * rows), layout="constrained")
+    panels = figure.subplots(rows, 3, squeeze=False).ravel()
+    for axes, (name, curve) in zip(panels, result.profiles.items(), strict=False):
+        row = result.parameters.name.index(name)
+        axes.plot(curve.values, curve.rise, ".-", color=BLUE)
+        axes.axhline(3.84, color=PALETTE[1], ls=":")
+        wide = bool(result.parameters.log[row]) and curve.values.max() > _WIDE * curve.values.min()
+        axes.set(xscale="log" if wide else "linear", xlabel=f"{name} ({unit(result.parameters.unit[row])})")
+        axes.set(ylim=(0, min(max(5.0, float(np.nanmax(curve.rise))), 20.0)), ylabel=f"Rise of chi-square ({NONE})")
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    return figure
+
+
+def convergence(result: Result) -> Figure:
+    """Best cost of every start and stage over the evaluations of the start."""
+    figure = Figure((WIDTH_IN, 2.1), layout="constrained")
+    axes = figure.subplots()
+    for start, stage, evaluations, cost in pick.cost_lines(result.history):
+        label = f"start {start + 1}" if stage == 0 else None
+        color = PALETTE[start % len(PALETTE)]
+        axes.step(evaluations, cost, where="post", color=color, ls=("-", "--", ":")[stage % 3], label=label)
+    axes.set(xlabel=f"Evaluations of the start ({NONE})", ylabel=f"Best cost, {result.cost_kind} ({NONE})", yscale="log")
+    plain_decades(axes)
+    axes.legend(ncols=5, loc="upper right")
+    return figure
+
+
+def plain_decades(axes: Axes) -> None:
+    """Label 1, 2 and 5 on a logarithmic y axis of few decades."""
+    low, high = axes.get_ylim()
+    if low > 0 and high < 1e3 * low:
+        axes.yaxis.set_major_locator(mpl.ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(mpl.ticker.FormatStrFormatter("%g"))
+        axes.yaxis.set_minor_locator(mpl.ticker.NullLocator())

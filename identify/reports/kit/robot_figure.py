@@ -1,0 +1,157 @@
+"""Pictures of the robot for the PDF, in parallel projection: at every posture with its points, and in its first modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from identify.reports.fit.measurement_tables import use
+from identify.reports.fit.pick import arrows
+from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.kit.shapes import ModeView
+from identify.results.fit import Geometry, MeasurementResult
+
+Array = NDArray[np.float64]
+
+POSTURES, MODES = 6, 6
+ARROWS = "arrows: directions of responses (blue) and of forces (orange, longer)"
+_COLUMNS = 3
+_AZIMUTH, _ELEVATION = -0.9, 0.35
+_STEP_M = 0.5
+_REACH = 0.16
+"""Largest displacement drawn, as a part of the robot's size."""
+
+
+def postures(measurements: Sequence[MeasurementResult]) -> Figure:
+    """The robot at its first six postures; points in the colour of their link, with their nodes."""
+    figure, panels = _grid([m.geometry for m in measurements[:POSTURES]])
+    links = list(dict.fromkeys(link for m in measurements for link in m.geometry.point_links))
+    for axes, m in zip(panels, measurements, strict=False):
+        g = m.geometry
+        _floor(axes, g)
+        axes.plot(*_project(g.skeleton), "-o", color=INK, lw=2.4, ms=4, mfc="white", mew=1.1)
+        _arrows(axes, m)
+        x, y = _project(g.points)
+        for link in dict.fromkeys(g.point_links):
+            chosen = np.array([name == link for name in g.point_links])
+            axes.plot(
+                x[chosen],
+                y[chosen],
+                "o",
+                ms=3.6,
+                color=PALETTE[links.index(link) % len(PALETTE)],
+                mec="white",
+                mew=0.4,
+                label=link,
+                zorder=4,
+            )
+        for node, at_x, at_y in zip(g.nodes, x, y, strict=True):
+            axes.annotate(str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED)
+        axes.set_title(f"{m.name}, {use(m)}")
+    where = {"loc": "outside lower left", "ncols": 8} if len(panels) > 1 else {"loc": "outside right center"}
+    figure.legend(*panels[0].get_legend_handles_labels(), handletextpad=0.2, columnspacing=1.2, **where)
+    return figure
+
+
+def _arrows(axes: Axes, m: MeasurementResult) -> None:
+    """From every point in the directions of its channels; at inputs a longer one."""
+    g = m.geometry
+    if m.frf is None:
+        return
+    size = float(np.ptp(_places(g), axis=0).max())
+    for channels, length, color, width in ((m.frf.output, 0.06, BLUE, 0.6), (m.frf.input, 0.15, ORANGE, 1.1)):
+        for row, way in arrows(g, channels):
+            ends = _project(np.stack([g.points[row], g.points[row] + length * size * way]))
+            look: Any = {"arrowstyle": "-|>,head_width=0.09,head_length=0.18", "color": color, "lw": width, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", (ends[0, 1], ends[1, 1]), (ends[0, 0], ends[1, 0]), arrowprops=look)
+
+
+def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
+    """At most six modes: at rest (grey), the model at both ends; at one end its points, ringed where measured.
+
+    Where only points were measured, lines join them at one end.
+    """
+    views = views[:MODES]
+    figure, panels = _grid([g] * len(views))
+    size = _REACH * float(np.ptp(_places(g), axis=0).max())
+    for axes, view in zip(panels, views, strict=True):
+        _floor(axes, g)
+        axes.plot(*_project(g.skeleton), color=MUTED, lw=1.2)
+        if view.points is None or view.skeleton is None:
+            _measured_alone(axes, g, view, size)
+            continue
+        for sign, color in ((1, BLUE), (-1, ORANGE)):
+            axes.plot(*_project(g.skeleton + sign * size * view.skeleton.real), "-", color=color, lw=1.5)
+        axes.plot(*_project(g.points + size * view.points.real), ".", color=BLUE, ms=3)
+        if view.measured_points is not None:
+            axes.plot(*_project(g.points + size * view.measured_points.real), "o", mfc="none", mec=INK, mew=0.5, ms=3.6)
+        axes.set_title(view.label.replace("damping ", ""))
+    return figure
+
+
+def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> None:
+    if view.measured_points is None:
+        return
+    moved = g.points + size * view.measured_points.real
+    for ends in g.segments if g.segments is not None else ():
+        axes.plot(*_project(g.points[ends]), color=GRID, lw=0.7, zorder=0)
+        axes.plot(*_project(moved[ends]), color=INK, lw=0.7)
+    if g.segments is None:
+        for rest, end in zip(g.points, moved, strict=True):
+            axes.plot(*_project(np.stack([rest, end])), color=BLUE, lw=0.7)
+    axes.plot(*_project(moved), ".", color=BLUE, ms=3)
+    axes.set_title(view.label.replace("damping ", ""))
+
+
+def _grid(geometries: Sequence[Geometry]) -> tuple[Figure, list[Axes]]:
+    """Equal panels, three a row, high enough for the highest picture."""
+    boxes = [np.ptp(np.concatenate([_project(_corners(g)), _project(_places(g))], axis=1), axis=1) for g in geometries]
+    width, height = np.max(boxes, axis=0)
+    columns = min(len(geometries), _COLUMNS)
+    rows = -(-len(geometries) // columns)
+    across = WIDTH_IN / max(columns, 1.6)
+    figure = Figure((across * columns, rows * (min(across * height / width, 2.6) + 0.2) + 0.25), layout="constrained")
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for axes in panels:
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+    return figure, panels[: len(geometries)]
+
+
+def _places(geometry: Geometry) -> Array:
+    return np.concatenate([geometry.points, geometry.skeleton])
+
+
+def _project(places: Array) -> Array:
+    """Across and up on the page, (2, ...), of places (..., 3), m."""
+    depth = places @ [np.cos(_AZIMUTH), np.sin(_AZIMUTH), 0.0]
+    across = places @ [-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0]
+    return np.array([across, np.cos(_ELEVATION) * places[..., 2] - np.sin(_ELEVATION) * depth])
+
+
+def _corners(geometry: Geometry) -> Array:
+    """Two opposite corners and the others, (4, 3), of the floor below the robot, in steps of 0.5 m."""
+    places = _places(geometry)[:, :2]
+    low, high = np.floor(places.min(axis=0) / _STEP_M) * _STEP_M, np.ceil(places.max(axis=0) / _STEP_M) * _STEP_M
+    low, high = np.minimum(low, -_STEP_M), np.maximum(high, _STEP_M)
+    return np.array([[low[0], low[1], 0], [high[0], low[1], 0], [high[0], high[1], 0], [low[0], high[1], 0]])
+
+
+def _floor(axes: Axes, geometry: Geometry) -> None:
+    """A floor grid of 0.5 m below the robot and the base's axes."""
+    (x0, y0, _), _, (x1, y1, _), _ = _corners(geometry)
+    for x in np.arange(x0, x1 + 1e-9, _STEP_M):
+        axes.plot(*_project(np.array([[x, y0, 0], [x, y1, 0]])), color=GRID, lw=0.5, zorder=0)
+    for y in np.arange(y0, y1 + 1e-9, _STEP_M):
+        axes.plot(*_project(np.array([[x0, y, 0], [x1, y, 0]])), color=GRID, lw=0.5, zorder=0)
+    for axis, name in enumerate("XYZ"):
+        end = np.zeros((2, 3))
+        end[1, axis] = 0.35
+        axes.plot(*_project(end), color=MUTED, lw=0.7, zorder=1)
+        x, y = _project(1.2 * end[1])
+        axes.text(float(x), float(y), name, fontsize=6, color=MUTED, ha="center", va="center")

@@ -1,0 +1,108 @@
+"""Mode shapes made ready for pictures: scaled alike, the measured ones turned and scaled to fit the model's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.reports.fit.pick import mac_of, partner, shown_modes
+from identify.reports.kit.cells import number, percent
+from identify.results.fit import MeasurementResult, ModePairs
+from identify.results.modes import AnalysedMeasurement
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class ModeView:
+    """A mode to look at.
+
+    points (n, 3), skeleton (k, 3): the model's shape, largest displacement real and 1; None for a measured mode without a pair.
+    measured (n, 3): the measured shape on the same scale, NaN where a point was not measured; None without one.
+    label names the mode; model and measured say frequency and damping, empty where there is none.
+    """
+
+    label: str
+    model: str
+    measured: str
+    points: Complex | None
+    skeleton: Complex | None
+    measured_points: Complex | None
+
+
+def mode_views(m: MeasurementResult) -> list[ModeView]:
+    """The listed modes of the model with their measured ones, then the measured ones without a pair."""
+    views = [_model_view(m, row) for row in range(shown_modes(m))]
+    pairs = m.pairs
+    if pairs is None or pairs.measured_shapes is None:
+        return views
+    for mode in np.setdiff1d(np.arange(len(pairs.measured_frequency_hz)), pairs.measured):
+        shape = pairs.measured_shapes[mode]
+        text = _measured_text(pairs, int(mode))
+        views.append(ModeView(f"measured, no pair: {text}", "", text, None, None, shape / _largest(shape)))
+    return views
+
+
+def analysed_views(m: AnalysedMeasurement) -> list[ModeView]:
+    """The modes of a modal analysis on its geometry; none where it is not known."""
+    if m.shapes is None:
+        return []
+    views = []
+    for row, shape in enumerate(m.shapes):
+        text = f"{number(m.modes.frequency_hz[row])} Hz, damping {percent(m.modes.damping_ratio[row])} %"
+        views.append(ModeView(f"{row + 1}: {text}", "", text, None, None, shape / _largest(shape)))
+    return views
+
+
+def _model_view(m: MeasurementResult, row: int) -> ModeView:
+    places = len(m.geometry.points)
+    shape = np.concatenate([m.modes.point_shapes[row], m.modes.skeleton_shapes[row]])
+    shape = shape / _largest(shape)
+    text = f"{number(m.modes.frequency_hz[row])} Hz, damping {percent(m.modes.damping_ratio[row])} %"
+    measured_text, measured = "", None
+    mode = None if m.pairs is None else partner(m.pairs, row)
+    if m.pairs is not None and mode is not None:
+        mac = mac_of(m.pairs, row)
+        measured_text = _measured_text(m.pairs, mode) + ("" if np.isnan(mac) else f", MAC {number(mac)}")
+        if m.pairs.measured_shapes is not None:
+            measured = _fitted_to(m.pairs.measured_shapes[mode], shape[:places])
+    return ModeView(f"{row + 1}: {text}", text, measured_text, shape[:places], shape[places:], measured)
+
+
+def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, int]) -> list[ModeView]:
+    """The listed modes of model a, with the shape of b's mode that each became (by number) where a measured one would be."""
+    views = []
+    for row in range(shown_modes(a)):
+        view, other = _model_view(a, row), became.get(row)
+        text, moved = "", None
+        if other is not None:
+            text = f"{number(b.modes.frequency_hz[other])} Hz, damping {percent(b.modes.damping_ratio[other])} %"
+            same = view.points is not None and np.array_equal(a.geometry.nodes, b.geometry.nodes)
+            moved = _fitted_to(b.modes.point_shapes[other], view.points) if same and view.points is not None else None
+        views.append(ModeView(view.label, view.model, text, view.points, view.skeleton, moved))
+    return views
+
+
+def _measured_text(pairs: ModePairs, mode: int) -> str:
+    ratio = pairs.measured_damping_ratio[mode]
+    damping = "" if np.isnan(ratio) else f", damping {percent(ratio)} %"
+    return f"{number(pairs.measured_frequency_hz[mode])} Hz{damping}"
+
+
+def _largest(shape: Complex) -> complex:
+    """What a shape (places, 3) is divided by so that its largest displacement is real and 1; 1 for a shape that is zero."""
+    known = np.nan_to_num(shape)
+    length = np.linalg.norm(known, axis=1).max()
+    if length == 0:
+        return 1.0
+    component = known.ravel()[np.argmax(np.abs(known))]
+    return complex(length * component / np.abs(component))
+
+
+def _fitted_to(measured: Complex, model: Complex) -> Complex:
+    """The measured shape times the complex factor that brings it nearest to the model's (the modal scale factor)."""
+    known = np.isfinite(measured).all(axis=1)
+    power = np.vdot(measured[known], measured[known]).real
+    return np.asarray(measured * (np.vdot(measured[known], model[known]) / power if power else 1.0))

@@ -1,0 +1,121 @@
+"""The result of a discovery as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.results.fit import UNFINISHED, Array, Provenance, Result, Texts
+
+
+@dataclass(frozen=True)
+class OptionTable:
+    """What was tried in a step (n), best first; gap after refitting on fitted and on other data (NaN: not looked at).
+
+    parameters: how many it adds; evidence: over the model without it, NaN where a look at few lines was enough; verdict: a phrase.
+    """
+
+    sentence: Texts
+    kind: Texts
+    gap: Array
+    gap_validation: Array
+    parameters: NDArray[np.int_]
+    evidence: Array
+    verdict: Texts
+
+
+@dataclass(frozen=True)
+class PartTable:
+    """The gap by part of the fitted data (n): kind (`band`, `point`, ...), name, gap, share of all that is above noise."""
+
+    kind: Texts
+    name: Texts
+    gap: Array
+    share: Array
+
+
+@dataclass(frozen=True)
+class GapByBand:
+    """RMS residual over noise (measurements, bands, channels), NaN where nothing was measured; bands_hz (bands + 1,)."""
+
+    measurements: Texts
+    bands_hz: Array
+    channels: Texts
+    gap: Array
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """One turn of the loop: the model it began with (effects beyond the study's), where that disagreed, what was tried, what was decided.
+
+    best: sentence of the best candidate, empty where none was supported; kept: whether it is in the final model; alike: what the data
+    cannot tell from it; advice: the measurement that would.
+    """
+
+    model: Texts
+    gap: float
+    gap_validation: float
+    where: str
+    parts: PartTable
+    options: OptionTable
+    best: str
+    kept: bool
+    alike: Texts
+    advice: str
+    decision: str
+
+
+@dataclass(frozen=True)
+class AddedEffects:
+    """The effects added (n), in order: sentence, kind, entry of the config (JSON), name with its numbers, gaps after adding it.
+
+    parameters: the names of its parameters, with commas between them.
+    """
+
+    sentence: Texts
+    kind: Texts
+    config: Texts
+    named: Texts
+    parameters: Texts
+    evidence: Array
+    gap: Array
+    gap_validation: Array
+
+
+@dataclass(frozen=True)
+class DiscoveryResult:
+    """A whole run of `identify discover`; before and after: the study's model and the final one, as fits.
+
+    elsewhere: which data were not fitted and judged with; map_before, map_after: the gap by band and channel.
+    """
+
+    KIND: ClassVar[str] = "discovery"
+    layout: int
+    kind: str
+    key: str
+    name: str
+    verdict: Texts
+    notes: Texts
+    seconds: float
+    elsewhere: str
+    added: AddedEffects
+    steps: dict[str, StepResult]
+    map_before: GapByBand
+    map_after: GapByBand
+    before: Result
+    after: Result
+    provenance: Provenance
+
+
+@dataclass(frozen=True)
+class UnfinishedDiscovery:
+    """A run that is under way or was interrupted: what it would be a run of, and the trials that are done, as JSON."""
+
+    KIND: ClassVar[str] = UNFINISHED
+    layout: int
+    kind: str
+    key: str
+    trials: Texts

@@ -1,0 +1,132 @@
+"""The result of an explained motion as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.results.fit import Array, Provenance, Texts
+
+
+@dataclass(frozen=True)
+class EffectTable:
+    """The effects found (e), by evidence: what each is worth on the judging record when all others stay.
+
+    share (e, joints): part of the sum of squares that would remain without it, NaN where it does not act; chance: of no mean gain;
+    rivals: other effects that would do about as well in its place, as a list in words; reading: its values in the field's own terms.
+    """
+
+    name: Texts
+    kind: Texts
+    sentence: Texts
+    evidence: Array
+    chance: Array
+    share: Array
+    rivals: Texts
+    reading: Texts
+
+
+@dataclass(frozen=True)
+class StepTable:
+    """How they were found (s): share (s, joints) of what was still left on the judging record, evidence then, RMS left (s, joints)."""
+
+    name: Texts
+    evidence: Array
+    share: Array
+    rms_fit: Array
+    rms_judge: Array
+
+
+@dataclass(frozen=True)
+class ValueTable:
+    """Values (v) with their 95 % intervals, and the same fitted to the judging record alone; at_edge: at an end of the range searched."""
+
+    effect: Texts
+    name: Texts
+    unit: Texts
+    value: Array
+    low_95: Array
+    high_95: Array
+    other: Array
+    other_low_95: Array
+    other_high_95: Array
+    at_edge: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class BoundTable:
+    """Effects that were tried and not found (b): the value each would have, and its 95 % interval."""
+
+    effect: Texts
+    unit: Texts
+    value: Array
+    low_95: Array
+    high_95: Array
+
+
+@dataclass(frozen=True)
+class Curves:
+    """One record: (samples, joints) measured, from what is known alone, and with all effects; used: samples that count."""
+
+    name: str
+    use: str
+    time_s: Array
+    measured: Array
+    known: Array
+    explained: Array
+    used: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class TargetResult:
+    """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect; tried: number of candidates."""
+
+    target: str
+    unit: str
+    joints: NDArray[np.int_]
+    rms_fit_start: Array
+    rms_fit: Array
+    rms_judge_start: Array
+    rms_judge: Array
+    noise: Array
+    tried: int
+    effects: EffectTable
+    steps: StepTable
+    values: ValueTable
+    bounds: BoundTable
+    curves: dict[str, Curves]
+
+    @property
+    def gap_start(self) -> Array:
+        """RMS residual over noise on the judging record before any effect, (joints,)."""
+        return self.rms_judge_start / self.noise
+
+    @property
+    def gap(self) -> Array:
+        """RMS residual over noise on the judging record, (joints,)."""
+        return self.rms_judge / self.noise
+
+    @property
+    def explained(self) -> Array:
+        """Part of the sum of squares on the judging record that the effects take away, (joints,)."""
+        return 1 - (self.rms_judge / self.rms_judge_start) ** 2
+
+
+@dataclass(frozen=True)
+class ExplainResult:
+    """A whole run; verdict, notes, unknown (what these data cannot say) and conditioning (what was done to the records) are sentences."""
+
+    KIND: ClassVar[str] = "explained"
+    layout: int
+    kind: str
+    name: str
+    verdict: Texts
+    notes: Texts
+    unknown: Texts
+    conditioning: Texts
+    seconds: float
+    targets: dict[str, TargetResult]
+    provenance: Provenance

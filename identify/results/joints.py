@@ -1,0 +1,72 @@
+"""The result of `identify fit` on a study of joints, as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from identify.results.fit import Array, Provenance, Texts
+
+
+@dataclass(frozen=True)
+class ValueTable:
+    """Values (v) with 95 % intervals; status as in `identify.joints.intervals`; expected: what the robot's description says, or NaN."""
+
+    name: Texts
+    unit: Texts
+    value: Array
+    low_95: Array
+    high_95: Array
+    status: Texts
+    expected: Array
+    meaning: Texts
+
+
+@dataclass(frozen=True)
+class Series:
+    """Points or a line: x (n,), y (n,) in the units of the panel, gaps as NaN; look: `points`, `noisy` (a thin line) or `line`."""
+
+    look: str
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True)
+class Panel:
+    """What was measured and the identified curve over it, in SI units."""
+
+    x_label: str
+    x_unit: str
+    y_label: str
+    y_unit: str
+    series: dict[str, Series]
+
+
+@dataclass(frozen=True)
+class CurveResult:
+    """One identified curve.  rms: of what is left, in `unit`; said: how it was done, in sentences; notes: warnings."""
+
+    title: str
+    kind: str
+    unit: str
+    rms: float
+    samples: int
+    values: ValueTable
+    panels: dict[str, Panel]
+    said: Texts
+    notes: Texts
+
+
+@dataclass(frozen=True)
+class JointsResult:
+    """A whole run, a curve for each entry of `curves`."""
+
+    KIND: ClassVar[str] = "joints"
+    layout: int
+    kind: str
+    name: str
+    verdict: Texts
+    notes: Texts
+    seconds: float
+    curves: dict[str, CurveResult]
+    provenance: Provenance

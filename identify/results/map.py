@@ -1,0 +1,64 @@
+"""The result of `identify map`: a fitted model over many postures, as kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.results.fit import Array, Provenance, Texts
+
+
+@dataclass(frozen=True)
+class PostureRows:
+    """n postures, one row each: where the tool is (n, 3), m, base axes; m modes by frequency, NaN beyond those of a posture, each with
+    its 95 % limits; receptance of the tool (n, lines, 3, 3), m/N, responses by forces along the base's axes, in single precision, and half
+    the width of its 95 % band; compliance (n, 3, 3): the same at rest; peak (n, 3): its largest size over the lines along each axis.
+    """
+
+    name: Texts
+    posture_deg: Array
+    tool_m: Array
+    frequency_hz: Array
+    frequency_low_95: Array
+    frequency_high_95: Array
+    damping_ratio: Array
+    damping_low_95: Array
+    damping_high_95: Array
+    compliance_m_per_n: Array
+    receptance_m_per_n: NDArray[np.complex64]
+    band_95: NDArray[np.float32]
+    peak_m_per_n: Array
+
+
+@dataclass(frozen=True)
+class MapPart:
+    """Part of a map, as a worker leaves it; key says of which map."""
+
+    KIND: ClassVar[str] = "map-part"
+    layout: int
+    kind: str
+    key: str
+    rows: PostureRows
+
+
+@dataclass(frozen=True)
+class MapResult:
+    """A whole map: of which fit (its name and file), for which point of the robot, at which frequencies (lines,)."""
+
+    KIND: ClassVar[str] = "map"
+    layout: int
+    kind: str
+    name: str
+    verdict: Texts
+    notes: Texts
+    seconds: float
+    workers: str
+    model: str
+    tool: str
+    joints: Texts
+    line_hz: Array
+    rows: PostureRows
+    provenance: Provenance

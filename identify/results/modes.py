@@ -1,0 +1,115 @@
+"""The result of `identify modes` as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.results.fit import Array, Complex, FrfComparison, Geometry, Provenance, Texts
+
+
+@dataclass(frozen=True)
+class ModeTable:
+    """Modes (m), by frequency: damping ratios without the exponential window, seen_*: as it showed them; *_std: over orders and noise.
+
+    mpc (m,); mpd_deg (m,); channels of the shapes (m, channels); participation (m, references); auto_mac (m, m).
+    """
+
+    frequency_hz: Array
+    frequency_std_hz: Array
+    damping_ratio: Array
+    damping_std: Array
+    seen_frequency_hz: Array
+    seen_damping_ratio: Array
+    mpc: Array
+    mpd_deg: Array
+    channels: Texts
+    shapes: Complex
+    references: Texts
+    participation: Complex
+    auto_mac: Array
+
+
+@dataclass(frozen=True)
+class RejectedPoles:
+    """Clusters of poles that are no modes (c), by frequency, and why; presence: part of the orders they appear in."""
+
+    frequency_hz: Array
+    damping_ratio: Array
+    presence: Array
+    mpc: Array
+    mpd_deg: Array
+    reason: Texts
+
+
+@dataclass(frozen=True)
+class StabilisationDiagram:
+    """Poles of all orders (n,), and the mode indicator over the lines.
+
+    stable (n,): in a cluster that is present in enough orders; indicator (lines, references): CMIF, unit of the FRFs, largest first.
+    """
+
+    order: NDArray[np.int_]
+    frequency_hz: Array
+    damping_ratio: Array
+    stable: NDArray[np.bool_]
+    line_hz: Array
+    indicator: Array
+
+
+@dataclass(frozen=True)
+class Reciprocity:
+    """Channels measured both ways (r): correlation over the lines, level H_ab / H_ba (negative: wrong sign), error relative to both."""
+
+    a: Texts
+    b: Texts
+    frac: Array
+    level: Array
+    error: Array
+
+
+@dataclass(frozen=True)
+class AnalysedMeasurement:
+    """One measurement: its modes and all that tells how good they are.
+
+    posture_deg is empty where no robot is known; total_error: RMS over all FRFs of measured minus rebuilt, over measured; frf: `fitted`
+    are the FRFs rebuilt from the modes; geometry and shapes (m, points, 3), in its axes, NaN at points that were not measured.
+    """
+
+    name: str
+    file: str
+    sha256: str
+    posture_deg: Array
+    estimator: str
+    highest_order: int
+    total_error: float
+    modes: ModeTable
+    rejected: RejectedPoles
+    diagram: StabilisationDiagram
+    reciprocity: Reciprocity
+    frf: FrfComparison
+    geometry: Geometry | None
+    shapes: Complex | None
+
+
+@dataclass(frozen=True)
+class ModesResult:
+    """A whole run of `identify modes`; verdict and notes are sentences."""
+
+    KIND: ClassVar[str] = "modes"
+    layout: int
+    kind: str
+    name: str
+    verdict: Texts
+    notes: Texts
+    seconds: float
+    measurements: dict[str, AnalysedMeasurement]
+    provenance: Provenance
+
+    @property
+    def found(self) -> int:
+        """Modes of all measurements together."""
+        return sum(len(m.modes.frequency_hz) for m in self.measurements.values())

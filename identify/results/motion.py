@@ -1,0 +1,102 @@
+"""The result of a simulated or fitted motion as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from identify.results.circular import CircularTest
+from identify.results.fit import Array, ParameterTable, Provenance, StartTable, Texts
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A signal of all joints over the times of its record: values (samples, joints) in `unit`."""
+
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True)
+class TrajectoryComparison:
+    """A recorded signal (samples, joints; NaN where none) beside the simulated one and that of the start model (None: the same).
+
+    rms (1 + phases, joints) over the whole record and each phase; noise: its standard deviation, NaN where the study says none.
+    """
+
+    unit: str
+    time_s: Array
+    measured: Array
+    initial: Array | None
+    simulated: Array
+    noise: float
+    rms: Array
+    rms_initial: Array | None
+
+
+@dataclass(frozen=True)
+class RecordResult:
+    """One motion: signals by quantity at the controller's ticks, and what was recorded beside them; gap: RMS over noise, NaN without.
+
+    phases: names, the first of them the whole record; phase_s (phases, 2).
+    paths: of a tool that is led, its places (samples, 3) at the ticks by what they are (command, feedback, end); circles: the circular
+    test of each.
+    """
+
+    name: str
+    use: str
+    file: str
+    sha256: str
+    start_deg: Array
+    time_s: Array
+    signals: dict[str, Trace]
+    comparisons: dict[str, TrajectoryComparison]
+    phases: Texts
+    phase_s: Array
+    gap: float
+    paths: dict[str, Trace] | None = None
+    circles: dict[str, CircularTest] | None = None
+
+
+@dataclass(frozen=True)
+class TrialTable:
+    """Effects that were tried, in their order (t): name, round, gap on fitted and on judging records, and whether it stayed (1)."""
+
+    name: Texts
+    round: Array
+    gap: Array
+    gap_validation: Array
+    kept: Array
+
+
+@dataclass(frozen=True)
+class MotionResult:
+    """A whole run.  effects: sentences on what the model has; parameters, starts, trials: None where nothing was fitted.
+
+    realtime_factor: seconds of motion per second of computing, all records side by side.
+    """
+
+    KIND: ClassVar[str] = "motion"
+    layout: int
+    kind: str
+    key: str
+    name: str
+    seed: int
+    verdict: Texts
+    notes: Texts
+    effects: Texts
+    joints: Texts
+    step_s: float
+    period_s: float
+    seconds: float
+    realtime_factor: float
+    gap: float
+    gap_validation: float
+    converged: bool
+    parameters: ParameterTable | None
+    correlation: Array | None
+    starts: StartTable | None
+    history: Array | None
+    trials: TrialTable | None
+    records: dict[str, RecordResult]
+    provenance: Provenance

@@ -1,0 +1,109 @@
+"""What a cost is, what it turns into once it meets data, and the registry of all kinds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
+
+from identify.core.errors import InputError
+from identify.core.registry import Registry, parse_kind
+from identify.vibration.costs.target import FrfTarget, Targets, share_bench
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+COSTS = Registry(
+    "cost",
+    "identify.costs",
+    {
+        "eigenfrequency": "identify.vibration.costs.eigenfrequency:Eigenfrequency",
+        "frf-area": "identify.vibration.costs.frf_area:FrfArea",
+        "frf-least-squares": "identify.vibration.costs.frf_least_squares:FrfLeastSquares",
+        "normalized-response": "identify.vibration.costs.normalized_response:NormalizedResponse",
+    },
+)
+
+
+class Objective(ABC):
+    """A cost that has met its data: a function of parameter values alone."""
+
+    dear: ClassVar[bool] = False
+    """Whether residuals take so long that an interrupted run remembers them (`identify.fitting.journal`)."""
+
+    @abstractmethod
+    def costs(self, candidates: Array) -> Array:
+        """(m,) costs of a whole population (m, parameters) at once; 0 is perfect, inf where a model has no solution."""
+
+    @abstractmethod
+    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
+        """Residuals (r,) and their derivatives (r, free) at values (parameters,), for gradient methods; zero residuals mean zero cost."""
+
+
+class Cost(BaseModel, ABC):
+    """Settings of a cost as written in the config."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: str
+
+    @abstractmethod
+    def objective(self, targets: Targets) -> Objective:
+        """The cost for these data; raises InputError where the data are not of its kind."""
+
+
+CostOfFrf = TypeVar("CostOfFrf", bound=Cost)
+
+
+class FrfObjective(Objective, Generic[CostOfFrf]):
+    """A cost that compares FRFs: the sum over sets of what a subclass makes of one set."""
+
+    def __init__(self, cost: CostOfFrf, targets: Targets) -> None:
+        if not targets.frf:
+            raise InputError("cost", f"{cost.kind} compares FRFs, and no measurement to be fitted has any", "`measurements` with `file`")
+        self.cost, self.targets = cost, share_bench(targets.frf)
+
+    def costs(self, candidates: Array) -> Array:
+        """The sum over measurements, a chunk of the population at a time, so that what they share is computed once."""
+        total = np.full(len(candidates), np.inf)
+        possible = np.flatnonzero(np.isfinite(candidates).all(axis=1))
+        total[possible] = 0.0
+        with np.errstate(all="ignore"):  # a candidate whose model has no solution costs infinity
+            for part in min((target.chunks(len(possible)) for target in self.targets), key=lambda parts: -len(parts)):
+                for target in self.targets:
+                    total[possible[part]] += self.sums(target, candidates[possible[part]])
+        return self.finish(np.where(np.isnan(total), np.inf, total))
+
+    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
+        """Those of all measurements in a row."""
+        with np.errstate(all="ignore"):  # where the model has no solution they are not finite, which optimizers look for
+            parts = [self.parts(target, values, free) for target in self.targets]
+        return np.concatenate([r for r, _ in parts]), np.concatenate([j for _, j in parts])
+
+    def finish(self, total: Array) -> Array:
+        """The cost (m,) from the sum over measurements (m,)."""
+        return total
+
+    @abstractmethod
+    def sums(self, target: FrfTarget, candidates: Array) -> Array:
+        """(m,): the part of one measurement in the sum."""
+
+    @abstractmethod
+    def parts(self, target: FrfTarget, values: Array, free: Index) -> tuple[Array, Array]:
+        """Residuals (r,) and derivatives (r, free) of one measurement."""
+
+
+def real_rows(residual: NDArray[np.complex128], gradient: NDArray[np.complex128]) -> tuple[Array, Array]:
+    """Complex residuals (...) and gradients (..., free) as real rows: real parts, then imaginary parts."""
+    flat = gradient.reshape(-1, gradient.shape[-1])
+    return np.concatenate([residual.real.ravel(), residual.imag.ravel()]), np.concatenate([flat.real, flat.imag])
+
+
+def parse_cost(data: Any) -> Cost:
+    """A cost from its name or mapping in the config; raises ValueError for pydantic to report with its key."""
+    if isinstance(data, Cost):
+        return data
+    cost: Cost = parse_kind(COSTS, {"kind": data} if isinstance(data, str) else data)
+    return cost

@@ -1,0 +1,81 @@
+"""FRF residuals in units of their own noise: the maximum-likelihood cost, and a robust logarithmic form for a first stage."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, Objective, real_rows
+from identify.vibration.costs.target import Complex, FrfTarget, Targets
+
+_LOG_FLOOR = 0.1
+"""Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""
+
+
+class FrfLeastSquares(Cost):
+    """`complex`: RMS of (H_sim - H_exp)/sigma over real and imaginary parts, the gap; least where the data are most likely (Gaussian).
+
+    `log`: RMS of ln(H_sim/H_exp) with weights from the noise; its valley is wide, so a first stage from poor guesses
+    ends in the right one.  Channels that the model cannot move say nothing on a log scale and are left out of it.
+    """
+
+    kind: Literal["frf-least-squares"] = "frf-least-squares"
+    residual: Literal["complex", "log"] = Field("complex", description="`log` for a robust first stage")
+
+    def objective(self, targets: Targets) -> Objective:
+        """The cost for FRF sets with known noise."""
+        return FrfLeastSquaresObjective(self, targets)
+
+
+class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
+    """RMS over all real and imaginary parts of all measurements."""
+
+    def __init__(self, cost: FrfLeastSquares, targets: Targets) -> None:
+        super().__init__(cost, targets)
+        self.count = sum(2 * target.sigma.size for target in self.targets)
+        self._known: tuple[Array, Array] | None = None
+
+    def costs(self, candidates: Array) -> Array:
+        """Known already where residuals have just been computed, as they are before every step of a gradient method."""
+        if self._known is not None and np.array_equal(self._known[0], candidates):
+            return self._known[1]
+        return super().costs(candidates)
+
+    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
+        """In units of noise, or weighted logarithms."""
+        rows, slopes = super().residuals(values, free)
+        total = float(rows @ rows)
+        self._known = values[None].copy(), self.finish(np.array([np.inf if np.isnan(total) else total]))
+        return rows, slopes
+
+    def finish(self, total: Array) -> Array:
+        """Root of the mean square."""
+        return np.asarray(np.sqrt(total / self.count))
+
+    def sums(self, target: FrfTarget, candidates: Array) -> Array:
+        """Sum of squares."""
+        h = target.predict_pairs(candidates)
+        if self.cost.residual == "complex":
+            residual: Complex = (h - target.measured) / target.sigma
+        else:
+            residual = self._logarithm(target, h)
+        return np.asarray(np.sum(residual.real**2 + residual.imag**2, axis=(-2, -1)))
+
+    def parts(self, target: FrfTarget, values: Array, free: Index) -> tuple[Array, Array]:
+        """Real and imaginary parts, in units of noise."""
+        h, gradient = target.gradient_pairs(values, free)
+        if self.cost.residual == "complex":
+            return real_rows((h - target.measured) / target.sigma, gradient / target.sigma[..., None])
+        slope = gradient[:, target.moved] / h[:, target.moved, None]
+        return real_rows(self._logarithm(target, h), slope * self._weights(target)[..., None])
+
+    def _logarithm(self, target: FrfTarget, h: Complex) -> Complex:
+        """Weighted ln(H_sim/H_exp) of the pairs that the model moves, (..., lines, moved)."""
+        ratio = h[..., target.moved] / target.measured[:, target.moved]
+        return np.asarray(np.log(ratio) * self._weights(target), dtype=complex)
+
+    def _weights(self, target: FrfTarget) -> Array:
+        noise = target.sigma[:, target.moved] / np.abs(target.measured[:, target.moved])
+        return np.asarray(1.0 / np.hypot(_LOG_FLOOR, noise))

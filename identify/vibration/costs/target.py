@@ -1,0 +1,254 @@
+"""Measured data side by side with the model that predicts it: what a cost is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.errors import InputError
+from identify.measured.channel import Channel
+from identify.measured.frf_set import POWER, FrfSet
+from identify.measured.modal_table import ModalTable
+from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.frf import frf, frf_and_gradient, frf_slope, gradient_with
+from identify.model.impact import Impact
+from identify.model.struck import frf_struck
+from identify.model.system import System
+from identify.robot.points import Point
+from identify.vibration.costs.blow import Bench, Blow, blow_on
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+_CHANGE = 1e-3
+"""Change of s, rad/s, for derivatives of nonlinear FRFs."""
+_CHUNK = 100_000
+"""Complex numbers worked on at a time for a population: what stays in a processor's cache."""
+
+
+def channel_rows(system: System, points: Mapping[int, Point], channels: tuple[Channel, ...], where: str) -> Array:
+    """(channels, n): motion of each channel per released coordinate; a channel without a point is an InputError."""
+    rows = []
+    for channel in channels:
+        if channel.node not in points:
+            raise InputError(where, f"channel {channel} has no point", "a node of the points file", "add it there or leave the channel out")
+        point = points[channel.node]
+        motion = system.jacobian(point.link, point.position, where)
+        turned = np.concatenate([point.axes @ motion[:3], point.axes @ motion[3:]])
+        rows.append(channel.sign * turned[channel.axis])
+    return np.array(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class FrfTarget:
+    """One measured FRF set and its prediction; noise (lines, outputs, inputs) is the standard deviation of real or imaginary part, or None.
+
+    out (channels, n), force (n, inputs): the channels in the system's coordinates; those of out are the set's outputs, then what
+    readings need besides.  readings: what effects of the measurement do to the FRFs, with the numbers of their parameters.
+    record: length of the records behind the FRFs, s, where the response may not have died out (`identify.model.record`), or None.
+    blow: what must be simulated of a nonlinear system, on a bench that may serve other sets too.
+    """
+
+    name: str
+    data: FrfSet
+    system: System
+    out: Array
+    force: Array
+    noise: Array | None = None
+    readings: tuple[tuple[Reading, NDArray[np.intp]], ...] = ()
+    record: float | None = None
+    blow: Blow | None = None
+    bench: Bench | None = None
+
+    @cached_property
+    def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Output and input numbers of the measured FRFs."""
+        outputs, inputs = np.nonzero(self.data.measured)
+        return outputs, inputs
+
+    @cached_property
+    def moved(self) -> NDArray[np.intp]:
+        """Which pairs the model moves at all: a point on a rigid base has no FRF to compare on a logarithmic scale."""
+        outputs, inputs = self.pairs
+        return np.flatnonzero(np.any(self.out, axis=1)[outputs] & np.any(self.force, axis=0)[inputs])
+
+    @cached_property
+    def measured(self) -> Complex:
+        """(lines, pairs): the measured FRFs."""
+        outputs, inputs = self.pairs
+        return np.asarray(self.data.frf[:, outputs, inputs])
+
+    @cached_property
+    def sigma(self) -> Array:
+        """(lines, pairs): the noise of the measured FRFs; an InputError where it is not known."""
+        if self.noise is None:
+            fix = "give `noise: {relative: 0.02}` in the measurement, or choose another cost"
+            raise InputError(self.name, "its noise is not known: no coherence and no repeats", "coherence with `averages`, or `noise`", fix)
+        outputs, inputs = self.pairs
+        return np.asarray(self.noise[:, outputs, inputs])
+
+    def predict(self, values: Array) -> Complex:
+        """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
+        s = self.s_at(values)
+        h = self._linear(values, s) if self.blow is None else self._struck(self.blow, values)
+        for reading, numbers in self.readings:
+            h = reading.apply(h, values[..., numbers], s)
+        return self._at_once(h[..., : len(self.data.outputs), :])
+
+    def _at_once(self, h: Complex) -> Complex:
+        """With forces that act together, their joint response in place of that of the first (..., inputs)."""
+        if self.data.together is None:
+            return h
+        mixed = h.copy()
+        mixed[..., 0] = h @ np.array(self.data.together)
+        return mixed
+
+    def _linear(self, values: Array, s: Complex) -> Complex:
+        return frf(*self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self._ends)
+
+    def _struck(self, blow: Blow, values: Array) -> Complex:
+        """What the blow of a hammer measures of a nonlinear system."""
+        flat = values.reshape(-1, values.shape[-1])
+        s = self.s_at(flat)
+        struck = self._simulated.each(blow, flat, s)
+        lines = np.broadcast_to(s, (len(flat), s.shape[-1]))
+        models = zip(*self.system.matrices(flat), lines, struck, strict=True)
+        h = [frf_struck((m, c, k), line, self.out, self.force, POWER[self.data.quantity], one) for m, c, k, line, one in models]
+        return np.array(h).reshape(*values.shape[:-1], *h[0].shape)
+
+    @cached_property
+    def _simulated(self) -> Bench:
+        """The bench that it shares, or one of its own."""
+        return self.bench or Bench([blow for blow in (self.blow,) if blow is not None])
+
+    def s_at(self, values: Array) -> Complex:
+        """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect corrects the window's decay."""
+        return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
+
+    @property
+    def _ends(self) -> float | None:
+        """The record, but not with hysteretic damping, which has no free motion in time."""
+        return None if np.any(self.system.terms["hysteretic"]) else self.record
+
+    @cached_property
+    def _decay(self) -> Array:
+        """(parameters,): what each parameter adds to the decay of the window."""
+        decay = np.zeros(len(self.system.terms["stiffness"]))
+        for reading, numbers in self.readings:
+            decay[numbers] += reading.decay()
+        return decay
+
+    def predict_pairs(self, values: Array) -> Complex:
+        """(..., lines, pairs) at parameter values (..., parameters)."""
+        return self._paired(self.predict(values))
+
+    def _paired(self, h: Complex) -> Complex:
+        """(..., lines, outputs, inputs) as (..., lines, pairs)."""
+        outputs, inputs = self.pairs
+        if len(outputs) == h.shape[-2] * h.shape[-1]:
+            return h.reshape(*h.shape[:-2], -1)
+        return np.asarray(h[..., outputs, inputs])
+
+    def gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
+        s, decay = self.s_at(values), self._decay[free]
+        matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
+        if self.blow is None:
+            h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self._ends)
+        else:
+            struck = self._simulated.struck(self.blow, values, s, free)
+            h, gradient = gradient_with(struck, matrices, self.system.factors, *at, free)
+        if np.any(decay):
+            gradient = gradient + self._slope(values)[..., None] * decay
+        for reading, numbers in self.readings:
+            own = values[numbers]
+            slopes = reading.slopes(h, own, s) @ (numbers[:, None] == free)
+            if np.any(decay):
+                slopes = slopes + reading.along_s(h, own, s)[..., None] * decay
+            flat = gradient.reshape(*gradient.shape[:2], -1)
+            gradient = reading.apply(flat, own, s).reshape(gradient.shape) + slopes
+            h = reading.apply(h, own, s)
+        outputs = len(self.data.outputs)
+        turned = self._at_once(np.swapaxes(gradient[:, :outputs], 2, 3))
+        return self._at_once(h[:, :outputs]), np.swapaxes(turned, 2, 3)
+
+    def _slope(self, values: Array) -> Complex:
+        """(lines, outputs, inputs): dH/ds."""
+        matrices, power = self.system.matrices(values), POWER[self.data.quantity]
+        if self.blow is None:
+            return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self._ends)
+        either = [self.s_at(values) + change for change in (_CHANGE, -_CHANGE)]
+        struck = [self._simulated.each(self.blow, values[None], s)[0] for s in either]
+        up, down = (frf_struck(matrices, s, self.out, self.force, power, one) for s, one in zip(either, struck, strict=True))
+        return np.asarray((up - down) / (2 * _CHANGE))
+
+    def gradient_pairs(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """(lines, pairs) and its derivatives (lines, pairs, free) at values (parameters,)."""
+        h, gradient = self.gradient(values, free)
+        outputs, inputs = self.pairs
+        if len(outputs) == h[0].size:
+            return self._paired(h), gradient.reshape(len(gradient), -1, len(free))
+        return self._paired(h), gradient[:, outputs, inputs]
+
+    def chunks(self, candidates: int) -> list[slice]:
+        """Slices of a population small enough to predict at once."""
+        size = self.data.frf.size + len(self.data.s) * len(self.system.coordinates)
+        step = max(1, _CHUNK // max(1, size))
+        return [slice(first, first + step) for first in range(0, candidates, step)]
+
+
+def share_bench(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
+    """The same targets; the blows on nonlinear systems are simulated together."""
+    blows = [target.blow for target in targets if target.blow is not None]
+    if not blows:
+        return tuple(targets)
+    bench = Bench(blows)
+    return tuple(replace(target, bench=bench) for target in targets)
+
+
+def frf_target(
+    name: str,
+    data: FrfSet,
+    system: System,
+    points: Mapping[int, Point],
+    noise: Array | None = None,
+    record: float | None = None,
+    impact: Impact | None = None,
+) -> FrfTarget:
+    """A set with its prediction by a system, through the readings of the system's effects; InputError for a channel without a point."""
+    measuring = [(effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)]
+    channels = data.outputs
+    for effect, _ in measuring:
+        channels += effect.needed(channels, points)
+    readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
+    out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
+    blow = blow_on(name, data, system, force.T, impact)
+    return FrfTarget(name, data, system, out, force.T, noise, readings, record, blow)
+
+
+def record_length(data: FrfSet) -> float | None:
+    """One over the spacing of lines where an exponential window says that the FRFs are those of blows."""
+    if data.window_decay_per_s <= 0 or len(data.frequency_hz) < 2:
+        return None
+    return float(1 / np.diff(data.frequency_hz).min())
+
+
+@dataclass(frozen=True, eq=False)
+class ModalTarget:
+    """One measured modal table and the system whose modes it lists; out (channels, n) where the table has shapes."""
+
+    name: str
+    data: ModalTable
+    system: System
+    out: Array | None = None
+
+
+@dataclass(frozen=True)
+class Targets:
+    """All data that a cost compares."""
+
+    frf: tuple[FrfTarget, ...] = ()
+    modal: tuple[ModalTarget, ...] = ()

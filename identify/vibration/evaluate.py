@@ -1,0 +1,255 @@
+"""A finished fit looked at from all sides: errors, modes, intervals, a verdict in three sentences; everything a result keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.errors import InputError
+from identify.fitting.fit import Fit
+from identify.fitting.optimizers.base import Scale
+from identify.fitting.uncertainty import Trust, gap, inseparable, trust
+from identify.measured.channel import Channel
+from identify.measured.frf_set import UNIT
+from identify.measured.geometry import displacements
+from identify.measured.modal_table import ModalTable
+from identify.modal.analysis import analyse
+from identify.modal.frf_errors import frf_errors
+from identify.modal.pairing import pair
+from identify.modal.settings import ESTIMATORS
+from identify.model.effects.base import Parameter
+from identify.model.geometry import drawn_geometry, joints, sensor_geometry, standing
+from identify.model.modes import complex_modes
+from identify.model.system import System
+from identify.results import fit as results
+from identify.results.provenance import description_of, provenance_of
+from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.vibration.problem import Measurement, Problem
+from identify.vibration.profile import profile
+
+Array = NDArray[np.float64]
+
+
+def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.Result:
+    """The result of a fit, ready to be written; key says which run it is the result of (`identify.vibration.run`).
+
+    profiled: names of parameters whose profile likelihood is wanted.
+    """
+    targets, scale = problem.targets(), Scale(problem.parameters)
+    trusted = trust(targets, scale, fit.values)
+    names = [problem.parameters[number].name for number in scale.free]
+    together = tuple(", ".join(group) for group in inseparable(trusted, names))
+    gaps = gap(targets, fit.values), gap(problem.targets("validate"), fit.values)
+    study = problem.file.study
+    return results.Result(
+        layout=results.LAYOUT,
+        kind="fit",
+        key=key,
+        name=study.name,
+        seed=study.seed,
+        verdict=_verdict(fit, trusted, gaps, together, trusted.count),
+        notes=(*trusted.notes, *_start_notes(fit)),
+        effects=tuple(effect.sentence() for effect in study.effects),
+        cost_kind=study.cost.kind,
+        cost=fit.cost,
+        gap=gaps[0],
+        gap_validation=gaps[1],
+        converged=fit.best.converged,
+        seconds=fit.seconds,
+        parameters=parameter_table(problem.parameters, fit.values, trusted, scale),
+        correlation=trusted.correlation,
+        singular_values=trusted.singular_values,
+        directions=trusted.directions,
+        inseparable=together,
+        starts=start_table(fit),
+        history=fit.history,
+        measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
+        published=_published(problem),
+        profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
+        provenance=provenance_of(problem),
+        description=description_of(problem.file),
+    )
+
+
+def _verdict(fit: Fit, trusted: Trust, gaps: tuple[float, float], together: Sequence[str], count: int) -> tuple[str, ...]:
+    starts = f"{fit.agreeing} of {len(fit.starts)} starts" if len(fit.starts) > 1 else "one start"
+    found = f"The fit ended at a cost of {fit.cost:.4g} after {fit.seconds:.1f} s; {starts} led there."
+    parameters = len(trusted.status)
+    if count <= parameters:
+        quality = f"There are {count} measured numbers for {parameters} free parameters, so agreement alone proves nothing."
+    elif np.isnan(gaps[0]):
+        quality = "The noise of the data is not known, so how good the fit is can only be judged by its errors."
+    else:
+        on = "" if np.isnan(gaps[1]) else f" and {gaps[1]:.2f} times on data that were not fitted"
+        word = "agrees with the data to within their noise" if gaps[0] <= 1.15 else "does not yet explain the data"
+        quality = f"The model {word}: the residual is {gaps[0]:.2f} times the noise{on}."
+    status = np.array(trusted.status)
+    determined = int(np.sum(status == "determined"))
+    rest = "" if not together else " Not determined, alone or in combination: " + "; ".join(together) + "."
+    return found, quality, f"{determined} of {parameters} free parameters are determined by the data.{rest}"
+
+
+def _start_notes(fit: Fit) -> list[str]:
+    notes = []
+    if len(fit.starts) > 1 and fit.agreeing == 1:
+        notes.append("only one start found the best minimum, so a better one may exist: more `starts` or a larger budget would tell")
+    if not fit.best.converged:
+        notes.append(f"the best start did not converge: {fit.best.sentence}")
+    return notes
+
+
+def parameter_table(p: Sequence[Parameter], fitted: Array, trusted: Trust, scale: Scale) -> results.ParameterTable:
+    """All parameters with what the data say about the free ones; fitted (parameters,)."""
+    free = scale.free
+
+    def spread(values: Array) -> Array:
+        full = np.full(len(p), np.nan)
+        full[free] = values
+        return full
+
+    status = np.full(len(p), "fixed", dtype=object)
+    status[free] = trusted.status
+    return results.ParameterTable(
+        name=tuple(x.name for x in p),
+        unit=tuple(x.unit for x in p),
+        initial=np.array([x.initial for x in p]),
+        value=fitted,
+        lower=np.array([x.lower for x in p]),
+        upper=np.array([x.upper for x in p]),
+        log=np.array([x.log for x in p]),
+        free=np.array([x.free for x in p]),
+        std=spread(trusted.std),
+        low_95=spread(trusted.low),
+        high_95=spread(trusted.high),
+        status=tuple(status),
+    )
+
+
+def start_table(fit: Fit) -> results.StartTable:
+    """One row per start of a fit."""
+    return results.StartTable(
+        initial=np.array([s.initial for s in fit.starts]),
+        final=np.array([s.final for s in fit.starts]),
+        cost=np.array([s.cost for s in fit.starts]),
+        evaluations=np.array([s.evaluations for s in fit.starts]),
+        seconds=np.array([s.seconds for s in fit.starts]),
+        converged=np.array([s.converged for s in fit.starts]),
+        sentence=tuple(s.sentence for s in fit.starts),
+    )
+
+
+def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, scale: Scale) -> results.MeasurementResult:
+    geometry, modes, table = _modes(problem, m.system, fit.values)
+    one = Targets(frf=(m.target,)) if isinstance(m.target, FrfTarget) else Targets(modal=(m.target,))
+    return results.MeasurementResult(
+        name=m.name,
+        use=m.settings.use,
+        file=str(m.settings.source),
+        sha256=m.target.data.sha256,
+        posture_deg=np.array(m.settings.posture_deg),
+        gap=gap(one, fit.values),
+        geometry=geometry,
+        modes=modes,
+        frf=_frf(problem, m.target, fit, trusted, scale) if isinstance(m.target, FrfTarget) else None,
+        pairs=_pairs(problem, m, table),
+    )
+
+
+def _modes(problem: Problem, system: System, values: Array) -> tuple[results.Geometry, results.Modes, ModalTable]:
+    """Geometry and modes with shapes in the base's axes, and the same modes as a table over the points' own channels."""
+    site = system.site
+    points = standing(problem.points, site)
+    modes = complex_modes(*system.matrices(values))
+    places = joints(site.engine, points)
+    at_points = [system.base_jacobian(point.link, point.position) for point in points]
+    at_joints = [np.zeros((3, len(system.coordinates))), *(system.base_jacobian(frame, at) for frame, at in places)]
+    kept = results.Modes(modes.frequency_hz, modes.damping_ratio, _shapes(modes.shapes, at_points), _shapes(modes.shapes, at_joints))
+    channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
+    local = [np.asarray(point.axes @ system.jacobian(point.link, point.position)[:3]) for point in points]
+    table = ModalTable(modes.frequency_hz, modes.damping_ratio, channels, _shapes(modes.shapes, local).reshape(len(modes.frequency_hz), -1))
+    return drawn_geometry(site.engine, points), kept, table
+
+
+def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[np.complex128]:
+    """(modes, places, 3) from shapes over the coordinates (modes, n) and Jacobians (3, n)."""
+    stack = np.array(jacobians).reshape(len(jacobians), 3, shapes.shape[1])
+    return np.asarray(np.einsum("pcn,mn->mpc", stack, shapes))
+
+
+def _pairs(problem: Problem, m: Measurement, model: ModalTable) -> results.ModePairs | None:
+    """Measured modes, from the table or by modal analysis of the FRFs, beside the model's; None where an analysis is not possible."""
+    if isinstance(m.target, ModalTarget):
+        measured, origin = m.target.data, f"modal table {m.settings.source.name}"
+    else:
+        try:
+            measured, origin = _analysed(problem, m.target)
+        except InputError:
+            return None
+    pairing = pair(measured, model)
+    return results.ModePairs(
+        measured_frequency_hz=measured.frequency_hz,
+        measured_damping_ratio=measured.damping_ratio,
+        measured=pairing.a,
+        model=pairing.b,
+        mac=pairing.mac,
+        mac_matrix=pairing.mac_matrix,
+        measured_shapes=_measured_shapes(problem, m, measured),
+        origin=origin,
+    )
+
+
+def _analysed(problem: Problem, target: FrfTarget) -> tuple[ModalTable, str]:
+    """The modes of the measured FRFs, and how they were found."""
+    settings = problem.file.study.modal
+    how = "automatic" if settings.modes_hz is None else "chosen by hand"
+    return analyse(target.data, settings).table, f"modal analysis of the measured FRFs ({ESTIMATORS[settings.estimator]}, {how})"
+
+
+def _measured_shapes(problem: Problem, m: Measurement, table: ModalTable) -> NDArray[np.complex128] | None:
+    """(modes, points, 3) in base axes from shapes at channels; directions that were not measured count as still."""
+    if table.shapes is None or not len(table):
+        return None
+    return displacements(sensor_geometry(m.system.site.engine, standing(problem.points, m.system.site)), table)
+
+
+def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: Scale) -> results.FrfComparison:
+    outputs, inputs = target.pairs
+    fitted, gradient = target.gradient_pairs(fit.values, scale.free)
+    measured, difference = target.measured, fitted - target.measured
+    std = trusted.std * scale.slope(scale.to_x(fit.values))
+    squares, directions = np.linalg.eigh(trusted.correlation)
+    root = std[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
+    band = 1.96 * np.linalg.norm(gradient @ root, axis=-1)
+    known = target.noise is not None
+    return results.FrfComparison(
+        quantity=target.data.quantity,
+        unit=UNIT[target.data.quantity],
+        window_decay_per_s=target.data.window_decay_per_s,
+        frequency_hz=target.data.frequency_hz,
+        output=tuple(str(target.data.outputs[i]) for i in outputs),
+        input=tuple(str(target.data.inputs[i]) for i in inputs),
+        measured=measured,
+        initial=target.predict_pairs(problem.initial),
+        fitted=fitted,
+        band_95=band,
+        noise=target.sigma if known else None,
+        coherence=None if target.data.coherence is None else target.data.coherence[:, outputs, inputs],
+        gap=np.sqrt(np.mean(np.abs(difference / target.sigma) ** 2, axis=0) / 2) if known else None,
+        **frf_errors(measured, fitted),
+    )
+
+
+def _profile(problem: Problem, fit: Fit, trusted: Trust, name: str) -> results.ProfileCurve:
+    found = profile(problem, fit.values, trusted, name)
+    return results.ProfileCurve(found.values, found.rise, found.low, found.high)
+
+
+def _published(problem: Problem) -> results.PublishedValues | None:
+    reference = problem.reference
+    if reference is None:
+        return None
+    value = np.array([reference.parameters.get(parameter.name, np.nan) for parameter in problem.parameters])
+    modes = reference.modes or ModalTable(np.zeros(0), np.zeros(0))
+    return results.PublishedValues(reference.source, value, modes.frequency_hz, modes.damping_ratio)

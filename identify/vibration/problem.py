@@ -1,0 +1,286 @@
+"""A study turned into what a fit works on: the robot read, data loaded and checked, a model assembled at every posture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.errors import InputError, InputErrors
+from identify.measured.channel import Channel
+from identify.measured.frf_set import FrfSet
+from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import read_modal_table
+from identify.measured.noise import noise_std
+from identify.measured.source import read_source
+from identify.model.effects.base import Effect, Parameter
+from identify.model.effects.site import Site
+from identify.model.impact import Impact
+from identify.model.system import System, assemble, build_site, list_parameters
+from identify.robot.description import Robot
+from identify.robot.dh import read_dh
+from identify.robot.points import Point, check_links, read_points
+from identify.robot.urdf import read_urdf
+from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets, channel_rows, frf_target, record_length
+from identify.vibration.reference import Reference, read_reference
+from identify.vibration.study import MeasurementSettings, RelativeNoise, RobotSettings, StudyFile
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Given:
+    """One measurement before a model meets it: its data in the band, their noise (None: unknown, or in the table) and length of record."""
+
+    name: str
+    settings: MeasurementSettings
+    posture: Array
+    data: FrfSet | ModalTable
+    noise: Array | None = None
+    record: float | None = None
+    impact: Impact | None = None
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One measurement and the model at its posture (rad); `target` is what a cost compares."""
+
+    given: Given
+    system: System
+    target: FrfTarget | ModalTarget
+
+    @property
+    def name(self) -> str:
+        """The given name, or the file's."""
+        return self.given.name
+
+    @property
+    def settings(self) -> MeasurementSettings:
+        """What the config says of it."""
+        return self.given.settings
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything a fit works on; parameters are in the order of the effects."""
+
+    file: StudyFile
+    robot: Robot
+    points: dict[int, Point]
+    parameters: tuple[Parameter, ...]
+    measurements: tuple[Measurement, ...]
+    reference: Reference | None = None
+
+    def __reduce__(self) -> tuple[Callable[..., Problem], tuple[Any, ...]]:
+        """What it was made of: in another process the models are assembled anew."""
+        values = {p.name: p.initial for p in self.parameters}
+        return _assembled, (self.file, self.robot, self.points, [m.given for m in self.measurements], values, self.reference)
+
+    @property
+    def initial(self) -> Array:
+        """Where the search starts, (parameters,)."""
+        return np.array([p.initial for p in self.parameters])
+
+    def at(self, values: Mapping[str, float]) -> Array:
+        """Values by name as an array (parameters,)."""
+        return np.array([values[p.name] for p in self.parameters])
+
+    def targets(self, use: str = "fit", names: Sequence[str] | None = None) -> Targets:
+        """What is to be fitted, or only predicted (`validate`); of these measurements only, if any are named.
+
+        Raises InputError for a name that no measurement of this use has.
+        """
+        chosen = [m.target for m in self.measurements if m.settings.use == use and (names is None or m.name in names)]
+        known = [m.name for m in self.measurements if m.settings.use == use]
+        for name in names or ():
+            if name not in known:
+                raise InputError("optimizer.measurements", f"no measurement {name!r} is fitted", "one of " + ", ".join(known))
+        return Targets(
+            tuple(target for target in chosen if isinstance(target, FrfTarget)),
+            tuple(target for target in chosen if isinstance(target, ModalTarget)),
+        )
+
+
+def load_problem(file: StudyFile) -> Problem:
+    """Read and assemble everything a study names.
+
+    Raises InputError or, where several things are wrong, InputErrors.
+    """
+    study = file.study
+    robot = read_robot(study.robot, file.path.parent)
+    points = read_points(file.resolve(study.points)) if study.points else {}
+    check_links(points, robot)
+    postures = _collect([partial(_posture, m, robot, n) for n, m in enumerate(study.measurements)])
+    names = measurement_names(study.measurements)
+    tasks = zip(study.measurements, names, postures, strict=True)
+    given = _collect([partial(_read, file, m, name, posture) for m, name, posture in tasks])
+    problem = _assembled(file, robot, points, given)
+    if not any(parameter.free for parameter in problem.parameters):
+        raise InputError("effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one")
+    _check_initial(problem)
+    if study.reference is None:
+        return problem
+    reference = read_reference(file.resolve(study.reference), [parameter.name for parameter in problem.parameters])
+    return replace(problem, reference=reference)
+
+
+def _check_initial(problem: Problem) -> None:
+    """Raise an InputError for a start value of no parameter, or out of bounds."""
+    known = {p.name: p for p in problem.parameters}
+    for name, value in problem.file.study.initial.items():
+        if name not in known:
+            raise InputError("initial", f"no parameter is called {name!r}", "one of " + ", ".join(known))
+        if not known[name].lower <= value <= known[name].upper:
+            raise InputError(f"initial.{name}", f"{value:g}", f"a value within its bounds, {known[name].lower:g} to {known[name].upper:g}")
+
+
+def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[str, float]) -> Problem:
+    """The same robot and data with other effects; parameters named in `values` start there.
+
+    Raises InputError where the effects do not fit the robot or each other.
+    """
+    study = problem.file.study
+    file = problem.file.model_copy(update={"study": study.model_copy(update={"effects": list(effects)})})
+    given, sites = [m.given for m in problem.measurements], None
+    known, new = list(effects[: len(study.effects)]), effects[len(study.effects) :]
+    if known == list(study.effects) and not any(effect.changes_site for effect in new):
+        sites = [m.system.site for m in problem.measurements]
+    return _assembled(file, problem.robot, problem.points, given, values, problem.reference, sites)
+
+
+def _assembled(
+    file: StudyFile,
+    robot: Robot,
+    points: dict[int, Point],
+    given: Sequence[Given],
+    values: Mapping[str, float] | None = None,
+    reference: Reference | None = None,
+    sites: Sequence[Site] | None = None,
+) -> Problem:
+    """Measurements with the model at each posture; `values` replace initial values; `sites`: those of the measurements, if known."""
+    effects = file.study.effects
+    first = build_site(robot, given[0].posture, effects, points=points) if sites is None or given[0].settings.detached else sites[0]
+    given_values = {**file.study.initial, **(values or {})}
+    parameters = tuple(replace(p, initial=given_values.get(p.name, p.initial)) for p in list_parameters(robot, first, effects))
+    known: Sequence[Site | None] = sites or [None] * len(given)
+    measurements = _collect([partial(_measurement, robot, points, effects, one, site) for one, site in zip(given, known, strict=True)])
+    return Problem(file, robot, points, parameters, tuple(measurements), reference)
+
+
+def _measurement(robot: Robot, points: dict[int, Point], effects: Sequence[Effect], given: Given, site: Site | None) -> Measurement:
+    there = site or build_site(robot, given.posture, effects, given.settings.detached, points)
+    speed = given.settings.speed_deg_per_s
+    system = assemble(robot, there, effects, None if speed is None else np.deg2rad(speed))
+    if isinstance(given.data, FrfSet):
+        return Measurement(given, system, frf_target(given.name, given.data, system, points, given.noise, given.record, given.impact))
+    out = channel_rows(system, points, given.data.channels, given.name) if given.data.shapes is not None else None
+    return Measurement(given, system, ModalTarget(given.name, given.data, system, out))
+
+
+def read_robot(settings: RobotSettings, folder: Path) -> Robot:
+    """The robot of a config with its payloads; paths are relative to `folder`."""
+    path = settings.urdf or settings.dh or Path()
+    robot = (read_urdf if settings.urdf else read_dh)(folder / path)
+    if settings.gravity_m_s2 is not None:
+        robot = replace(robot, gravity=np.array(settings.gravity_m_s2))
+    for number, payload in enumerate(settings.payload):
+        xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        robot = robot.with_payload(payload.link, payload.mass_kg, np.array(payload.centre_m), inertia, f"robot.payload.{number}.link")
+    return robot
+
+
+def _collect(makers: Sequence[Callable[[], T]]) -> list[T]:
+    """The results of all makers, or all of their errors at once."""
+    results, errors = [], []
+    for make in makers:
+        try:
+            results.append(make())
+        except InputError as error:
+            errors.append(error)
+        except InputErrors as several:
+            errors += several.errors
+    if errors:
+        raise InputErrors(errors)
+    return results
+
+
+def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:
+    for key in ("posture_deg", "speed_deg_per_s"):
+        values = getattr(settings, key)
+        if values is not None and len(values) != len(robot.joints):
+            where, expected = f"measurements.{number}.{key}", f"{len(robot.joints)}, one per joint of {robot.name!r}"
+            raise InputError(where, f"{len(values)} angles" if key == "posture_deg" else f"{len(values)} speeds", expected)
+    return np.deg2rad(settings.posture_deg)
+
+
+def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
+    """The given names, or file stems; a number is added where two are the same."""
+    names: list[str] = []
+    for settings in measurements:
+        name = settings.name or settings.source.stem
+        names.append(name if name not in names else f"{name}_{len(names) + 1}")
+    return names
+
+
+def _read(file: StudyFile, settings: MeasurementSettings, name: str, posture: Array) -> Given:
+    if settings.modes is not None:
+        shapes = file.resolve(settings.shapes) if settings.shapes else None
+        return Given(name, settings, posture, read_modal_table(file.resolve(settings.modes), shapes))
+    data = _in_band(_select(read_frfs(file, settings), settings, name), file.study.band_hz, name)
+    return Given(name, settings, posture, data, _noise(data, settings), record_length(data), _impact(data, settings))
+
+
+def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
+    """The blows as stated, and the length of the records, one over the spacing of lines."""
+    if settings.impact is None or len(data.frequency_hz) < 2:
+        return None
+    return Impact(settings.impact.peak_n, settings.impact.width_ms * 1e-3, 1 / float(np.diff(data.frequency_hz).min()))
+
+
+def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
+    """The FRFs of a measurement as its file and its repeats give them."""
+    return read_source([file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate)
+
+
+def _select(data: FrfSet, settings: MeasurementSettings, name: str) -> FrfSet:
+    def numbers(wanted: list[str] | None, present: tuple[Channel, ...], key: str) -> list[int]:
+        if wanted is None:
+            return list(range(len(present)))
+        channels = [Channel.parse(text, f"{name} {key}") for text in wanted]
+        for channel in channels:
+            if channel not in present:
+                raise InputError(f"{name} {key}", f"channel {channel} is not in the file", "one of " + ", ".join(map(str, present)))
+        return [present.index(channel) for channel in channels]
+
+    return data.pairs(numbers(settings.outputs, data.outputs, "outputs"), numbers(settings.inputs, data.inputs, "inputs"))
+
+
+def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
+    first, last = data.frequency_hz[0], data.frequency_hz[-1]
+    inside = data.band(*band) if band else data.lines(data.frequency_hz > 0)
+    if not len(inside.frequency_hz):
+        span = f"[{band[0]:g}, {band[1]:g}] Hz" if band else "above 0 Hz"
+        raise InputError(name, f"no frequency line in the band {span}", f"a band within {first:g} to {last:g} Hz", "change `band_hz`")
+    partly = np.isnan(inside.frf).any(axis=0) & inside.measured
+    if partly.any():
+        output, entry = np.argwhere(partly)[0]
+        line = inside.frequency_hz[np.isnan(inside.frf[:, output, entry])][0]
+        where = f"{name} FRF {inside.outputs[output]}/{inside.inputs[entry]}"
+        raise InputError(where, f"not a number at {line:g} Hz", "finite values in the band", "repair the file or leave the channel out")
+    return inside
+
+
+def _noise(data: FrfSet, settings: MeasurementSettings) -> Array | None:
+    if isinstance(settings.noise, RelativeNoise):
+        level = np.sqrt(np.mean(np.abs(data.frf) ** 2, axis=0))
+        return np.broadcast_to(settings.noise.relative * level / np.sqrt(2), data.frf.shape).copy()
+    if data.noise is not None or data.coherence is None:
+        return data.noise
+    return noise_std(data)

@@ -1,0 +1,112 @@
+"""`identify init`: a commented starter config beside a robot and its data, with everything read from the files that they say."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+
+from identify.core.errors import InputError
+from identify.measured.frf_records import FrfFileOptions
+from identify.measured.loaders import load_frf_set
+from identify.robot.description import Robot
+from identify.vibration.problem import read_robot
+from identify.vibration.study import RobotSettings
+
+_TABLES = (".yaml", ".yml")
+_TEMPLATE = """\
+# A study of identify.  Keys that are missing have defaults; `identify config` prints them all.  SI units unless a key says otherwise.
+schema: identify/1
+name: {{ name }}                     # names the result file in reports/
+robot: { {{- robot_key }}: {{ robot }}}   # add `payload: [{link: {{ last_link }}, mass_kg: 5}]` for what it carries
+points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
+measurements:
+{%- for m in measurements %}
+  - {{ m.key }}: {{ m.file }}{{ m.comment }}
+    posture_deg: null                # FILL IN: angles of {{ joints }}, such as {{ zeros }}
+{%- if m.key == "file" %}
+{%- if m.unknown %}
+    quantity: null                   # FILL IN: receptance, mobility or accelerance; the file does not say
+    unit: null                       # FILL IN: such as m/s^2/N or g/N
+{%- endif %}
+    averages: null                   # FILL IN: averages behind each FRF; the noise follows from them and the coherence
+    window_decay_per_s: 0.0          # sigma of an exponential window exp(-sigma t) on force and response; 0: none
+{%- endif %}
+    use: fit                         # or `validate`: never fitted, only predicted
+{%- endfor %}
+{{ "" if has_frf else "# " }}band_hz: {{ band }}                  # what is compared
+effects:                             # the physics of the model; one line per effect
+  - kind: joint-compliance
+    joints: all
+    axes: [rz]                       # rz: about the joint's own axis; rx, ry: tilt; tx, ty: radial; tz: axial
+    # stiffness: {initial: [1.0e+6, ...], bounds: [1.0e+4, 1.0e+8]}   # N m/rad; default: from the robot's inertia
+    # damping: {damping_ratio: 0.03}
+  # - {kind: base-compliance, axes: [rx, ry]}
+cost: {{ cost }}   # FRFs: frf-least-squares, frf-area, normalized-response; modal tables: eigenfrequency
+# optimizer: hybrid                  # default: Gauss-Newton with exact gradients from several starts
+starts: 10                           # at most; fewer when three agree
+seed: 1
+"""
+
+
+def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None) -> Path:
+    """Write the config and return its path; an existing file is not overwritten, and files that cannot be read are InputErrors."""
+    if out.exists():
+        raise InputError(str(out), "the file exists", "a new file", "choose another with `--out`")
+    key = "dh" if robot.suffix in _TABLES else "urdf"
+    described = read_robot(RobotSettings.model_validate({key: robot.resolve()}), Path())
+    folder = out.resolve().parent
+    entries = [_measurement(path, folder) for path in data]
+    bands = [entry.band for entry in entries if entry.band]
+    text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
+        name=out.stem if out.stem != "config" else robot.resolve().parent.name,
+        robot_key=key,
+        robot=_relative(robot, folder),
+        last_link=described.links[-1].name,
+        points=_relative(points or robot.parent / "points.csv", folder),
+        measurements=entries,
+        zeros=[0.0] * len(described.joints),
+        joints=_joints(described),
+        band=[round(max(band[0] for band in bands), 3), round(min(band[1] for band in bands), 3)] if bands else [3, 80],
+        has_frf=bool(bands),
+        cost="frf-least-squares" if bands else "eigenfrequency",
+    )
+    out.write_text(text, encoding="utf-8")
+    return out
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """What the template needs of one data file; band (Hz) of FRFs; unknown: the file does not say its quantity or unit."""
+
+    key: str
+    file: str
+    comment: str = ""
+    band: tuple[float, float] | None = None
+    unknown: bool = False
+
+
+def _measurement(path: Path, folder: Path) -> _Entry:
+    if path.suffix in _TABLES:
+        return _Entry("modes", _relative(path, folder))
+    unknown = False
+    try:
+        frf_set = load_frf_set(path, FrfFileOptions())
+    except InputError as error:
+        unknown = True  # perhaps the file only does not say its quantity or unit: then the config asks for them
+        try:
+            frf_set = load_frf_set(path, FrfFileOptions(quantity="accelerance", unit="m/s^2/N"))
+        except InputError:
+            raise error from None
+    size = f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)} lines"
+    return _Entry("file", _relative(path, folder), size, (float(frf_set.frequency_hz[0]), float(frf_set.frequency_hz[-1])), unknown)
+
+
+def _joints(robot: Robot) -> str:
+    return ", ".join(joint.name for joint in robot.joints)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return os.path.relpath(path.resolve(), folder).replace(os.sep, "/")
