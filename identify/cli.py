@@ -45,9 +45,9 @@ def fit(
     quiet: Quiet = False,
 ) -> None:
     """Fit a study, of vibration, of motion or of single joints: data in, parameters with intervals out."""
+    from identify.core.config import family_of
     from identify.reports.fit.terminal import print_result, progress_bar
     from identify.vibration.run import run_fit
-    from identify.vibration.study import family_of
 
     family = family_of(config)
     if family == "identify-joints":
@@ -99,9 +99,9 @@ def discover(
     """
     import os
 
+    from identify.core.config import family_of
     from identify.discovery.run import run_discover
     from identify.reports.fit.terminal import print_discovery, story
-    from identify.vibration.study import family_of
 
     if family_of(config) == "identify-explain":
         if resume or starts or workers:
@@ -279,10 +279,11 @@ def compare(
     """Set results side by side: cost, gap, parameters, modes and errors."""
     from identify.reports.fit.terminal import print_comparison
     from identify.results.comparison import unique_labels
-    from identify.results.fit import read
+    from identify.results.file import read
+    from identify.results.fit import FitResult
     from identify.results.side_by_side import compare as side_by_side
 
-    print_comparison(side_by_side([read(path) for path in files], unique_labels(files)))
+    print_comparison(side_by_side([read(path, FitResult) for path in files], unique_labels(files)))
     if report:
         from identify.reports.write import write_reports
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from identify.model.effects.base import Effect, Parameter, parse_effect
+from identify.core.parameters import Parameter
+from identify.model.effects.base import Effect, parse_effect
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
 from identify.robot.urdf import read_urdf

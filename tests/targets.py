@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
-from identify.model.effects.base import Effect, Parameter, parse_effect
+from identify.model.effects.base import Effect, parse_effect
 from identify.model.impact import Impact
 from identify.model.modes import complex_modes
 from identify.model.system import System, assemble, build_site, list_parameters

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from identify.cli import app
-from identify.results.fit import read
+from identify.results.file import read
 
 ROOT = Path(__file__).parents[1]
 HEAVY = ("scipy", "matplotlib", "pymoo", "plotly", "mujoco", "h5py", "pandas", "pyswarms")

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.reports.compare.pick import matched, shape_mac, shared
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.comparison import apart_in_std, compared, differing, unique_labels
 from tests.reports.modes_sample import modes_result
 from tests.reports.sample import frf_result, modal_result
@@ -21,7 +21,7 @@ from tests.reports.sample import frf_result, modal_result
 def _written(folder: Path, **runs: object) -> list[Path]:
     files = [folder / f"{name}.h5" for name in runs]
     for file, run in zip(files, runs.values(), strict=True):
-        results.write(run, file)
+        result_file.write(run, file)
     return files
 
 

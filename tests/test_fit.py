@@ -11,7 +11,8 @@ import pytest
 
 from identify.core.errors import InputError
 from identify.fitting.fit import Progress, fit
-from identify.results.fit import Result, read, write
+from identify.results.file import read, write
+from identify.results.fit import FitResult
 from identify.results.side_by_side import compare
 from identify.vibration.problem import load_problem
 from identify.vibration.run import run_fit
@@ -22,12 +23,12 @@ ARM = ROOT / "configs" / "arm_hammer_test.yaml"
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
+def result(tmp_path_factory: pytest.TempPathFactory) -> tuple[FitResult, Path]:
     """The first study of the README, with a profile."""
     return run_fit(ARM, tmp_path_factory.mktemp("arm") / "arm.h5", {}, profiled=["joint5.rz.damping"])
 
 
-def test_the_first_study_finds_its_truth(result: tuple[Result, Path]) -> None:
+def test_the_first_study_finds_its_truth(result: tuple[FitResult, Path]) -> None:
     """Data of tests/generator: a time-domain simulation that shares no code with the fit."""
     import json
 
@@ -41,14 +42,14 @@ def test_the_first_study_finds_its_truth(result: tuple[Result, Path]) -> None:
     assert not result[0].notes
 
 
-def test_starts_end_early_when_three_agree(result: tuple[Result, Path]) -> None:
+def test_starts_end_early_when_three_agree(result: tuple[FitResult, Path]) -> None:
     costs = result[0].starts.cost
     assert 3 <= len(costs) <= 10
     assert np.sum(costs < costs.min() * 1.001) == 3
     assert result[0].cost == costs.min()
 
 
-def test_measured_modes_are_beside_the_models(result: tuple[Result, Path]) -> None:
+def test_measured_modes_are_beside_the_models(result: tuple[FitResult, Path]) -> None:
     for measurement in result[0].measurements.values():
         pairs = measurement.pairs
         assert pairs is not None
@@ -58,7 +59,7 @@ def test_measured_modes_are_beside_the_models(result: tuple[Result, Path]) -> No
         assert np.all(pairs.mac > 0.98)
 
 
-def test_profile_agrees_with_the_interval(result: tuple[Result, Path]) -> None:
+def test_profile_agrees_with_the_interval(result: tuple[FitResult, Path]) -> None:
     curve = result[0].profiles["joint5.rz.damping"]
     row = result[0].parameters.name.index("joint5.rz.damping")
     assert curve.low == pytest.approx(result[0].parameters.low_95[row], rel=0.01)
@@ -68,7 +69,7 @@ def test_profile_agrees_with_the_interval(result: tuple[Result, Path]) -> None:
         run_fit(ARM, result[1].with_name("other.h5"), {"starts": 1}, profiled=["joint9.rz.stiffness"])
 
 
-def test_file_is_read_back_as_it_was_written(result: tuple[Result, Path]) -> None:
+def test_file_is_read_back_as_it_was_written(result: tuple[FitResult, Path]) -> None:
     def same(one: object, other: object) -> None:
         if dataclasses.is_dataclass(one):
             for field in dataclasses.fields(one):
@@ -104,14 +105,14 @@ def test_a_file_that_is_no_result_is_refused(tmp_path: Path) -> None:
             read(tmp_path / f"{name}.h5")
 
 
-def test_a_folder_that_cannot_be_written_loses_nothing(result: tuple[Result, Path], tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_loses_nothing(result: tuple[FitResult, Path], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match="cannot be written"):
         write(result[0], tmp_path / "file" / "run.h5")
     assert read(result[1]).cost == result[0].cost
 
 
-def test_a_run_that_fails_leaves_an_older_result_alone(result: tuple[Result, Path], tmp_path: Path) -> None:
+def test_a_run_that_fails_leaves_an_older_result_alone(result: tuple[FitResult, Path], tmp_path: Path) -> None:
     text = (ROOT / "configs" / "umons_tx200.yaml").read_text().replace("../data", str(ROOT / "data"))
     (tmp_path / "config.yaml").write_text(text.replace("centre_m: [0.01, 0, 0.06]", "centre_m: [0, 0, 0.06]"))
     write(result[0], tmp_path / "r.h5")
@@ -151,7 +152,7 @@ def test_tx200_is_as_good_as_the_issue_asks() -> None:
             assert 1 / 3 < found.values[2 * (joint - 1)] / paper < 3
 
 
-def test_compare_matches_by_name(result: tuple[Result, Path]) -> None:
+def test_compare_matches_by_name(result: tuple[FitResult, Path]) -> None:
     other = dataclasses.replace(result[0], gap=2.0, measurements={})
     tables = compare([result[0], other], ["one", "other"])
     assert tables[0].columns == ("", "one", "other")

@@ -124,13 +124,15 @@ def test_readme_commands_and_files_exist() -> None:
 
 @pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "configs").glob("*.yaml")))
 def test_every_config_loads(config: str) -> None:
+    from identify.core.config import family_of
     from identify.explain.run import known_of
     from identify.explain.study import read_explain_study
     from identify.joints.study import bench_of, read_joint_study
     from identify.motion.problem import load_motion
     from identify.motion.study import read_motion_study
-    from identify.vibration.problem import load_problem, read_robot
-    from identify.vibration.study import family_of, read_study
+    from identify.robot.read import read_robot
+    from identify.vibration.problem import load_problem
+    from identify.vibration.study import read_study
 
     path = ROOT / "configs" / config
     family = family_of(path)

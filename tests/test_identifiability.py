@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.fitting.optimizers.base import Scale, Search, parse_optimizer
-from identify.fitting.uncertainty import gap, inseparable, score_variance, trust
+from identify.core.parameters import Parameter, Scale
+from identify.fitting.optimizers.base import Search, parse_optimizer
+from identify.fitting.uncertainty import inseparable
 from identify.measured.modal_table import ModalTable
-from identify.model.effects.base import Parameter
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import Targets
+from identify.vibration.uncertainty import gap, score_variance, trust
 from tests.arms import initial
 from tests.benchmarks.coverage import Repeated, covered, study
 from tests.targets import targets

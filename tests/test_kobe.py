@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from identify.fitting.fit import fit
-from identify.fitting.uncertainty import gap
 from identify.modal.analysis import analyse
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import gap
 from tests.digits import nine_digits
 from tests.generator.kobe import CHAIN, fastest, plant, truth
 from tests.generator.kobe_arm import kobe

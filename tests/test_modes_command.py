@@ -26,7 +26,8 @@ from identify.modal.mac import mac
 from identify.modes.run import run_modes
 from identify.reports.kit.cells import Table
 from identify.reports.modes import tables as modes_tables
-from identify.results import fit as results
+from identify.results import file as result_file
+from identify.results.fit import FitResult
 from identify.results.modes import ModesResult
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
@@ -83,7 +84,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(run: Path) -> ModesResult:
-    return results.read(run, ModesResult)
+    return result_file.read(run, ModesResult)
 
 
 def test_the_modes_are_found_and_the_window_is_taken_out(result: ModesResult) -> None:
@@ -183,7 +184,7 @@ def test_without_geometry_the_report_says_so(tmp_path: Path, page: Page) -> None
     out = tmp_path / "out.h5"
     said = invoke(data, "--window-decay", DECAY, "--mode", 12.05, "--mode", 47.4, "--max-order", 16, "--out", out)
     assert said.exit_code == 0, said.output
-    kept = results.read(out, ModesResult)
+    kept = result_file.read(out, ModesResult)
     np.testing.assert_allclose(kept.measurements["bare"].modes.frequency_hz, HZ[[0, 2]], rtol=2e-3)
     assert "shapes are not drawn" in kept.notes[0]
     page.console.clear()
@@ -237,9 +238,9 @@ def test_bad_input_is_refused(tmp_path: Path) -> None:
 
 def test_a_modes_file_is_no_fit_and_the_other_way_round(run: Path) -> None:
     with pytest.raises(InputError, match="holds a modal analysis; expected a finished fit"):
-        results.read(run)
-    assert results.kind_of(run) == "modes"
-    assert results.kind_of(run.with_suffix(".yaml")) == ""
+        result_file.read(run, FitResult)
+    assert result_file.kind_of(run) == "modes"
+    assert result_file.kind_of(run.with_suffix(".yaml")) == ""
 
 
 def test_a_study_gives_posture_and_settings_and_takes_the_table_back(tmp_path: Path) -> None:
@@ -274,7 +275,7 @@ def test_aircraft_from_the_command(tmp_path: Path) -> None:
     out = tmp_path / "aircraft.h5"
     said = invoke(data, "--unit", "m/s^2/N", "--length-unit", "m", "--band", 10, 170, "--max-order", 40, "--out", out, "--no-report")
     assert said.exit_code == 0, said.output
-    m = results.read(out, ModesResult).measurements["aircraft_converted"]
+    m = result_file.read(out, ModesResult).measurements["aircraft_converted"]
     assert len(m.modes.frequency_hz) >= 12 and m.shapes is not None
     assert m.geometry is not None
     still = np.isnan(m.shapes).any(axis=(0, 2))

@@ -17,7 +17,8 @@ from typer.testing import CliRunner
 
 from identify.cli import app, main
 from identify.core.errors import InputError
-from identify.results.fit import UNFINISHED, Result, Unfinished, kind_of, read
+from identify.results.file import UNFINISHED, Unfinished, kind_of, read
+from identify.results.fit import FitResult
 
 CONFIG = Path(__file__).parents[1] / "configs" / "umons_tx200.yaml"
 KILLS = 20
@@ -74,7 +75,7 @@ def _wait_until_under_way(process: BaseProcess, out: Path) -> None:
         time.sleep(0.02)
 
 
-def _same(one: Result, other: Result) -> None:
+def _same(one: FitResult, other: FitResult) -> None:
     assert np.array_equal(one.parameters.value, other.parameters.value)
     assert np.array_equal(one.parameters.std, other.parameters.std, equal_nan=True)
     assert one.cost == other.cost

@@ -11,8 +11,11 @@ from typer.testing import CliRunner
 from identify.cli import app
 from identify.measured.frf_records import FrfFileOptions
 from identify.modal.settings import ModalSettings
-from identify.results.fit import Result, SettingTable, read
-from identify.results.setting_table import COMMAND_LINE, DEFAULT, option_settings, study_settings
+from identify.results.file import read
+from identify.results.fit import FitResult
+from identify.results.setting_table import COMMAND_LINE, DEFAULT, option_settings
+from identify.results.tables import SettingTable
+from identify.vibration.provenance import study_settings
 from identify.vibration.study import StudyFile, read_study
 
 CONFIG = Path(__file__).parents[1] / "configs" / "umons_tx200.yaml"
@@ -66,7 +69,7 @@ def test_the_command_line_goes_before_the_config(tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text(text, encoding="utf-8")
     out = tmp_path / "run.h5"
     CliRunner().invoke(app, ["fit", str(tmp_path / "study.yaml"), "--out", str(out), "--starts", "1", "--seed", "7", "-q", "--no-report"])
-    result: Result = read(out)
+    result: FitResult = read(out)
     assert result.provenance.settings is not None
     rows = _rows(result.provenance.settings)
     assert rows["starts"] == ("1", COMMAND_LINE)

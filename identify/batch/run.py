@@ -15,7 +15,7 @@ from identify.batch.summary import summarise
 from identify.batch.work import derived
 from identify.core import atomic as whole
 from identify.core.errors import InputError
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.batch import BatchResult
 from identify.results.provenance import provenance, sha256
 
@@ -57,7 +57,7 @@ def run_batch(
     fitted_together = joint if joint is not None and index.jobs["joint"].state == "done" else None
     came_from = provenance(config.name, batch.text, [(study.name, sha256(study)) for study in _studies(batch)])
     result = summarise(batch.settings.name, index, files, fitted_together, about, time.perf_counter() - begun, came_from)
-    results.write(result, path)
+    result_file.write(result, path)
     return result, [path, index.path]
 
 

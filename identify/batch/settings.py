@@ -14,9 +14,9 @@ from pydantic import Field, model_validator
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
+from identify.core.config import Settings, read_settings, read_yaml
 from identify.core.config_paths import relocate_measurement
 from identify.core.errors import InputError
-from identify.vibration.study import Settings, read_settings, read_yaml
 
 SCHEMA = "identify-batch/1"
 _ANGLE = re.compile(r"joint(\d+)_deg")

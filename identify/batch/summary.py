@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from identify.batch.homogeneity import Homogeneity, holm, homogeneity
 from identify.batch.index import Index
 from identify.batch.verdict import notes, verdict
-from identify.map.posture_map import scale_of
+from identify.fitting.tables import scale_of
+from identify.results import file as result_file
 from identify.results import fit as results
+from identify.results import tables
 from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
+from identify.results.fit import FitResult
 
 Array = NDArray[np.float64]
 _BELIEVED = ("determined", "weak")
@@ -27,7 +30,7 @@ _LEVEL = 0.01
 class Row:
     """What is taken from one result."""
 
-    parameters: results.ParameterTable
+    parameters: tables.ParameterTable
     posture_deg: Array
     tool_m: Array
     modes: Array
@@ -38,17 +41,17 @@ class Row:
 
 
 def summarise(
-    name: str, index: Index, files: dict[str, Path], joint: Path | None, workers: str, seconds: float, came_from: results.Provenance
+    name: str, index: Index, files: dict[str, Path], joint: Path | None, workers: str, seconds: float, came_from: tables.Provenance
 ) -> BatchResult:
     """The result of a batch; files: where each fit is or would be; joint: the result of the joint fit, if there is one."""
-    rows = [_row(results.read(path)) if index.jobs[job].state == "done" else None for job, path in files.items()]
-    together = results.read(joint) if joint is not None else None
+    rows = [_row(result_file.read(path, FitResult)) if index.jobs[job].state == "done" else None for job, path in files.items()]
+    together = result_file.read(joint, FitResult) if joint is not None else None
     jobs = _jobs(index, files, rows)
     parameters = _parameters(rows, together)
     dependence = _dependence(parameters, np.deg2rad(jobs.posture_deg))
     kept = sum(index.jobs[job].kept for job in files)
     return BatchResult(
-        layout=results.LAYOUT,
+        layout=result_file.LAYOUT,
         kind=BatchResult.KIND,
         name=name,
         verdict=verdict(jobs, dependence, kept, seconds, workers),
@@ -65,7 +68,7 @@ def summarise(
     )
 
 
-def _row(result: results.Result) -> Row:
+def _row(result: results.FitResult) -> Row:
     m = next(iter(result.measurements.values()))
     nothing = np.full(3, np.nan)
     tool = m.geometry.points[-1] if len(m.geometry.points) else m.geometry.skeleton[-1]
@@ -90,7 +93,7 @@ def _row_modes(m: results.MeasurementResult) -> Array:
     return rows
 
 
-def _relative_error(result: results.Result) -> float:
+def _relative_error(result: results.FitResult) -> float:
     found = [m.frf for m in result.measurements.values() if m.frf is not None and m.use == "fit"]
     measured = sum(float(np.sum(np.abs(frf.measured) ** 2)) for frf in found)
     left = sum(float(np.sum(np.abs(frf.fitted - frf.measured) ** 2)) for frf in found)
@@ -132,7 +135,7 @@ def _modes(rows: Sequence[Row | None]) -> ModesByPosture:
     return ModesByPosture(*(_padded([None if row is None else row.modes[part] for row in rows]) for part in range(4)))
 
 
-def _parameters(rows: Sequence[Row | None], together: results.Result | None) -> ParametersByPosture:
+def _parameters(rows: Sequence[Row | None], together: results.FitResult | None) -> ParametersByPosture:
     tables = [None if row is None else row.parameters for row in rows]
     first = {name: (table, k) for table in reversed(tables) if table is not None for k, name in enumerate(table.name)}
     names = tuple(dict.fromkeys(name for table in tables if table is not None for name in table.name))
@@ -159,21 +162,21 @@ def _parameters(rows: Sequence[Row | None], together: results.Result | None) -> 
     )
 
 
-def _std(table: results.ParameterTable) -> Array:
+def _std(table: tables.ParameterTable) -> Array:
     """Standard deviations of ln value where the scale is logarithmic, of the value itself where it is not; NaN where fixed."""
     scale, std = scale_of(table), table.std.copy()
     std[scale.free] *= np.where(table.log[scale.free], 1.0, scale.slope(scale.to_x(table.value)))
     return std
 
 
-def _of_joint(names: Sequence[str], joint: results.ParameterTable | None, key: str) -> Array | None:
+def _of_joint(names: Sequence[str], joint: tables.ParameterTable | None, key: str) -> Array | None:
     if joint is None:
         return None
     known = dict(zip(joint.name, getattr(joint, key), strict=True))
     return np.array([known.get(name, np.nan) for name in names])
 
 
-def _usable(table: results.ParameterTable) -> NDArray[np.bool_]:
+def _usable(table: tables.ParameterTable) -> NDArray[np.bool_]:
     """Free, determined at least weakly, and not at a bound, where an interval means nothing."""
     believed = np.array([status in _BELIEVED for status in table.status], dtype=bool)
     inside = ~np.isclose(table.value, table.lower, _AT_BOUND, 0) & ~np.isclose(table.value, table.upper, _AT_BOUND, 0)

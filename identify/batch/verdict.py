@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.results.batch import DependenceTable, JobTable, ParametersByPosture
-from identify.results.fit import Result, Texts
+from identify.results.fit import FitResult, Texts
 
 MEANING = (
     "A stiffness or damping of a joint does not know the posture: that it seems to is a sign of an effect that the model lacks or places "
@@ -55,7 +55,7 @@ def _by_scatter(d: DependenceTable) -> list[int]:
     return [int(row) for row in np.argsort(-np.nan_to_num(d.scatter, nan=-1.0), kind="stable") if d.depends[row]]
 
 
-def notes(jobs: JobTable, p: ParametersByPosture, d: DependenceTable, together: Result | None) -> Texts:
+def notes(jobs: JobTable, p: ParametersByPosture, d: DependenceTable, together: FitResult | None) -> Texts:
     """What a reader must be warned of."""
     said = []
     stiff = [row for row in _by_scatter(d) if p.log[row]]

@@ -9,9 +9,10 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from identify.results.fit import Result
+from identify.core.config import read_yaml, validated
+from identify.results.fit import FitResult
 from identify.vibration.run import finished_before, fit_study
-from identify.vibration.study import Study, StudyFile, read_study, read_yaml, validated
+from identify.vibration.study import Study, StudyFile, read_study
 
 
 def fit(
@@ -23,7 +24,7 @@ def fit(
     """
     path, file = Path(out), derived(Path(study), name, measurements)
     again = resume or attempt > 1
-    kept: Result | None = finished_before(file, path) if again else None
+    kept: FitResult | None = finished_before(file, path) if again else None
     result = kept or fit_study(file, path, resume=again, replace=True)
     return {"kept": kept is not None, "converged": result.converged, "gap": result.gap}
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from identify.core.thresholds import QUIET
 from identify.discovery.levels import level_gap, torque_gaps
-from identify.fitting.uncertainty import QUIET
 from identify.model.effects.base import EFFECTS, Effect
 from identify.model.effects.nonlinear import NonlinearEffect
 from identify.vibration.problem import Problem

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.core.thresholds import CONVINCING
 from identify.discovery.trial import Trial
 
-CONVINCING = 10.0
-"""Difference of BIC that speaks very strongly for a model: Kass and Raftery 1995, section 3.2."""
 HALF, MOST = 0.5, 0.8
 """Share of what is above noise that an addition must remove, and that several must remove together which do not explain enough one by one:
 less is a patch on something else that is missing."""

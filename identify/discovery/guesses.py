@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.model.effects.base import Parameter
+from identify.core.parameters import Parameter
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

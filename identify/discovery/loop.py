@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
-from identify.discovery.evidence import CONVINCING, HALF, MOST, Judge, confirmed, convinces, removed
+from identify.core.parameters import Scale
+from identify.core.thresholds import CONVINCING, QUIET
+from identify.discovery.evidence import HALF, MOST, Judge, confirmed, convinces, removed
 from identify.discovery.search import Option, Step, as_options, inflation, search
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
-from identify.fitting.optimizers.base import Scale
-from identify.fitting.uncertainty import QUIET
 from identify.model.effects.base import Effect
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem

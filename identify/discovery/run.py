@@ -21,12 +21,13 @@ from identify.discovery.trial import Trial
 from identify.discovery.where import band_limits, gap_map, in_words, parts
 from identify.discovery.workers import Memory, Workers
 from identify.fitting.fit import Fit, Start
+from identify.fitting.resume import check_key, override, run_key
+from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results.discovery import AddedEffects, DiscoveryResult, OptionTable, PartTable, StepResult, UnfinishedDiscovery
-from identify.results.provenance import provenance_of
 from identify.vibration.evaluate import evaluate
 from identify.vibration.problem import Problem, load_problem, with_effects
-from identify.vibration.run import check_key, override, run_key
+from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
 
 Array = NDArray[np.float64]
@@ -51,7 +52,7 @@ def run_discover(
             done = _resumed(path, key, memory)
             if done is not None:
                 return done, [path]
-        results.check_writable(path)
+        result_file.check_writable(path)
         saver = _Saver(path, key, memory)
         with Workers(problem, workers, memory, saver.now_and_then) as at_work:
             try:
@@ -60,7 +61,7 @@ def run_discover(
                 saver.save()
                 raise
         result = _result(problem, found, key, path, began)
-    results.write(result, path)
+    result_file.write(result, path)
     written = [path]
     if found.added:
         written.append(path.with_suffix(".yaml"))
@@ -80,16 +81,16 @@ class _Saver:
 
     def save(self) -> None:
         trials = tuple(json.dumps([key, *kept]) for key, kept in self.memory.items())
-        results.write(UnfinishedDiscovery(results.LAYOUT, results.UNFINISHED, self.key, trials), self.path)
+        result_file.write(UnfinishedDiscovery(result_file.LAYOUT, result_file.UNFINISHED, self.key, trials), self.path)
         self.saved = time.monotonic()
 
 
 def _resumed(path: Path, key: str, memory: Memory) -> DiscoveryResult | None:
     """The finished run of the same study at `path`; else None, with the trials of the interrupted one put into memory."""
-    if results.kind_of(path) == DiscoveryResult.KIND:
-        done: DiscoveryResult = results.read(path, DiscoveryResult)
+    if result_file.kind_of(path) == DiscoveryResult.KIND:
+        done: DiscoveryResult = result_file.read(path, DiscoveryResult)
         return done if done.key == key else None
-    kept = results.read(path, UnfinishedDiscovery)
+    kept = result_file.read(path, UnfinishedDiscovery)
     check_key(path, kept.key, key)
     for text in kept.trials:
         one, values, numbers, failure = json.loads(text)
@@ -113,7 +114,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
     bands = band_limits(problem)
     validated = any(m.settings.use == "validate" for m in problem.measurements)
     return DiscoveryResult(
-        layout=results.LAYOUT,
+        layout=result_file.LAYOUT,
         kind=DiscoveryResult.KIND,
         key=key,
         name=problem.file.study.name,
@@ -138,7 +139,7 @@ def _as_fit(problem: Problem, trial: Trial) -> Fit:
     return Fit(values, trial.gap, (start,), np.zeros((0, 5)), 0.0)
 
 
-def _added(after: Problem, found: Discovery, fitted: results.Result) -> AddedEffects:
+def _added(after: Problem, found: Discovery, fitted: results.FitResult) -> AddedEffects:
     names, owners = [p.name for p in after.parameters], after.measurements[0].system.effects
     by_effect = [next(numbers for effect, numbers in owners if effect == option.effect) for option in found.added]
     return AddedEffects(

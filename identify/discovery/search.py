@@ -9,16 +9,17 @@ from itertools import combinations
 
 import numpy as np
 
+from identify.core.parameters import Scale
+from identify.core.thresholds import CONVINCING, QUIET
 from identify.discovery.candidates import candidates, plausible
-from identify.discovery.evidence import CONVINCING, Judge, confirmed, removed
+from identify.discovery.evidence import Judge, confirmed, removed
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
-from identify.fitting.optimizers.base import Scale
-from identify.fitting.uncertainty import QUIET, trust
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.effects.nonlinear import NonlinearEffect
 from identify.vibration.problem import Problem, with_effects
+from identify.vibration.uncertainty import trust
 
 _GLANCED, _REFITTED, _MOST, _FORMED = 8, 12, 4, 2
 """How many effects of single channels get further than a glance; candidates further than a few steps; further than quick trials; and of

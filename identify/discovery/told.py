@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from identify.discovery.evidence import CONVINCING, confirmed, removed
+from identify.core.thresholds import CONVINCING, QUIET
+from identify.discovery.evidence import confirmed, removed
 from identify.discovery.loop import Discovery
 from identify.discovery.search import Option, Step
-from identify.fitting.uncertainty import QUIET
 from identify.model.effects.base import Effect
 from identify.reports.kit.cells import listed
-from identify.results.fit import ParameterTable
+from identify.results.tables import ParameterTable
 
 
 def gaps(gap: float, elsewhere: float) -> str:

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError, InputErrors
+from identify.core.parameters import Scale
+from identify.core.thresholds import QUIET
 from identify.discovery.guesses import guesses
-from identify.fitting.optimizers.base import Ended, Scale, Search
+from identify.fitting.objective import Objective
+from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
-from identify.fitting.uncertainty import QUIET
 from identify.model.effects.base import Effect
 from identify.model.effects.nonlinear import NonlinearEffect
-from identify.vibration.costs.base import Objective
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Measurement, Problem, with_effects

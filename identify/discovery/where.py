@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.fitting.uncertainty import QUIET
+from identify.core.thresholds import QUIET
 from identify.model.modes import complex_modes
 from identify.results.discovery import GapByBand
 from identify.robot.points import Point

@@ -22,11 +22,11 @@ from identify.explain.sentences import notes, unknown, verdict
 from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
 from identify.measured.conditioning import Motion, condition
 from identify.measured.records import MotionRecord, read_record
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.explain import ExplainResult, TargetResult
 from identify.results.provenance import provenance, sha256
 from identify.robot.description import Robot
-from identify.vibration.problem import read_robot
+from identify.robot.read import read_robot
 
 Progress = Callable[[str], None]
 _ROUNDS = 4
@@ -50,7 +50,7 @@ def run_explain(config: Path, out: Path | None = None, progress: Progress | None
     begun = time.perf_counter()
     file = read_explain_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    results.check_writable(path)
+    result_file.check_writable(path)
     with threadpool_limits(1):
         robot = read_robot(file.study.robot, file.path.parent)
         known = known_of(file.study, robot)
@@ -62,7 +62,7 @@ def run_explain(config: Path, out: Path | None = None, progress: Progress | None
         (str(file.study.robot.urdf or file.study.robot.dh), sha256(file.resolve(file.study.robot.urdf or file.study.robot.dh or Path())))
     ]
     result = ExplainResult(
-        layout=results.LAYOUT,
+        layout=result_file.LAYOUT,
         kind=ExplainResult.KIND,
         name=file.study.name,
         verdict=tuple(sentence for found in targets.values() for sentence in verdict(found, judge)),
@@ -73,7 +73,7 @@ def run_explain(config: Path, out: Path | None = None, progress: Progress | None
         targets=targets,
         provenance=provenance(file.path.name, file.text, inputs + [(r.source, r.sha256) for r in records]),
     )
-    results.write(result, path)
+    result_file.write(result, path)
     return result, path
 
 

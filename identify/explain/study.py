@@ -7,9 +7,10 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from identify.core.config import ConfigFile, Settings, read_settings
 from identify.explain.effects.base import MOTION_EFFECTS
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
-from identify.vibration.study import ConfigFile, RobotSettings, Settings, read_settings
+from identify.robot.settings import RobotSettings
 
 SCHEMA = "identify-explain/1"
 

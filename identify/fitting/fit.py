@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
+from identify.core.parameters import Parameter, Scale
+from identify.core.thresholds import QUIET
 from identify.fitting.journal import Journal
-from identify.fitting.optimizers.base import Ended, Optimizer, Outcome, Scale, Search
-from identify.fitting.uncertainty import QUIET
-from identify.model.effects.base import Parameter
-from identify.vibration.costs.base import Objective, parse_cost
+from identify.fitting.objective import Objective
+from identify.fitting.optimizers.base import Ended, Optimizer, Outcome, Search
+from identify.vibration.costs.base import parse_cost
 
 Array = NDArray[np.float64]
 

@@ -15,22 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.fitting.optimizers.base import Scale
-from identify.model.modes import complex_modes, frequency_and_damping_gradient
-from identify.vibration.costs.eigenfrequency import pair_all
-from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.core.parameters import Scale
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.intp]
 
-FREQUENCY_STD, DAMPING_STD = 0.005, 0.10
-"""Relative standard deviations assumed of measured modes that come without: 0.5 % of frequency, 10 % of damping ratio."""
-QUIET, ALIKE = 1.15, 0.45
-"""Gap up to which a residual passes as noise; correlation of neighbouring lines up to which it passes as unstructured (a window that
-decays to a third correlates them by 0.33)."""
-_LAGS, _POOL = 20, 45
-"""Neighbouring lines whose correlation is counted; lines over which the level of noise on the force is averaged."""
 _DETERMINED = np.log(2) / 2
 """Standard deviation of ln value up to which the 95 % interval stays within a factor of two: the parameter is determined."""
 _UNDETERMINED = 1.0
@@ -59,12 +49,6 @@ class Trust:
     notes: tuple[str, ...]
 
 
-def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
-    """The intervals and their limits at parameter values (parameters,)."""
-    information, variance, count = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
-    return sandwich(information, variance, count, scale, values, tuple(_structure(targets, values)))
-
-
 def sandwich(information: Array, variance: Array, count: int, scale: Scale, values: Array, notes: tuple[str, ...] = ()) -> Trust:
     """Trust from J'J and the variance of the scores J'e, both (free, free) on the search scale, of `count` residuals at values."""
     x, (lower, upper) = scale.to_x(values), scale.bounds()
@@ -91,17 +75,6 @@ def sandwich(information: Array, variance: Array, count: int, scale: Scale, valu
     )
 
 
-def gap(targets: Targets, values: Array) -> float:
-    """RMS of the residuals in units of noise over everything: 1 is perfect; NaN where no FRF noise is known."""
-    if any(target.noise is None for target in targets.frf):
-        return float("nan")
-    nothing = np.zeros(0, dtype=int)
-    squares = [np.abs(_frf_residuals(target, values, None)[0]) ** 2 / 2 for target in targets.frf]
-    squares += [_modal_residuals(target, values, nothing)[0] ** 2 for target in targets.modal]
-    together = np.concatenate([part.ravel() for part in squares]) if squares else np.full(1, np.nan)
-    return float(np.sqrt(np.mean(together)))
-
-
 def inseparable(trusted: Trust, names: list[str]) -> list[tuple[str, ...]]:
     """What the data do not determine, alone or in combination: the parameters of each direction that J hardly moves."""
     groups: list[tuple[str, ...]] = []
@@ -113,120 +86,9 @@ def inseparable(trusted: Trust, names: list[str]) -> list[tuple[str, ...]]:
     return groups
 
 
-def _information(targets: Targets, values: Array, free: Index, slope: Array) -> tuple[Array, Array, int]:
-    """J'J, the variance of the scores J'e, and how many real numbers were measured."""
-    information, variance, count = np.zeros((len(free), len(free))), np.zeros((len(free), len(free))), 0
-    for target in targets.frf:
-        e, gradient = _frf_residuals(target, values, free)
-        j = gradient * slope
-        rows = np.concatenate([j.real, j.imag]).reshape(-1, len(free))
-        own = rows.T @ rows
-        information, count = information + own, count + 2 * e.size
-        common = target.predict_pairs(values) / target.sigma if target.noise is not None else target.measured
-        for entry in np.unique(target.pairs[1]):
-            blow = target.pairs[1] == entry
-            variance += score_variance(e[:, blow], j[:, blow], common[:, blow])
-    variance *= count / max(1, count - len(free))
-    for modal in targets.modal:
-        residuals, slopes = _modal_residuals(modal, values, free)
-        own = (slopes * slope).T @ (slopes * slope)
-        information, variance, count = information + own, variance + own, count + residuals.size
-    return information, variance, count
-
-
-def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
-    """Variance (f, f) of the scores Re sum conj(J) e of one force: e (lines, outputs), j (lines, outputs, f), FRFs over noise h like e.
-
-    At each line e = c u + rest, with u the unit vector along h: noise on the force multiplies all responses alike and so
-    is in c only, with a variance 2 (1 + b |h|^2) when that of the rest is 2.  b (over neighbouring lines), the variance of
-    the rest and the correlation over lines are taken from the residual, pooled, so that they are far less noisy than the scores.
-    """
-    size = np.linalg.norm(h, axis=1, keepdims=True)
-    u = h / np.where(size > 0, size, 1.0)
-    c = np.sum(np.conj(u) * e, axis=1)
-    rest = e - c[:, None] * u
-    a = np.einsum("lof,lo->lf", np.conj(j), u)
-    level_rest = np.sum(np.abs(rest) ** 2) / max(1, rest.size - len(c))
-    level = _common_variance(np.abs(c) ** 2, size[:, 0] ** 2, level_rest)
-    common, other = a * np.sqrt(level / 2)[:, None], np.sqrt(level_rest / 2)
-    turned, left = other * np.conj(j), other * a
-    total = _outer(common, common) + _outer(turned, turned) - _outer(left, left)
-    for lag in range(1, min(_LAGS, len(c) // 5) + 1):
-        alike = complex(np.sum(np.conj(e[:-lag]) * e[lag:]) / max(float(np.sum(np.abs(e) ** 2)), np.finfo(float).tiny))
-        pairs = ((common, 1), (turned, 1), (left, -1))
-        cross = sum((sign * _outer(x[:-lag], x[lag:], alike) for x, sign in pairs), np.zeros_like(total))
-        total += cross + cross.T
-    return np.asarray(total)
-
-
-def _common_variance(squares: Array, power: Array, rest: float) -> Array:
-    """Variance rest + b |h|^2 (lines,) of c from its squares, b >= 0 by maximum likelihood over neighbouring lines; power is |h|^2."""
-    kernel, b, floor = np.ones(min(_POOL, len(power))), np.zeros(len(power)), np.finfo(float).tiny
-    for _ in range(6):
-        weight = power / (rest + b * power + floor) ** 2
-        top, bottom = (np.convolve(part, kernel, "same") for part in (weight * (squares - rest), weight * power))
-        b = np.maximum(top / np.maximum(bottom, floor), 0.0)
-    return np.asarray(rest + b * power)
-
-
-def _outer(a: Complex, b: Complex, factor: complex = 1.0) -> Array:
-    """Re sum factor conj(a) b' over all but the last axis, (f, f)."""
-    flat_a, flat_b = a.reshape(-1, a.shape[-1]), b.reshape(-1, b.shape[-1])
-    return np.asarray((factor * (np.conj(flat_a).T @ flat_b)).real)
-
-
 def statuses(scale: Scale, values: Array, std: Array) -> tuple[str, ...]:
     """determined, weak or not determined, per free parameter, from the standard deviation on the search scale."""
     parameters = [scale.parameters[number] for number in scale.free]
     size = np.array([1.0 if p.log else abs(v) / (p.upper - p.lower) * 10 for p, v in zip(parameters, values[scale.free], strict=True)])
     relative = std / np.maximum(size, 1e-12)
     return tuple("determined" if r <= _DETERMINED else "weak" if r <= _UNDETERMINED else "not determined" for r in relative)
-
-
-def _frf_residuals(target: FrfTarget, values: Array, free: Index | None) -> tuple[Complex, Complex]:
-    """Complex residuals over noise (lines, pairs) and derivatives (lines, pairs, free); unknown noise is taken from the residual."""
-    if free is None:
-        h, gradient = target.predict_pairs(values), np.zeros((0, 0, 0), dtype=complex)
-    else:
-        h, gradient = target.gradient_pairs(values, free)
-    difference = h - target.measured
-    if target.noise is None:
-        level = np.sqrt(np.mean(np.abs(difference) ** 2, axis=0) / 2)
-        sigma = np.broadcast_to(np.maximum(level, 1e-9 * np.abs(target.measured).max()), difference.shape)
-    else:
-        sigma = target.sigma
-    return difference / sigma, gradient if free is None else gradient / sigma[..., None]
-
-
-def _modal_residuals(target: ModalTarget, values: Array, free: Index) -> tuple[Array, Array]:
-    """Differences of frequency, then of known damping ratios, over their standard deviations; derivatives (r, free)."""
-    modes, data = complex_modes(*target.system.matrices(values)), target.data
-    order = pair_all(target, modes)
-    d_frequency, d_damping = frequency_and_damping_gradient(modes, target.system.factors, len(values))
-    frequency_std = data.frequency_hz * FREQUENCY_STD if data.frequency_std_hz is None else data.frequency_std_hz
-    damping_std = data.damping_ratio * DAMPING_STD if data.damping_std is None else data.damping_std
-    known = np.isfinite(data.damping_ratio / damping_std)
-    frequency = (modes.frequency_hz[order] - data.frequency_hz) / frequency_std
-    damping = ((modes.damping_ratio[order] - data.damping_ratio) / damping_std)[known]
-    slopes = [d_frequency[order] / frequency_std[:, None], (d_damping[order] / damping_std[:, None])[known]]
-    return np.concatenate([frequency, damping]), np.concatenate(slopes)[:, free]
-
-
-def _structure(targets: Targets, values: Array) -> list[str]:
-    """A warning where the residual is more than the stated noise, and a stronger one where it hangs together over lines."""
-    squares = lagged = count = 0.0
-    for target in targets.frf:
-        if target.noise is None:
-            continue
-        e, _ = _frf_residuals(target, values, None)
-        squares, count = squares + float(np.sum(np.abs(e) ** 2)), count + 2 * e.size
-        lagged += float(np.abs(np.sum(np.conj(e[:-1]) * e[1:])))
-    if not count or squares <= QUIET**2 * count:
-        return []
-    level, alike = np.sqrt(squares / count), lagged / squares
-    if alike <= ALIKE:
-        return [f"the residual is {level:.2f} times the stated noise but without structure: the intervals are widened by it"]
-    return [
-        f"the residual is {level:.2f} times the noise and structured (neighbouring lines correlate by {alike:.2f}): something is missing "
-        "from the model or wrong in the data, so values may be biased; the intervals are widened but cannot be relied on"
-    ]

@@ -11,10 +11,10 @@ from typing import Any
 
 from pydantic import Field
 
+from identify.core.config import Settings
 from identify.core.registry import Registry, parse_kind
 from identify.joints.bench import Bench
 from identify.results.joints import CurveResult
-from identify.vibration.study import Settings
 
 CURVES = Registry(
     "curve",

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from identify.joints.intervals import BLIND, WEAK, ZERO
 from identify.joints.study import bench_of, read_joint_study
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.joints import CurveResult, JointsResult
 from identify.results.provenance import provenance, sha256
 
@@ -23,14 +23,14 @@ def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Pat
     begun = time.perf_counter()
     file = read_joint_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    results.check_writable(path)
+    result_file.check_writable(path)
     with threadpool_limits(1):
         bench = bench_of(file)
         curves = {curve.label: curve.identify(bench) for curve in file.study.curves}
     settings = file.study.robot
     described = [] if settings is None else [settings.urdf or settings.dh or Path()]
     result = JointsResult(
-        layout=results.LAYOUT,
+        layout=result_file.LAYOUT,
         kind=JointsResult.KIND,
         name=file.study.name,
         verdict=tuple(_sentence(label, found) for label, found in curves.items()),
@@ -41,7 +41,7 @@ def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Pat
             file.path.name, file.text, [*((str(one), sha256(file.path.parent / one)) for one in described), *bench.inputs.items()]
         ),
     )
-    results.write(result, path)
+    result_file.write(result, path)
     return result, path
 
 

@@ -8,12 +8,13 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from identify.core.config import ConfigFile, Settings, read_settings
 from identify.core.errors import InputError
 from identify.joints.base import Curve, parse_curve
 from identify.joints.bench import Bench
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
-from identify.vibration.problem import read_robot
-from identify.vibration.study import ConfigFile, RobotSettings, Settings, read_settings
+from identify.robot.read import read_robot
+from identify.robot.settings import RobotSettings
 
 SCHEMA = "identify-joints/1"
 

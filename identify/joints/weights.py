@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
+from identify.core.config import Settings
 from identify.joints.bench import Array, Bench
 from identify.measured.record_files import RecordFile
 from identify.robot.description import Link
 from identify.robot.inverse_dynamics import RigidArm
-from identify.vibration.study import Settings
 
 
 class Weights(Settings):

@@ -15,19 +15,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.config import parse_yaml, validated
 from identify.core.errors import InputError
-from identify.fitting.optimizers.base import Scale
-from identify.model.effects.base import Effect, Parameter
+from identify.fitting.tables import scale_of
+from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.frf import frf_and_gradient
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.model.system import System, assemble, build_site, list_parameters
-from identify.results.fit import Description, ParameterTable, Result
+from identify.results.fit import Description, FitResult
 from identify.results.map import PostureRows
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
-from identify.vibration.problem import read_robot
-from identify.vibration.study import Study, parse_yaml, validated
+from identify.robot.read import read_robot
+from identify.vibration.study import Study
 
 Array = NDArray[np.float64]
 _Z_95 = 1.96
@@ -52,22 +53,7 @@ class FittedModel:
         return assemble(self.robot, build_site(self.robot, posture, self.effects, points=self.points), self.effects)
 
 
-def scale_of(table: ParameterTable) -> Scale:
-    """The search scale that the standard deviations of a table are on."""
-    rows = zip(
-        table.name,
-        table.unit,
-        table.initial.tolist(),
-        table.lower.tolist(),
-        table.upper.tolist(),
-        table.log.tolist(),
-        table.free.tolist(),
-        strict=True,
-    )
-    return Scale(tuple(Parameter(*row) for row in rows))
-
-
-def fitted_model(result: Result, where: str) -> FittedModel:
+def fitted_model(result: FitResult, where: str) -> FittedModel:
     """The model of a result; InputError where the result does not hold the robot, or holds another model than its config says."""
     if result.description is None:
         raise InputError(where, "without the robot's description", "a result of this version", "run the fit again")
@@ -100,7 +86,7 @@ def _described(study: Study, description: Description) -> tuple[Robot, dict[int,
         return robot, read_points(folder / "points.csv")
 
 
-def _spread(result: Result) -> Array:
+def _spread(result: FitResult) -> Array:
     """(p, f): a root of the covariance of all parameters."""
     scale = scale_of(result.parameters)
     slope = scale.slope(scale.to_x(result.parameters.value)) * result.parameters.std[scale.free]

@@ -26,7 +26,9 @@ from identify.batch.settings import posture_of, read_table
 from identify.core import atomic as whole
 from identify.core.errors import InputError
 from identify.map.posture_map import FittedModel, fitted_model, map_postures, tool_point
+from identify.results import file as result_file
 from identify.results import fit as results
+from identify.results.fit import FitResult
 from identify.results.map import MapPart, MapResult, PostureRows
 from identify.results.provenance import provenance, sha256
 
@@ -78,7 +80,7 @@ def run_map(
     the robot does not have, and for a full disk.
     """
     begun = time.perf_counter()
-    fit: results.Result = results.read(model)
+    fit: results.FitResult = result_file.read(model, FitResult)
     path = out or model.with_name(f"{model.stem}_map.h5")
     _check_out(path, model)
     fitted = fitted_model(fit, str(model))
@@ -102,7 +104,7 @@ def run_map(
         about = executor.about
     rows = _joined(index, files, key)
     result = _result(fit, fitted, model, rows, line_hz, options.tool, about, time.perf_counter() - begun)
-    results.write(result, path)
+    result_file.write(result, path)
     whole.write_whole(path.with_suffix(".csv"), lambda aside: aside.write_text(table_of(rows), encoding="utf-8"), _ELSEWHERE)
     shutil.rmtree(folder, ignore_errors=True)
     return result, [path, path.with_suffix(".csv")]
@@ -115,11 +117,18 @@ def _check_out(path: Path, model: Path) -> None:
 
 
 def _result(
-    fit: results.Result, fitted: FittedModel, model: Path, rows: PostureRows, line_hz: Array, tool: int | None, about: str, seconds: float
+    fit: results.FitResult,
+    fitted: FittedModel,
+    model: Path,
+    rows: PostureRows,
+    line_hz: Array,
+    tool: int | None,
+    about: str,
+    seconds: float,
 ) -> MapResult:
     point = tool_point(fitted, tool)
     return MapResult(
-        layout=results.LAYOUT,
+        layout=result_file.LAYOUT,
         kind=MapResult.KIND,
         name=fit.name,
         verdict=_verdict(rows, seconds, about),
@@ -148,18 +157,18 @@ def map_part(
 ) -> dict[str, bool]:
     """Map some postures (rad) and write them; a part of the same map that is there is kept."""
     path = Path(out)
-    if results.kind_of(path) == MapPart.KIND and results.read(path, MapPart).key == key:
+    if result_file.kind_of(path) == MapPart.KIND and result_file.read(path, MapPart).key == key:
         return {"kept": True}
     with threadpool_limits(1):
         fitted = _model(model, Path(model).stat().st_mtime_ns)
         rows = map_postures(fitted, tool_point(fitted, tool), names, np.array(postures), np.array(lines), modes)
-    results.write(MapPart(results.LAYOUT, MapPart.KIND, key, rows), path)
+    result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows), path)
     return {"kept": False}
 
 
 @lru_cache(maxsize=2)
 def _model(path: str, changed: int) -> FittedModel:
-    return fitted_model(results.read(Path(path)), path)
+    return fitted_model(result_file.read(Path(path), FitResult), path)
 
 
 def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:
@@ -208,7 +217,7 @@ def _joined(index: Index, files: Sequence[Path], key: str) -> PostureRows:
         raise InputError(
             str(index.path), f"{len(failed)} of {len(files)} parts failed: {failed[0].rstrip('.')}", fix="go on with `--resume`"
         )
-    parts = [results.read(file, MapPart).rows for file in files]
+    parts = [result_file.read(file, MapPart).rows for file in files]
     names = tuple(name for part in parts for name in part.name)
     arrays = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(PostureRows) if f.name != "name"}
     return PostureRows(name=names, **arrays)
@@ -227,7 +236,7 @@ def _verdict(rows: PostureRows, seconds: float, about: str) -> tuple[str, ...]:
     return done, f"{between}and {np.nanmax(damping):.2g} %.", softest
 
 
-def _notes(fit: results.Result) -> tuple[str, ...]:
+def _notes(fit: results.FitResult) -> tuple[str, ...]:
     said = [f"of the fit: {note}" for note in fit.notes]
     said.append("intervals say what the noise of the fitted data leaves open; what the model lacks is not in them")
     return tuple(said)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identify.measured.geometry import Geometry
 from identify.model.effects.site import Site
-from identify.results.fit import Geometry as DrawnGeometry
+from identify.results.tables import Geometry as DrawnGeometry
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
-from identify.model.effects.base import Contribution, Effect, Parameter
+from identify.core.parameters import Parameter
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.nonlinear import NonlinearEffect, PlacedLaw
 from identify.model.effects.site import Site
 from identify.robot.description import Robot

@@ -16,6 +16,7 @@ from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac
 from identify.modal.settings import ESTIMATORS, ModalSettings
 from identify.results import fit as results
+from identify.results import tables
 from identify.results.modes import AnalysedMeasurement, ModeTable, Reciprocity, RejectedPoles, StabilisationDiagram
 
 _WHY = (
@@ -43,7 +44,7 @@ class Measured:
     data: FrfSet
     posture_deg: Sequence[float] = ()
     sensors: Geometry | None = None
-    drawn: results.Geometry | None = None
+    drawn: tables.Geometry | None = None
 
 
 def analysed(measured: Measured, settings: ModalSettings) -> tuple[ModalAnalysis, AnalysedMeasurement]:

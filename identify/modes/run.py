@@ -28,12 +28,14 @@ from identify.measured.uff.shapes import write_shapes
 from identify.modal.settings import ModalSettings
 from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.evaluate import Measured, analysed, verdict
-from identify.results import fit as results
+from identify.results import file as result_file
+from identify.results import tables
 from identify.results.modes import ModesResult
-from identify.results.provenance import provenance, provenance_of, sha256
+from identify.results.provenance import provenance, sha256
 from identify.results.setting_table import option_settings
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
+from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
 
 T = TypeVar("T", bound=BaseModel)
@@ -74,8 +76,10 @@ def run_modes(
         pairs = [analysed(one, settings) for one in measured]
     kept = [one for _, one in pairs]
     seconds = time.perf_counter() - begun
-    result = ModesResult(results.LAYOUT, "modes", name, verdict(kept), tuple(notes), seconds, {one.name: one for one in kept}, came_from)
-    results.write(result, path)
+    result = ModesResult(
+        result_file.LAYOUT, "modes", name, verdict(kept), tuple(notes), seconds, {one.name: one for one in kept}, came_from
+    )
+    result_file.write(result, path)
     written = [path]
     for (found, _), one, table in zip(pairs, measured, tables, strict=True):
         written += _write_tables(found.table, one.sensors, table)
@@ -120,7 +124,7 @@ def _overridden(problem: Problem, modal: dict[str, Any] | None) -> Problem:
     return replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
 
 
-def _sources(file: FrfFileOptions, settings: ModalSettings, modal: dict[str, Any] | None) -> results.SettingTable:
+def _sources(file: FrfFileOptions, settings: ModalSettings, modal: dict[str, Any] | None) -> tables.SettingTable:
     """The settings of an analysis of a file, each with its source."""
     given = {**file.model_dump(exclude_defaults=True), **{f"modal.{key}": value for key, value in (modal or {}).items()}}
     return option_settings({"": file, "modal": settings}, given)
@@ -162,10 +166,10 @@ def _geometry(data: Path, geometry: Path | None, length_unit: str | None) -> tup
     return None, ["no geometry was given, so shapes are not drawn: `--geometry` takes a universal file with datasets 15 or 2411"]
 
 
-def _drawn(sensors: Geometry) -> results.Geometry:
+def _drawn(sensors: Geometry) -> tables.Geometry:
     row = {node: n for n, node in enumerate(sensors.nodes)}
     segments = [(row[a], row[b]) for line in sensors.lines for a, b in pairwise(line)]
-    return results.Geometry(
+    return tables.Geometry(
         nodes=np.array(sensors.nodes, dtype=int),
         point_names=("",) * len(row),
         point_links=("",) * len(row),

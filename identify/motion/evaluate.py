@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.fitting.optimizers.base import Scale
+from identify.core.parameters import Scale
+from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Trust
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
@@ -18,9 +19,9 @@ from identify.motion.trajectory import TrajectoryObjective, all_signals, phase_r
 from identify.motion.trajectory_fit import MotionFit, judge
 from identify.results import motion as results
 from identify.results.circular import circular_test
-from identify.results.fit import LAYOUT, Provenance
+from identify.results.file import LAYOUT
 from identify.results.provenance import provenance, sha256
-from identify.vibration.evaluate import parameter_table, start_table
+from identify.results.tables import Provenance
 
 Array = NDArray[np.float64]
 

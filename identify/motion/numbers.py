@@ -12,7 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
 from identify.core.errors import InputError
-from identify.model.effects.base import Parameter
+from identify.core.parameters import Parameter
 
 Array = NDArray[np.float64]
 

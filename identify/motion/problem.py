@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
-from identify.model.effects.base import Parameter
+from identify.core.parameters import Parameter
 from identify.model.system import build_site
 from identify.motion.controller import Law
 from identify.motion.gear import gear_spring
@@ -20,7 +20,7 @@ from identify.motion.simulate import Motion, Orders, Plant, Timing, simulate
 from identify.motion.study import MotionFile
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm, Passive
-from identify.vibration.problem import read_robot
+from identify.robot.read import read_robot
 
 Array = NDArray[np.float64]
 

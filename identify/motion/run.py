@@ -12,13 +12,13 @@ from threadpoolctl import threadpool_limits
 
 from identify.core.atomic import write_whole
 from identify.fitting.fit import Progress
+from identify.fitting.resume import override, resumable, run_key
 from identify.motion.evaluate import evaluate_fit, evaluate_simulation, provenance_of_motion
 from identify.motion.problem import load_motion
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory_fit import fit_motion
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.motion import MotionResult, RecordResult
-from identify.vibration.run import override, resumable, run_key
 
 
 def run_simulation(config: Path, out: Path | None, tables: Path | None = None) -> tuple[MotionResult, list[Path]]:
@@ -27,9 +27,9 @@ def run_simulation(config: Path, out: Path | None, tables: Path | None = None) -
     path = out or Path("reports") / f"{file.study.name}.h5"
     with threadpool_limits(1):
         problem = load_motion(file)
-        results.check_writable(path)
+        result_file.check_writable(path)
         result = evaluate_simulation(problem)
-    results.write(result, path)
+    result_file.write(result, path)
     return result, [path, *write_tables(result, tables)]
 
 

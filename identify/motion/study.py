@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from identify.core.config import ConfigFile, read_settings
 from identify.fitting.optimizers.base import Optimizer, parse_optimizer
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
@@ -22,7 +23,7 @@ from identify.motion.gear import Gear
 from identify.motion.motor import Motor
 from identify.motion.numbers import Number, Settings
 from identify.motion.path import Circle, Tool
-from identify.vibration.study import ConfigFile, RobotSettings, read_settings
+from identify.robot.settings import RobotSettings
 
 SCHEMA = "identify-motion/1"
 WEIGHTS = ("motor_position", "motor_velocity", "motor_torque", "motor_current", "link_position", "link_velocity")

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
-from identify.fitting.optimizers.base import Scale
+from identify.core.parameters import Scale
+from identify.fitting.objective import Objective
 from identify.fitting.uncertainty import Trust, sandwich
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
 from identify.motion.simulate import Motion
-from identify.vibration.costs.base import Objective
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

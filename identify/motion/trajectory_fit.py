@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
+from identify.core.parameters import Parameter
 from identify.fitting.fit import Fit, Progress, fit
 from identify.fitting.optimizers.base import Optimizer, parse_optimizer
-from identify.model.effects.base import Parameter
 from identify.motion.problem import MotionProblem, with_numbers
 from identify.motion.recording import Record
 from identify.motion.study import Candidate, MotionStudy

@@ -26,6 +26,7 @@ from identify.reports.modes import html as modes_html
 from identify.reports.modes import pdf as modes_pdf
 from identify.reports.motion import html as motion_html
 from identify.reports.motion import pdf as motion_pdf
+from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results.batch import BatchResult
 from identify.results.comparison import Comparison
@@ -49,7 +50,7 @@ class ReportKind:
 
 
 _ALL = (
-    ReportKind(results.Result, html.page, pdf.document),
+    ReportKind(results.FitResult, html.page, pdf.document),
     ReportKind(MotionResult, motion_html.page, motion_pdf.document),
     ReportKind(ExplainResult, explain_html.page, explain_pdf.document),
     ReportKind(JointsResult, joints_html.page, joints_pdf.document),
@@ -64,9 +65,9 @@ KINDS: dict[str, ReportKind] = {kind.result.KIND: kind for kind in _ALL}
 
 def read_any(path: Path) -> Any:
     """The result in a file, whichever kind it is; InputError for a file that is no result of a reported kind."""
-    kind = results.kind_of(path)
+    kind = result_file.kind_of(path)
     if kind in KINDS:
-        return results.read(path, KINDS[kind].result)
-    if kind in ("", results.UNFINISHED):
-        return results.read(path)  # says what is wrong with it
+        return result_file.read(path, KINDS[kind].result)
+    if kind in ("", result_file.UNFINISHED):
+        return result_file.read(path, results.FitResult)  # says what is wrong with it
     raise InputError(str(path), f"a result of kind {kind!r}", "one of " + ", ".join(KINDS))

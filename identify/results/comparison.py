@@ -11,7 +11,9 @@ from typing import ClassVar
 import numpy as np
 
 from identify.core.errors import InputError
-from identify.results.fit import Provenance, Result, Texts, read
+from identify.results.file import read
+from identify.results.fit import FitResult, Texts
+from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class Comparison:
     verdict: Texts
     notes: Texts
     seconds: float
-    runs: dict[str, Result]
+    runs: dict[str, FitResult]
     provenance: Provenance
 
 
@@ -34,7 +36,7 @@ def compared(files: Sequence[Path]) -> Comparison:
     twice = next((file for file in files if paths.count(file.resolve()) > 1), None)
     if twice is not None or len(files) < 2:
         raise InputError(str(twice or "compare"), "named twice" if twice else "one result alone", "at least two different results")
-    runs = {label: read(file, Result) for label, file in zip(labels, files, strict=True)}
+    runs = {label: read(file, FitResult) for label, file in zip(labels, files, strict=True)}
     seconds = sum(run.seconds for run in runs.values())
     return Comparison("compare", " and ".join(labels), _verdict(runs), tuple(_notes(runs)), seconds, runs, _provenance(files, runs))
 
@@ -48,12 +50,12 @@ def unique_labels(files: Sequence[Path]) -> list[str]:
     return labels
 
 
-def differing(a: Result, b: Result) -> list[str]:
+def differing(a: FitResult, b: FitResult) -> list[str]:
     """Parameters that are free in both, whose difference is outside 1.96 standard deviations of both together."""
     return [name for name, apart in apart_in_std(a, b).items() if apart > 1.96]
 
 
-def apart_in_std(a: Result, b: Result) -> dict[str, float]:
+def apart_in_std(a: FitResult, b: FitResult) -> dict[str, float]:
     """How far apart the parameters of two runs are, in standard deviations of the difference, on the search scale; common free ones."""
     found = {}
     for i, name in enumerate(a.parameters.name):
@@ -66,7 +68,7 @@ def apart_in_std(a: Result, b: Result) -> dict[str, float]:
     return found
 
 
-def _verdict(runs: dict[str, Result]) -> Texts:
+def _verdict(runs: dict[str, FitResult]) -> Texts:
     """Who explains the fitted data best, who predicts best, and which parameters differ."""
     fitted = _ranking({label: run.gap for label, run in runs.items()})
     first = f"On the data that were fitted, the residual over noise is {fitted}." if fitted else _by_cost(runs)
@@ -89,13 +91,13 @@ def _short(value: float) -> str:
     return f"{value:.2f}" if value >= 0.1 else f"{value:.3g}"
 
 
-def _by_cost(runs: dict[str, Result]) -> str:
+def _by_cost(runs: dict[str, FitResult]) -> str:
     if len({run.cost_kind for run in runs.values()}) > 1:
         return "The runs have different costs and no known noise, so their fits can be compared by their errors only."
     return f"The cost is {_ranking({label: run.cost for label, run in runs.items()})}."
 
 
-def _differences(runs: dict[str, Result]) -> str:
+def _differences(runs: dict[str, FitResult]) -> str:
     (reference, a), *others = runs.items()
     parts = []
     for label, b in others:
@@ -108,7 +110,7 @@ def _differences(runs: dict[str, Result]) -> str:
     return "; ".join(parts) + "."
 
 
-def _notes(runs: dict[str, Result]) -> list[str]:
+def _notes(runs: dict[str, FitResult]) -> list[str]:
     notes = [f"{label} did not converge" for label, run in runs.items() if not run.converged]
     if len({run.cost_kind for run in runs.values()}) > 1:
         notes.append("the runs have different kinds of cost: costs cannot be compared, gaps can")
@@ -122,7 +124,7 @@ def _notes(runs: dict[str, Result]) -> list[str]:
     return notes
 
 
-def _provenance(files: Sequence[Path], runs: dict[str, Result]) -> Provenance:
+def _provenance(files: Sequence[Path], runs: dict[str, FitResult]) -> Provenance:
     """That of the latest run, with the result files as inputs: the same files give the same comparison."""
     latest = max(runs.values(), key=lambda run: run.provenance.written).provenance
     return Provenance(

@@ -8,7 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import UNFINISHED, Array, Provenance, Result, Texts
+from identify.results.file import UNFINISHED
+from identify.results.fit import Array, FitResult, Texts
+from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)
@@ -105,8 +107,8 @@ class DiscoveryResult:
     steps: dict[str, StepResult]
     map_before: GapByBand
     map_after: GapByBand
-    before: Result
-    after: Result
+    before: FitResult
+    after: FitResult
     provenance: Provenance
 
 

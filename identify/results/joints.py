@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from identify.results.fit import Array, Provenance, Texts
+from identify.results.fit import Array, Texts
+from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)

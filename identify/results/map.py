@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import Array, Provenance, Texts
+from identify.results.fit import Array, Texts
+from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)

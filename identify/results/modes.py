@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import Array, Complex, FrfComparison, Geometry, Provenance, Texts
+from identify.results.fit import Array, Complex, FrfComparison, Texts
+from identify.results.tables import Geometry, Provenance
 
 
 @dataclass(frozen=True)

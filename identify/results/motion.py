@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from identify.results.circular import CircularTest
-from identify.results.fit import Array, ParameterTable, Provenance, StartTable, Texts
+from identify.results.fit import Array, Texts
+from identify.results.tables import ParameterTable, Provenance, StartTable
 
 
 @dataclass(frozen=True)

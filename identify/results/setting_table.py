@@ -9,21 +9,23 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import to_jsonable_python
 
-from identify.results.fit import SettingTable
-from identify.vibration.study import StudyFile, line_of, parse_yaml
+from identify.core.config import ConfigFile, line_of, parse_yaml
+from identify.results.tables import SettingTable
 
 DEFAULT, COMMAND_LINE = "default", "command line"
 Keys = tuple[str | int, ...]
 Row = tuple[str, str, str]
 
 
-def study_settings(file: StudyFile) -> SettingTable:
-    """Every key of a study in the order of the schema, nested keys joined by points as in error messages."""
+def config_settings(file: ConfigFile[Any], filled: Mapping[str, Any] | None = None) -> SettingTable:
+    """Every key of a config in the order of the schema, nested keys joined by points as in error messages.
+
+    filled: what runs in place of keys that were not given, by key.
+    """
     data = parse_yaml(file.path, file.text)
     found = {row[0]: row for row in _rows(file.study, (), lambda keys: f"{file.path.name}{line_of(data, list(keys))}")}
-    if "optimizer" not in file.study.model_fields_set:
-        found["optimizer"] = ("optimizer", _text([{"kind": stage.kind, **_given(stage)} for stage in file.study.stages]), DEFAULT)
-    return _table({**found, **_replaced(file.overrides)})
+    defaults = {key: (key, _text(value), DEFAULT) for key, value in (filled or {}).items()}
+    return _table({**found, **defaults, **_replaced(file.overrides)})
 
 
 def option_settings(models: Mapping[str, BaseModel], given: Mapping[str, Any]) -> SettingTable:
@@ -53,10 +55,10 @@ def _value(value: Any, keys: Keys, given: Callable[[Keys], str] | None) -> Itera
         yield ".".join(map(str, keys)), _text(value), DEFAULT if given is None else given(keys)
 
 
-def _given(model: BaseModel) -> dict[str, Any]:
+def given_of(model: BaseModel) -> dict[str, Any]:
     """What was given of a model and of those in it."""
     values = ((name, getattr(model, name)) for name in type(model).model_fields if name in model.model_fields_set)
-    return {name: _given(value) if isinstance(value, BaseModel) else value for name, value in values}
+    return {name: given_of(value) if isinstance(value, BaseModel) else value for name, value in values}
 
 
 def _text(value: Any) -> str:

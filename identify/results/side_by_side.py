@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.results.fit import MeasurementResult, Result
+from identify.results.fit import FitResult, MeasurementResult
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class SideBySide:
     rows: tuple[tuple[str, ...], ...]
 
 
-def compare(results: Sequence[Result], labels: Sequence[str]) -> list[SideBySide]:
+def compare(results: Sequence[FitResult], labels: Sequence[str]) -> list[SideBySide]:
     """The tables of a comparison; parameters, modes and measurements are matched by name."""
     header = [
         ("cost kind", [r.cost_kind for r in results]),
@@ -37,12 +37,12 @@ def compare(results: Sequence[Result], labels: Sequence[str]) -> list[SideBySide
     ]
 
 
-def _parameters(results: Sequence[Result]) -> list[tuple[str, ...]]:
+def _parameters(results: Sequence[FitResult]) -> list[tuple[str, ...]]:
     names = dict.fromkeys(name for r in results for name in r.parameters.name)
     return [(name, *(_parameter(r, name) for r in results)) for name in names]
 
 
-def _parameter(result: Result, name: str) -> str:
+def _parameter(result: FitResult, name: str) -> str:
     p = result.parameters
     if name not in p.name:
         return "-"
@@ -52,7 +52,7 @@ def _parameter(result: Result, name: str) -> str:
     return f"{p.value[row]:.4g} [{p.low_95[row]:.4g}, {p.high_95[row]:.4g}]"
 
 
-def _modes(results: Sequence[Result]) -> list[tuple[str, ...]]:
+def _modes(results: Sequence[FitResult]) -> list[tuple[str, ...]]:
     rows = []
     for name in _measurements(results):
         found = [r.measurements.get(name) for r in results]
@@ -67,7 +67,7 @@ def _mode(measurement: MeasurementResult | None, mode: int) -> str:
     return f"{measurement.modes.frequency_hz[mode]:.3f} ({100 * measurement.modes.damping_ratio[mode]:.2f})"
 
 
-def _errors(results: Sequence[Result]) -> list[tuple[str, ...]]:
+def _errors(results: Sequence[FitResult]) -> list[tuple[str, ...]]:
     return [(name, *(_error(r.measurements.get(name)) for r in results)) for name in _measurements(results)]
 
 
@@ -78,7 +78,7 @@ def _error(measurement: MeasurementResult | None) -> str:
     return f"{_number(measurement.gap)}{relative}"
 
 
-def _measurements(results: Sequence[Result]) -> list[str]:
+def _measurements(results: Sequence[FitResult]) -> list[str]:
     return list(dict.fromkeys(name for r in results for name in r.measurements))
 
 

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
+from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
-from identify.fitting.optimizers.base import Scale
-from identify.fitting.uncertainty import Trust, gap, inseparable, trust
+from identify.fitting.tables import parameter_table, start_table
+from identify.fitting.uncertainty import Trust, inseparable
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.geometry import displacements
@@ -19,20 +20,22 @@ from identify.modal.analysis import analyse
 from identify.modal.frf_errors import frf_errors
 from identify.modal.pairing import pair
 from identify.modal.settings import ESTIMATORS
-from identify.model.effects.base import Parameter
 from identify.model.geometry import drawn_geometry, joints, sensor_geometry, standing
 from identify.model.modes import complex_modes
 from identify.model.system import System
+from identify.results import file as result_file
 from identify.results import fit as results
-from identify.results.provenance import description_of, provenance_of
+from identify.results import tables
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
+from identify.vibration.provenance import description_of, provenance_of
+from identify.vibration.uncertainty import gap, trust
 
 Array = NDArray[np.float64]
 
 
-def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.Result:
+def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.FitResult:
     """The result of a fit, ready to be written; key says which run it is the result of (`identify.vibration.run`).
 
     profiled: names of parameters whose profile likelihood is wanted.
@@ -43,8 +46,8 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
     together = tuple(", ".join(group) for group in inseparable(trusted, names))
     gaps = gap(targets, fit.values), gap(problem.targets("validate"), fit.values)
     study = problem.file.study
-    return results.Result(
-        layout=results.LAYOUT,
+    return results.FitResult(
+        layout=result_file.LAYOUT,
         kind="fit",
         key=key,
         name=study.name,
@@ -100,46 +103,6 @@ def _start_notes(fit: Fit) -> list[str]:
     return notes
 
 
-def parameter_table(p: Sequence[Parameter], fitted: Array, trusted: Trust, scale: Scale) -> results.ParameterTable:
-    """All parameters with what the data say about the free ones; fitted (parameters,)."""
-    free = scale.free
-
-    def spread(values: Array) -> Array:
-        full = np.full(len(p), np.nan)
-        full[free] = values
-        return full
-
-    status = np.full(len(p), "fixed", dtype=object)
-    status[free] = trusted.status
-    return results.ParameterTable(
-        name=tuple(x.name for x in p),
-        unit=tuple(x.unit for x in p),
-        initial=np.array([x.initial for x in p]),
-        value=fitted,
-        lower=np.array([x.lower for x in p]),
-        upper=np.array([x.upper for x in p]),
-        log=np.array([x.log for x in p]),
-        free=np.array([x.free for x in p]),
-        std=spread(trusted.std),
-        low_95=spread(trusted.low),
-        high_95=spread(trusted.high),
-        status=tuple(status),
-    )
-
-
-def start_table(fit: Fit) -> results.StartTable:
-    """One row per start of a fit."""
-    return results.StartTable(
-        initial=np.array([s.initial for s in fit.starts]),
-        final=np.array([s.final for s in fit.starts]),
-        cost=np.array([s.cost for s in fit.starts]),
-        evaluations=np.array([s.evaluations for s in fit.starts]),
-        seconds=np.array([s.seconds for s in fit.starts]),
-        converged=np.array([s.converged for s in fit.starts]),
-        sentence=tuple(s.sentence for s in fit.starts),
-    )
-
-
 def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, scale: Scale) -> results.MeasurementResult:
     geometry, modes, table = _modes(problem, m.system, fit.values)
     one = Targets(frf=(m.target,)) if isinstance(m.target, FrfTarget) else Targets(modal=(m.target,))
@@ -157,7 +120,7 @@ def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, sca
     )
 
 
-def _modes(problem: Problem, system: System, values: Array) -> tuple[results.Geometry, results.Modes, ModalTable]:
+def _modes(problem: Problem, system: System, values: Array) -> tuple[tables.Geometry, tables.Modes, ModalTable]:
     """Geometry and modes with shapes in the base's axes, and the same modes as a table over the points' own channels."""
     site = system.site
     points = standing(problem.points, site)
@@ -165,7 +128,7 @@ def _modes(problem: Problem, system: System, values: Array) -> tuple[results.Geo
     places = joints(site.engine, points)
     at_points = [system.base_jacobian(point.link, point.position) for point in points]
     at_joints = [np.zeros((3, len(system.coordinates))), *(system.base_jacobian(frame, at) for frame, at in places)]
-    kept = results.Modes(modes.frequency_hz, modes.damping_ratio, _shapes(modes.shapes, at_points), _shapes(modes.shapes, at_joints))
+    kept = tables.Modes(modes.frequency_hz, modes.damping_ratio, _shapes(modes.shapes, at_points), _shapes(modes.shapes, at_joints))
     channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
     local = [np.asarray(point.axes @ system.jacobian(point.link, point.position)[:3]) for point in points]
     table = ModalTable(modes.frequency_hz, modes.damping_ratio, channels, _shapes(modes.shapes, local).reshape(len(modes.frequency_hz), -1))

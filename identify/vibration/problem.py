@@ -5,33 +5,32 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.errors import InputError, InputErrors
+from identify.core.collect import collect
+from identify.core.errors import InputError
+from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import read_modal_table
 from identify.measured.noise import noise_std
 from identify.measured.source import read_source
-from identify.model.effects.base import Effect, Parameter
+from identify.model.effects.base import Effect
 from identify.model.effects.site import Site
 from identify.model.impact import Impact
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
-from identify.robot.dh import read_dh
 from identify.robot.points import Point, check_links, read_points
-from identify.robot.urdf import read_urdf
+from identify.robot.read import read_robot
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets, channel_rows, frf_target, record_length
 from identify.vibration.reference import Reference, read_reference
-from identify.vibration.study import MeasurementSettings, RelativeNoise, RobotSettings, StudyFile
+from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
 
 Array = NDArray[np.float64]
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -116,10 +115,10 @@ def load_problem(file: StudyFile) -> Problem:
     robot = read_robot(study.robot, file.path.parent)
     points = read_points(file.resolve(study.points)) if study.points else {}
     check_links(points, robot)
-    postures = _collect([partial(_posture, m, robot, n) for n, m in enumerate(study.measurements)])
+    postures = collect([partial(_posture, m, robot, n) for n, m in enumerate(study.measurements)])
     names = measurement_names(study.measurements)
     tasks = zip(study.measurements, names, postures, strict=True)
-    given = _collect([partial(_read, file, m, name, posture) for m, name, posture in tasks])
+    given = collect([partial(_read, file, m, name, posture) for m, name, posture in tasks])
     problem = _assembled(file, robot, points, given)
     if not any(parameter.free for parameter in problem.parameters):
         raise InputError("effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one")
@@ -169,7 +168,7 @@ def _assembled(
     given_values = {**file.study.initial, **(values or {})}
     parameters = tuple(replace(p, initial=given_values.get(p.name, p.initial)) for p in list_parameters(robot, first, effects))
     known: Sequence[Site | None] = sites or [None] * len(given)
-    measurements = _collect([partial(_measurement, robot, points, effects, one, site) for one, site in zip(given, known, strict=True)])
+    measurements = collect([partial(_measurement, robot, points, effects, one, site) for one, site in zip(given, known, strict=True)])
     return Problem(file, robot, points, parameters, tuple(measurements), reference)
 
 
@@ -181,34 +180,6 @@ def _measurement(robot: Robot, points: dict[int, Point], effects: Sequence[Effec
         return Measurement(given, system, frf_target(given.name, given.data, system, points, given.noise, given.record, given.impact))
     out = channel_rows(system, points, given.data.channels, given.name) if given.data.shapes is not None else None
     return Measurement(given, system, ModalTarget(given.name, given.data, system, out))
-
-
-def read_robot(settings: RobotSettings, folder: Path) -> Robot:
-    """The robot of a config with its payloads; paths are relative to `folder`."""
-    path = settings.urdf or settings.dh or Path()
-    robot = (read_urdf if settings.urdf else read_dh)(folder / path)
-    if settings.gravity_m_s2 is not None:
-        robot = replace(robot, gravity=np.array(settings.gravity_m_s2))
-    for number, payload in enumerate(settings.payload):
-        xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
-        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        robot = robot.with_payload(payload.link, payload.mass_kg, np.array(payload.centre_m), inertia, f"robot.payload.{number}.link")
-    return robot
-
-
-def _collect(makers: Sequence[Callable[[], T]]) -> list[T]:
-    """The results of all makers, or all of their errors at once."""
-    results, errors = [], []
-    for make in makers:
-        try:
-            results.append(make())
-        except InputError as error:
-            errors.append(error)
-        except InputErrors as several:
-            errors += several.errors
-    if errors:
-        raise InputErrors(errors)
-    return results
 
 
 def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
-from identify.fitting.optimizers.base import Ended, Scale, Search, parse_optimizer
+from identify.core.parameters import Scale
+from identify.fitting.optimizers.base import Ended, Search, parse_optimizer
 from identify.fitting.uncertainty import Trust
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.problem import Problem

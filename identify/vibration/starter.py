@@ -12,8 +12,8 @@ from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
 from identify.robot.description import Robot
-from identify.vibration.problem import read_robot
-from identify.vibration.study import RobotSettings
+from identify.robot.read import read_robot
+from identify.robot.settings import RobotSettings
 
 _TABLES = (".yaml", ".yml")
 _TEMPLATE = """\

@@ -16,6 +16,7 @@ from identify.batch.run import run_batch
 from identify.cli import app
 from identify.core.errors import InputError, InputErrors
 from identify.reports.batch import tables as batch_tables
+from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results.batch import BatchResult
 from tests.batch import planar
@@ -65,11 +66,11 @@ def test_it_finds_that_a_stiffness_depends_on_posture(undisturbed: BatchResult) 
 
 
 def test_results_and_summary_are_files_that_reports_read(undisturbed: BatchResult, study: Path) -> None:
-    kept = results.read(study / "calm.h5", BatchResult)
+    kept = result_file.read(study / "calm.h5", BatchResult)
     assert kept.verdict == undisturbed.verdict
     assert np.array_equal(kept.parameters.value, undisturbed.parameters.value)
     for row, name in enumerate(kept.jobs.name):
-        one: results.Result = results.read(study / "calm" / f"{name}.h5")
+        one: results.FitResult = result_file.read(study / "calm" / f"{name}.h5")
         assert np.array_equal(one.parameters.value, kept.parameters.value[row])
         assert one.measurements[name].modes.frequency_hz == pytest.approx(kept.modes.frequency_hz[row])
     assert kept.joint_file == "joint.h5"
@@ -93,8 +94,8 @@ def test_killed_workers_lose_nothing(opener: Opener, undisturbed: BatchResult, s
         assert _equal(getattr(undisturbed, table), getattr(result, table)), table
     assert _read(written[1])["counts"] == {"waiting": 0, "running": 0, "done": POSTURES + 1, "failed": 0}
     for name in _read(written[1])["jobs"]:
-        one: results.Result = results.read(out.with_suffix("") / f"{name}.h5")
-        calm: results.Result = results.read(study / "calm" / f"{name}.h5")
+        one: results.FitResult = result_file.read(out.with_suffix("") / f"{name}.h5")
+        calm: results.FitResult = result_file.read(study / "calm" / f"{name}.h5")
         assert np.array_equal(one.parameters.std, calm.parameters.std, equal_nan=True)
         assert np.array_equal(one.history[:, :4], calm.history[:, :4])
     assert not list(written[1].parent.glob(".*")), "nothing half-written is left"
@@ -123,7 +124,7 @@ def test_broken_inputs_are_told_and_the_rest_is_fitted(at_once: None, tmp_path: 
     done = CliRunner().invoke(app, ["batch", str(config), "--out", str(out), "--no-report"])
     assert done.exit_code == 4, done.output
     assert "failed: p2" in done.output
-    result = results.read(out, BatchResult)
+    result = result_file.read(out, BatchResult)
     state = dict(zip(result.jobs.name, result.jobs.state, strict=True))
     assert [name for name, s in state.items() if s == "failed"] == ["typo", "p2", "p4", "p6", "p8"]
     assert [name for name, s in state.items() if s == "done"] == ["p1", "p3", "p5", "p7"]

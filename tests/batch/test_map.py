@@ -14,7 +14,9 @@ from identify.core.errors import InputError
 from identify.map.posture_map import fitted_model, map_postures, tool_point
 from identify.map.run import PART, MapOptions, map_part, parse_grid, run_map
 from identify.model.modes import complex_modes
+from identify.results import file as result_file
 from identify.results import fit as results
+from identify.results.fit import FitResult
 from identify.results.map import MapPart, MapResult
 from identify.vibration.run import run_fit
 from tests.batch import planar
@@ -50,7 +52,7 @@ def mapped(model: Path) -> MapResult:
 
 def _fitted(model: Path) -> tuple[np.ndarray, np.ndarray]:
     """Fitted stiffness and damping, (3,) each."""
-    p = results.read(model).parameters
+    p = result_file.read(model, FitResult).parameters
     found = dict(zip(p.name, p.value, strict=True))
     stiffness, damping = ([found[f"joint{n}.rz.{what}"] for n in (1, 2, 3)] for what in ("stiffness", "damping"))
     return np.array(stiffness), np.array(damping)
@@ -79,7 +81,7 @@ def test_receptance_compliance_and_modes_are_those_of_the_closed_form(model: Pat
 
 
 def test_intervals_are_those_of_draws_from_the_covariance(model: Path, mapped: MapResult) -> None:
-    result: results.Result = results.read(model)
+    result: results.FitResult = result_file.read(model, FitResult)
     fitted = fitted_model(result, "fit.h5")
     system, rng = fitted.system(np.deg2rad(mapped.rows.posture_deg[7])), np.random.default_rng(1)
     drawn = fitted.values + rng.normal(size=(800, fitted.spread.shape[1])) @ fitted.spread.T
@@ -95,7 +97,7 @@ def test_intervals_are_those_of_draws_from_the_covariance(model: Path, mapped: M
 
 
 def test_the_csv_has_the_numbers_of_the_file(mapped: MapResult, model: Path) -> None:
-    kept = results.read(model.with_name("fit_map.h5"), MapResult)
+    kept = result_file.read(model.with_name("fit_map.h5"), MapResult)
     with model.with_name("fit_map.csv").open() as stream:
         table = list(csv.DictReader(stream))
     assert [row["name"] for row in table] == list(kept.rows.name)
@@ -143,11 +145,11 @@ def test_a_part_that_is_there_is_kept(model: Path, tmp_path: Path) -> None:
     assert map_part(**arguments, key="one", attempt=1) == {"kept": False}
     assert map_part(**arguments, key="one", attempt=1) == {"kept": True}
     assert map_part(**arguments, key="other", attempt=1) == {"kept": False}, "of another map"
-    assert results.read(tmp_path / "p.h5", MapPart).rows.name == ("a",)
+    assert result_file.read(tmp_path / "p.h5", MapPart).rows.name == ("a",)
 
 
 def test_the_fitted_posture_gives_the_modes_of_the_fit(model: Path) -> None:
-    result: results.Result = results.read(model)
+    result: results.FitResult = result_file.read(model, FitResult)
     fitted = fitted_model(result, "fit.h5")
     rows = map_postures(fitted, tool_point(fitted, None), ["first"], fitted.posture[None], np.array([5.0, 9.0]), 3)
     assert rows.frequency_hz[0] == pytest.approx(result.measurements["p1"].modes.frequency_hz)
@@ -168,7 +170,7 @@ def test_what_cannot_be_mapped(at_once: None, model: Path, tmp_path: Path, optio
 
 
 def test_results_that_cannot_be_mapped(at_once: None, model: Path, tmp_path: Path) -> None:
-    result: results.Result = results.read(model)
+    result: results.FitResult = result_file.read(model, FitResult)
     old = dataclasses.replace(result, description=None)
     with pytest.raises(InputError, match=r"old\.h5: without the robot's description"):
         fitted_model(old, "old.h5")

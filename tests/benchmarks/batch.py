@@ -24,7 +24,8 @@ from identify.batch.index import Entry, Index
 from identify.batch.run import run_batch
 from identify.map.posture_map import fitted_model, map_postures, tool_point
 from identify.map.run import MapOptions, run_map
-from identify.results import fit as results
+from identify.results import file as result_file
+from identify.results.fit import FitResult
 from identify.vibration.run import run_fit
 from tests.batch import planar
 
@@ -118,7 +119,7 @@ def maps(folder: Path, count: int) -> None:
     with dask() as address:
         measured("Dask, 2 workers", count, lambda watched: run(watched, cluster=address))
     print(f"  the map's file: {(folder / 'map.h5').stat().st_size / count / 1e3:.1f} kB a posture")
-    fitted = fitted_model(results.read(model), "arm.h5")
+    fitted = fitted_model(result_file.read(model, FitResult), "arm.h5")
     tool, postures = tool_point(fitted, None), np.tile(fitted.posture, (40, 1))
     for lines in (2, 100, 400):
         begun = time.process_time()

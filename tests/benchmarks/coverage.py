@@ -17,13 +17,14 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.fitting.optimizers.base import Scale, Search, parse_optimizer
-from identify.fitting.uncertainty import trust
+from identify.core.parameters import Scale
+from identify.fitting.optimizers.base import Search, parse_optimizer
 from identify.measured.noise import noise_std
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import trust
 from tests.generator.chain import Chain
 from tests.generator.estimate import h1
 from tests.generator.generate import generate

@@ -16,12 +16,13 @@ import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from identify.fitting.optimizers.base import Scale, Search, parse_optimizer
+from identify.core.parameters import Parameter, Scale
+from identify.fitting.objective import Objective
+from identify.fitting.optimizers.base import Search, parse_optimizer
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.model.effects.base import Parameter
 from identify.model.frf import frf
-from identify.vibration.costs.base import Objective, parse_cost
+from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget, Targets
 from tests.arms import arm, initial, system
 

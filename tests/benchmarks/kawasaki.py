@@ -25,7 +25,7 @@ from identify.motion.study import read_motion_study
 from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.trajectory_fit import FittableMotion, FittedMotion, MotionFitFile, TrajectoryCost
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.motion import MotionResult
 
 Array = NDArray[np.float64]
@@ -130,7 +130,7 @@ def main() -> None:
     """Fit or read, print, draw."""
     with threadpool_limits(1):
         if len(sys.argv) > 1:
-            result = results.read(Path(sys.argv[1]), MotionResult)
+            result = result_file.read(Path(sys.argv[1]), MotionResult)
         else:
             began = time.process_time()
             result, _ = run_motion_fit(CONFIG, Path("kawasaki_rs010l.h5"), {})

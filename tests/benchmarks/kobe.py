@@ -15,7 +15,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.fitting.fit import Fit, fit
-from identify.fitting.uncertainty import gap
 from identify.measured.geometry import displacements
 from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import analyse
@@ -25,6 +24,7 @@ from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget, frf_target
 from identify.vibration.problem import Problem, load_problem, read_frfs
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import gap
 
 ROOT = Path(__file__).parents[2]
 ELASTIC = "\n  - {kind: base-compliance, axes: [rx, ry]}\n  - {kind: link-flexibility, link: link1}\n"

@@ -21,7 +21,7 @@ from identify.motion.excitation import closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion, with_numbers
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import simulated
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.motion import MotionResult
 
 ROOT = Path(__file__).parents[2]
@@ -224,7 +224,7 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
 
 def main(path: Path) -> None:
     """Tables, figures."""
-    result = results.read(path, MotionResult)
+    result = result_file.read(path, MotionResult)
     assert result.parameters is not None
     values = dict(zip(result.parameters.name, result.parameters.value.tolist(), strict=True))
     truth = json.loads((ROOT / "data" / "nagoya_two_link" / "truth.json").read_text())

@@ -20,12 +20,15 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from identify.core.parameters import Scale
 from identify.fitting.fit import fit
-from identify.fitting.optimizers.base import Ended, Scale, Search, parse_optimizer
-from identify.fitting.uncertainty import inseparable, trust
-from identify.vibration.costs.base import Objective, parse_cost
+from identify.fitting.objective import Objective
+from identify.fitting.optimizers.base import Ended, Search, parse_optimizer
+from identify.fitting.uncertainty import inseparable
+from identify.vibration.costs.base import parse_cost
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import trust
 from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES

@@ -6,14 +6,14 @@ import tempfile
 from pathlib import Path
 
 from identify.reports.fit import html
-from identify.results.fit import Result
+from identify.results.fit import FitResult
 from tests.reports.browser import browser
 from tests.reports.sample import frf_result, large_result
 
 
 def main() -> None:
     """Size, first paint and the moment when the page can be used, ms, the best of three."""
-    cases: dict[str, Result] = {"3,000 FRFs of 500 lines": large_result(), "60 FRFs": frf_result(60, 4)}
+    cases: dict[str, FitResult] = {"3,000 FRFs of 500 lines": large_result(), "60 FRFs": frf_result(60, 4)}
     with browser() as page, tempfile.TemporaryDirectory() as folder:
         for name, result in cases.items():
             path = Path(folder) / "page.html"

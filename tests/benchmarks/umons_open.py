@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from identify.reports.kit.figures import style
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.discovery import DiscoveryResult
 from identify.results.fit import FrfComparison
 
@@ -29,7 +29,7 @@ def main() -> None:
     parser.add_argument("result", type=Path, help="result of identify discover configs/umons_open.yaml")
     parser.add_argument("figure", type=Path, help="PNG to write")
     given = parser.parse_args()
-    result = results.read(given.result, DiscoveryResult)
+    result = result_file.read(given.result, DiscoveryResult)
     print(*result.verdict, *result.added.named, sep="\n")
     for posture in result.after.measurements:
         before, after = _frf(result, posture)

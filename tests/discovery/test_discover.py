@@ -17,7 +17,7 @@ from identify.discovery import search
 from identify.discovery.candidates import candidates
 from identify.discovery.loop import Story
 from identify.discovery.run import run_discover
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.discovery import DiscoveryResult, UnfinishedDiscovery
 from identify.vibration.run import run_fit
 from tests.generator.cases import hide
@@ -116,7 +116,7 @@ def test_the_new_config_starts_where_discovery_ended(tilted: tuple[DiscoveryResu
 
 def test_the_result_file_holds_all_of_it(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
     result, written, _ = tilted
-    read = results.read(written[0], DiscoveryResult)
+    read = result_file.read(written[0], DiscoveryResult)
     assert read.verdict == result.verdict
     assert read.added.config == result.added.config
     assert np.array_equal(read.map_after.gap, result.map_after.gap, equal_nan=True)
@@ -158,7 +158,7 @@ def test_an_interrupted_run_goes_on_to_the_same_end(small_catalogue: None, tmp_p
 
     with pytest.raises(KeyboardInterrupt):
         run_discover(config, out, {}, Story(done=stop), workers=1)
-    tried = [json.loads(text) for text in results.read(out, UnfinishedDiscovery).trials]
+    tried = [json.loads(text) for text in result_file.read(out, UnfinishedDiscovery).trials]
     assert len(tried) > half > 3
     rest, _ = run_discover(config, out, {}, Story(), workers=1, resume=True)
     assert rest.added.sentence == ("time delay of all responses",)
@@ -168,7 +168,7 @@ def test_an_interrupted_run_goes_on_to_the_same_end(small_catalogue: None, tmp_p
 
 def test_resume_refuses_another_study(tmp_path: Path) -> None:
     out = tmp_path / "r.h5"
-    results.write(UnfinishedDiscovery(results.LAYOUT, results.UNFINISHED, "another", ()), out)
+    result_file.write(UnfinishedDiscovery(result_file.LAYOUT, result_file.UNFINISHED, "another", ()), out)
     with pytest.raises(InputError, match="another config"):
         run_discover(CONFIG, out, {}, Story(), workers=1, resume=True)
 

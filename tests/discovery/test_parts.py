@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from ruamel.yaml import YAML
 
+from identify.core.parameters import Parameter
+from identify.core.thresholds import CONVINCING
 from identify.discovery import told
 from identify.discovery.candidates import candidates
-from identify.discovery.evidence import CONVINCING, Judge, confirmed, convinces, removed
+from identify.discovery.evidence import Judge, confirmed, convinces, removed
 from identify.discovery.guesses import guesses
 from identify.discovery.loop import Discovery
 from identify.discovery.new_config import config_text
@@ -19,7 +21,7 @@ from identify.discovery.search import Option, Step
 from identify.discovery.trial import Bench, Task, Trial, left_out, thinned
 from identify.discovery.where import Part, band_limits, gap_map, in_words, parts
 from identify.discovery.workers import Workers
-from identify.model.effects.base import Effect, Parameter, parse_effect
+from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import StudyFile, read_study
 

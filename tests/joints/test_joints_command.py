@@ -15,7 +15,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.joints.base import parse_curve
 from identify.joints.run import run_joints
 from identify.reports.write import write_reports
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.joints import JointsResult
 from tests.generator import joint_runs
 from tests.joints.memory import bench, value
@@ -50,7 +50,7 @@ def test_the_shipped_runs_give_the_truth_and_are_reported(tmp_path: Path) -> Non
         for name in names:
             assert value(found, name)[0] == pytest.approx(truth[joint][name], rel=0.1)
     assert value(result.curves["joint2 stiffness-static"], "stiffness")[0] == pytest.approx(truth["joint2"]["stiffness"], rel=0.03)
-    again = results.read(path, JointsResult)
+    again = result_file.read(path, JointsResult)
     assert again.verdict == result.verdict
     label = "joint2 transmission-error"
     np.testing.assert_array_equal(again.curves[label].values.value, result.curves[label].values.value)

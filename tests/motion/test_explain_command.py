@@ -14,8 +14,9 @@ from identify.core.errors import InputError, InputErrors
 from identify.explain.run import run_explain
 from identify.explain.study import read_explain_study
 from identify.reports.write import write_reports
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.explain import ExplainResult
+from identify.results.fit import FitResult
 from tests.motion.hidden_drive import Hidden, Motion, study
 from tests.reports.pdf_text import lines
 from tests.shared import shared
@@ -43,7 +44,7 @@ def written(config: Path) -> Path:
 
 
 def test_the_result_is_kept_whole(written: Path) -> None:
-    kept = results.read(written, ExplainResult)
+    kept = result_file.read(written, ExplainResult)
     torque, deflection = kept.targets["torque"], kept.targets["deflection"]
     assert len(torque.effects.name) == 6
     assert deflection.effects.kind == ("sensor-latency",) * 3
@@ -51,12 +52,12 @@ def test_the_result_is_kept_whole(written: Path) -> None:
     assert torque.curves["validate"].measured.shape == (1500, 3)
     assert len(kept.provenance.input_files) == 3
     with pytest.raises(InputError, match="an explained motion"):
-        results.read(written)
+        result_file.read(written, FitResult)
 
 
 def test_reports_say_what_the_result_says(written: Path) -> None:
     page, printed = (written.with_suffix(suffix) for suffix in (".html", ".pdf"))
-    kept = results.read(written, ExplainResult)
+    kept = result_file.read(written, ExplainResult)
     text = page.read_text("utf-8")
     for sentence in (*kept.verdict, kept.targets["torque"].effects.name[0]):
         assert sentence.replace("'", "&#39;") in text

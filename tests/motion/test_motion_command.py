@@ -18,7 +18,7 @@ from identify.fitting.journal import Journal
 from identify.motion.run import run_motion_fit, run_simulation
 from identify.motion.trajectory import TrajectoryObjective
 from identify.reports.write import write_reports
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.motion import MotionResult
 from tests.motion import arms
 from tests.motion.test_simulate import DC
@@ -48,7 +48,7 @@ def written(folder: Path, **keys: object) -> Path:
 
 def test_a_simulation_is_kept_and_read_again(tmp_path: Path) -> None:
     result, files = run_simulation(written(tmp_path), tmp_path / "out" / "run.h5", tmp_path / "tables")
-    again = results.read(files[0], MotionResult)
+    again = result_file.read(files[0], MotionResult)
     assert again.verdict == result.verdict
     assert again.parameters is None
     np.testing.assert_array_equal(again.records["a"].signals["motor_position"].values, result.records["a"].signals["motor_position"].values)
@@ -97,7 +97,7 @@ def test_a_killed_fit_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.M
 
     with pytest.raises(KeyboardInterrupt):
         run_motion_fit(config, out, {}, Progress(show=kill))
-    saved = len(results.read(out, results.Unfinished).costs)
+    saved = len(result_file.read(out, result_file.Unfinished).costs)
     assert saved > 0
     with pytest.raises(InputError, match="another config, data or version"):
         run_motion_fit(config, out, {"seed": 9}, resume=True)

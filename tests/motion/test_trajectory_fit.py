@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from identify.core.errors import InputError
+from identify.core.parameters import Scale
 from identify.fitting.fit import Progress
-from identify.fitting.optimizers.base import Scale
 from identify.motion.command import Move
 from identify.motion.evaluate import evaluate_fit
 from identify.motion.trajectory import TrajectoryObjective, phase_rms

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from identify.core.parameters import Parameter, Scale
 from identify.fitting.journal import Journal
-from identify.fitting.optimizers.base import OPTIMIZERS, Ended, Scale, Search, parse_optimizer
-from identify.model.effects.base import Parameter
-from identify.vibration.costs.base import Objective
+from identify.fitting.objective import Objective
+from identify.fitting.optimizers.base import OPTIMIZERS, Ended, Search, parse_optimizer
 
 KINDS = OPTIMIZERS.names()
 

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from identify.results.discovery import AddedEffects, DiscoveryResult, GapByBand, OptionTable, PartTable, StepResult
-from identify.results.fit import LAYOUT, FrfComparison, ParameterTable, Result
+from identify.results.file import LAYOUT
+from identify.results.fit import FitResult, FrfComparison
+from identify.results.tables import ParameterTable
 from tests.reports.sample import frf_result
 
 TILT, BASE, ODD = "tilt compliance of joint 2 (rx, ry)", "compliance of the base (rx, ry)", "gain of channel 3:<+Z> & more"
@@ -55,7 +57,7 @@ def null_result() -> DiscoveryResult:
     return dataclasses.replace(found, added=none, verdict=("Nothing in the catalogue explains it.",), elsewhere="channels left out", **same)
 
 
-def _before(after: Result) -> Result:
+def _before(after: FitResult) -> FitResult:
     """The fit without the last parameter: its FRFs are those of the start model."""
     measurements = {}
     for name, m in after.measurements.items():
@@ -127,7 +129,7 @@ def _options(gap: float, best: str) -> OptionTable:
     )
 
 
-def _map(result: Result, size: float) -> GapByBand:
+def _map(result: FitResult, size: float) -> GapByBand:
     """Gaps up to about `size`; one cell without data."""
     rng = np.random.default_rng(11)
     bands, channels = np.geomspace(3.125, 80.0, 13), tuple(f"p<{node}>:+{axis}" for node in range(1, 5) for axis in "XYZ")

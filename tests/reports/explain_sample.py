@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from identify.results.explain import BoundTable, Curves, EffectTable, ExplainResult, StepTable, TargetResult, ValueTable
-from identify.results.fit import LAYOUT
+from identify.results.file import LAYOUT
 from tests.reports.sample import frf_result
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.results.fit import LAYOUT
+from identify.results.file import LAYOUT
 from identify.results.joints import CurveResult, JointsResult, Panel, Series, ValueTable
 from tests.reports.sample import frf_result
 

@@ -12,7 +12,7 @@ from typing import Any
 from identify.reports.kinds import KINDS, read_any
 from identify.reports.kit.document import Document
 from identify.reports.write import write_reports
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.comparison import compared
 from tests.reports.discovery_sample import discovery_result, null_result
 from tests.reports.explain_sample import explain_result
@@ -155,6 +155,6 @@ def make(case: Case, folder: Path) -> Made:
     """Write the results of a case and their reports into a folder."""
     files = [folder / f"{name}.h5" for name, _ in zip(("first", "second", "third"), case.make(), strict=False)]
     for file, result in zip(files, case.make(), strict=True):
-        results.write(result, file)
+        result_file.write(result, file)
     page, printed, exported = write_reports(*files, export=folder / "figures")
     return Made(case, files, page, printed, exported)

@@ -6,8 +6,9 @@ import dataclasses
 
 import numpy as np
 
-from identify.results.fit import LAYOUT, Geometry
+from identify.results.file import LAYOUT
 from identify.results.modes import AnalysedMeasurement, ModesResult, ModeTable, Reciprocity, RejectedPoles, StabilisationDiagram
+from identify.results.tables import Geometry
 from tests.reports.sample import DAMPING, HZ, frf_result
 
 

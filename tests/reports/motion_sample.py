@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from identify.results.fit import LAYOUT
+from identify.results.file import LAYOUT
 from identify.results.motion import MotionResult, RecordResult, Trace, TrajectoryComparison, TrialTable
 from tests.reports.sample import frf_result
 

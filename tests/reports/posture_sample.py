@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
-from identify.results.fit import LAYOUT
+from identify.results.file import LAYOUT
 from identify.results.map import MapResult, PostureRows
 from tests.reports.sample import frf_result
 

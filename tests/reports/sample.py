@@ -10,21 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from identify.results.fit import (
-    LAYOUT,
-    FrfComparison,
-    Geometry,
-    MeasurementResult,
-    ModePairs,
-    Modes,
-    ParameterTable,
-    ProfileCurve,
-    Provenance,
-    PublishedValues,
-    Result,
-    SettingTable,
-    StartTable,
-)
+from identify.results.file import LAYOUT
+from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ModePairs, ProfileCurve, PublishedValues
+from identify.results.tables import Geometry, Modes, ParameterTable, Provenance, SettingTable, StartTable
 
 HZ, DAMPING = np.array([12.05, 27.39, 61.5, 187.25]), np.array([0.041, 0.032, 0.0525, 0.081])
 CONFIG = (
@@ -33,7 +21,7 @@ CONFIG = (
 _AXES = ("X", "Y", "Z")
 
 
-def frf_result(lines: int = 120, points: int = 6, **changes: Any) -> Result:
+def frf_result(lines: int = 120, points: int = 6, **changes: Any) -> FitResult:
     """A fit to FRFs: one posture for validation, one FRF that the model does not move, one parameter fixed, one at its bound."""
     rng = np.random.default_rng(7)
     measurements = {
@@ -43,7 +31,7 @@ def frf_result(lines: int = 120, points: int = 6, **changes: Any) -> Result:
     return dataclasses.replace(_result(measurements), **changes)
 
 
-def modal_result(**changes: Any) -> Result:
+def modal_result(**changes: Any) -> FitResult:
     """A fit to a modal table: no FRFs, one measured mode without a pair, one damping ratio not measured, no validation."""
     rng = np.random.default_rng(8)
     geometry, modes = _geometry(8), _modes(rng, 8, 9)
@@ -64,7 +52,7 @@ def modal_result(**changes: Any) -> Result:
     return dataclasses.replace(base, **given)
 
 
-def large_result(frfs: int = 3000, lines: int = 500) -> Result:
+def large_result(frfs: int = 3000, lines: int = 500) -> FitResult:
     """As many FRFs as a report must bear, in three measurements."""
     rng = np.random.default_rng(9)
     points = frfs // 27
@@ -150,7 +138,7 @@ def _accelerance(modes: Modes, s: np.ndarray, pairs: list[Any], shift: float) ->
     return total
 
 
-def _result(measurements: dict[str, MeasurementResult]) -> Result:
+def _result(measurements: dict[str, MeasurementResult]) -> FitResult:
     starts = StartTable(
         initial=np.array([[1.0e6, 400.0, 2.0e5, 35.0, -0.02], [3.0e6, 150.0, 9.0e4, 35.0, 0.03]]),
         final=np.array([[1.8345e6, 1959.06, 1.0e8, 35.0, 0.0123], [9.0e5, 800.0, 3.0e4, 35.0, -0.04]]),
@@ -160,7 +148,7 @@ def _result(measurements: dict[str, MeasurementResult]) -> Result:
         converged=np.array([True, False]),
         sentence=("ftol is satisfied", "the budget is spent"),
     )
-    return Result(
+    return FitResult(
         layout=LAYOUT,
         kind="fit",
         key="key",

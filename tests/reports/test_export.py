@@ -17,7 +17,7 @@ from identify.reports.kit import figures
 from identify.reports.kit.document import Document
 from identify.reports.kit.export import contents
 from identify.reports.write import write_reports
-from identify.results import fit as results
+from identify.results import file as result_file
 from tests.reports.sample import frf_result, modal_result
 
 
@@ -64,13 +64,13 @@ def test_alike_titles_do_not_overwrite_each_other() -> None:
 
 
 def test_without_export_nothing_else_is_written(tmp_path: Path) -> None:
-    results.write(modal_result(), tmp_path / "run.h5")
+    result_file.write(modal_result(), tmp_path / "run.h5")
     write_reports(tmp_path / "run.h5")
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.h5", "run.html", "run.pdf"]
 
 
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
-    results.write(modal_result(), tmp_path / "run.h5")
+    result_file.write(modal_result(), tmp_path / "run.h5")
     (tmp_path / "figures").write_text("a file")
     with pytest.raises(InputError, match="--export"):
         write_reports(tmp_path / "run.h5", export=tmp_path / "figures")

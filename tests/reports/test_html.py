@@ -12,9 +12,9 @@ import pytest
 
 from identify.reports.compare import html as compare_html
 from identify.reports.fit import html
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.comparison import compared
-from identify.results.fit import Result
+from identify.results.fit import FitResult
 from tests.reports.sample import CONFIG, frf_result, large_result, modal_result
 
 _LOADS = {"src", "href", "srcset", "data", "poster", "action", "formaction", "background"}
@@ -94,7 +94,7 @@ def test_verdict_and_notes_are_on_top(page: str) -> None:
 
 
 @pytest.mark.parametrize("result", [frf_result(), modal_result()], ids=["frf", "modal"])
-def test_same_result_same_page(result: Result) -> None:
+def test_same_result_same_page(result: FitResult) -> None:
     assert html.page(result) == html.page(result)
 
 
@@ -106,7 +106,7 @@ def test_three_thousand_frfs_stay_below_20_mb() -> None:
 
 def test_two_runs_of_three_thousand_frfs_stay_below_20_mb(tmp_path: Path) -> None:
     files = [tmp_path / "a.h5", tmp_path / "b.h5"]
-    results.write(large_result(), files[0])
+    result_file.write(large_result(), files[0])
     shutil.copy(files[0], files[1])
     page = compare_html.page(compared(files))
     assert page.count('"curves":{"size":64') == 3

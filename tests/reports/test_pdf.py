@@ -9,20 +9,20 @@ from pathlib import Path
 import pytest
 
 from identify.reports.fit import pdf
-from identify.results.fit import Result
+from identify.results.fit import FitResult
 from tests.reports.pdf_text import lines, poppler
 from tests.reports.sample import CONFIG, frf_result, modal_result
 
 
 @pytest.fixture(scope="module", params=["frf", "modal"])
-def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[FitResult, Path]:
     result = frf_result() if request.param == "frf" else modal_result()
     path = tmp_path_factory.mktemp("pdf") / "run.pdf"
     path.write_bytes(pdf.document(result).compile(result))
     return result, path
 
 
-def test_pages_are_numbered_and_named(made: tuple[Result, Path]) -> None:
+def test_pages_are_numbered_and_named(made: tuple[FitResult, Path]) -> None:
     result, path = made
     pages = int(re.search(r"Pages:\s+(\d+)", poppler("pdfinfo", str(path)))[1])  # type: ignore[index]
     text = "\n".join(lines(path))
@@ -32,17 +32,17 @@ def test_pages_are_numbered_and_named(made: tuple[Result, Path]) -> None:
     assert "A4" in poppler("pdfinfo", str(path))
 
 
-def test_date_is_that_of_the_result(made: tuple[Result, Path]) -> None:
+def test_date_is_that_of_the_result(made: tuple[FitResult, Path]) -> None:
     assert re.search(r"CreationDate:.*Mar.*4.*2025", poppler("pdfinfo", str(made[1])))
 
 
-def test_fonts_are_embedded(made: tuple[Result, Path]) -> None:
+def test_fonts_are_embedded(made: tuple[FitResult, Path]) -> None:
     rows = poppler("pdffonts", str(made[1])).splitlines()[2:]
     assert rows
     assert all(" yes yes " in row for row in rows)
 
 
-def test_it_says_what_the_result_says(made: tuple[Result, Path]) -> None:
+def test_it_says_what_the_result_says(made: tuple[FitResult, Path]) -> None:
     result, path = made
     text = re.sub(r"\s+", " ", " ".join(lines(path))).replace("\u200b", "")
     for said in (*result.verdict, *(note[1:] for note in result.notes), *result.provenance.packages):

@@ -14,7 +14,7 @@ from identify.reports.kit.cells import NONE, Table
 from identify.reports.kit.posture_pick import batch_postures
 from identify.reports.map import tables as map_tables
 from identify.reports.write import write_reports
-from identify.results import fit as results
+from identify.results import file as result_file
 from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
 from identify.results.map import MapResult, PostureRows
 from tests.reports.browser import Page, browser
@@ -74,7 +74,7 @@ def batch_result() -> BatchResult:
     )
     verdict, notes = ("23 of 24 fits ended well.", "The residuals are small.", "1 of 2 parameters depends."), ("a sign of something",)
     modes = ModesByPosture(hz, 0.03 + 0 * hz, 1.001 * hz, 0.031 + 0 * hz)
-    head = (results.LAYOUT, "batch", "made_up", verdict, notes, "2 local workers", 12.5, "", float("nan"))
+    head = (result_file.LAYOUT, "batch", "made_up", verdict, notes, "2 local workers", 12.5, "", float("nan"))
     return BatchResult(*head, jobs, parameters, modes, d, frf_result().provenance)
 
 
@@ -99,7 +99,7 @@ def map_result() -> MapResult:
         np.abs(full).max(axis=1)[:, range(3), range(3)].astype(float),
     )
     said = ("30 postures were mapped.", "The first mode lies between 10 and 14 Hz.", "The tool is most compliant at p01.")
-    head = (results.LAYOUT, "map", "made_up", said, ("intervals say <what>",), 3.5, "2 local workers", "fit.h5", "tip on link3")
+    head = (result_file.LAYOUT, "map", "made_up", said, ("intervals say <what>",), 3.5, "2 local workers", "fit.h5", "tip on link3")
     return MapResult(*head, ("j1", "j2", "j3"), line, rows, frf_result().provenance)
 
 
@@ -107,8 +107,8 @@ def map_result() -> MapResult:
 def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("postures")
     made = {"batch": folder / "batch.h5", "map": folder / "map.h5"}
-    results.write(batch_result(), made["batch"])
-    results.write(map_result(), made["map"])
+    result_file.write(batch_result(), made["batch"])
+    result_file.write(map_result(), made["map"])
     for path in made.values():
         write_reports(path)
     return made

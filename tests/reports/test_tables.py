@@ -9,11 +9,11 @@ import pytest
 
 from identify.reports.fit import measurement_tables, tables
 from identify.reports.kit.cells import NONE, Table
-from identify.results.fit import Result
+from identify.results.fit import FitResult
 from tests.reports.sample import frf_result, modal_result
 
 
-def _all(result: Result) -> list[Table]:
+def _all(result: FitResult) -> list[Table]:
     run = (
         tables.parameter_table,
         tables.start_table,
@@ -32,7 +32,7 @@ def _all(result: Result) -> list[Table]:
 
 
 @pytest.mark.parametrize("result", [frf_result(), modal_result()], ids=["frf", "modal"])
-def test_every_row_fits_its_columns(result: Result) -> None:
+def test_every_row_fits_its_columns(result: FitResult) -> None:
     for table in _all(result):
         assert all(len(row) == len(table.columns) for row in table.rows), table.title
         assert "nan" not in str(table.rows), table.title

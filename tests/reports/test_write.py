@@ -16,7 +16,8 @@ import pytest
 from identify.core.errors import InputError
 from identify.reports.kit.cells import NONE
 from identify.reports.write import write_reports
-from identify.results import fit as results
+from identify.results import file as result_file
+from identify.results.fit import FitResult
 from tests.reports.sample import frf_result, modal_result
 
 
@@ -47,7 +48,7 @@ class Tables(HTMLParser):
 @pytest.fixture(scope="module", params=["frf", "modal"])
 def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("run") / "arm.study.h5"
-    results.write(frf_result() if request.param == "frf" else modal_result(), path)
+    result_file.write(frf_result() if request.param == "frf" else modal_result(), path)
     assert write_reports(path) == [path.with_name("arm.study.html"), path.with_name("arm.study.pdf")]
     return path
 
@@ -77,7 +78,7 @@ def test_reports_again_are_the_same_bytes(run: Path) -> None:
 def test_another_result_gives_other_bytes(run: Path, tmp_path: Path) -> None:
     """Negative control of the test above."""
     other = tmp_path / run.name
-    results.write(dataclasses.replace(results.read(run), seed=4), other)
+    result_file.write(dataclasses.replace(result_file.read(run, FitResult), seed=4), other)
     for written in write_reports(other):
         assert written.read_bytes() != (run.parent / written.name).read_bytes()
 
@@ -92,7 +93,7 @@ def test_a_file_that_is_no_result(tmp_path: Path) -> None:
 
 def test_a_report_that_cannot_be_written(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
-    results.write(modal_result(), path)
+    result_file.write(modal_result(), path)
     path.with_suffix(".html").mkdir()
     with pytest.raises(InputError, match=r"run\.html: cannot be written"):
         write_reports(path)
@@ -109,7 +110,7 @@ def test_a_result_without_points_or_shapes(tmp_path: Path) -> None:
     pairs = dataclasses.replace(m.pairs, mac=np.full(2, np.nan), mac_matrix=None, measured_shapes=None)
     bare = dataclasses.replace(m, geometry=geometry, modes=modes, pairs=pairs)
     path = tmp_path / "bare.h5"
-    results.write(dataclasses.replace(result, measurements={"table": bare}, profiles={}, published=None), path)
+    result_file.write(dataclasses.replace(result, measurements={"table": bare}, profiles={}, published=None), path)
     page, document = write_reports(path)
     assert "MAC NaN" not in page.read_text("utf-8")
     assert document.read_bytes().startswith(b"%PDF")

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from identify.core.parameters import Scale
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.journal import Journal
-from identify.model.effects.base import Parameter
-from identify.vibration.costs.base import Cost, Objective, parse_cost
+from identify.fitting.objective import Objective
+from identify.vibration.costs.base import Cost, parse_cost
 
 Array = NDArray[np.float64]
 
@@ -52,46 +53,6 @@ class Outcome:
 
     converged: bool
     sentence: str
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Free parameters as the optimizers see them: ln(value) on a log scale; value / step on a linear one, step a tenth of its range."""
-
-    parameters: tuple[Parameter, ...]
-
-    @property
-    def free(self) -> NDArray[np.intp]:
-        """Numbers of the free parameters."""
-        return np.array([number for number, p in enumerate(self.parameters) if p.free], dtype=int)
-
-    @property
-    def _log(self) -> NDArray[np.bool_]:
-        return np.array([p.log for p in self.parameters if p.free], dtype=bool)
-
-    @property
-    def _step(self) -> Array:
-        return np.array([1.0 if p.log else (p.upper - p.lower) / 10 for p in self.parameters if p.free])
-
-    def to_x(self, values: Array) -> Array:
-        """(..., free) from values of all parameters (..., parameters)."""
-        free = values[..., self.free]
-        return np.where(self._log, np.log(np.where(self._log, free, 1.0)), free / self._step)
-
-    def to_values(self, x: Array) -> Array:
-        """(..., parameters) from x (..., free); fixed parameters keep their initial value."""
-        values = np.broadcast_to(np.array([p.initial for p in self.parameters]), (*x.shape[:-1], len(self.parameters))).copy()
-        values[..., self.free] = np.where(self._log, np.exp(np.where(self._log, x, 0.0)), x * self._step)
-        return values
-
-    def slope(self, x: Array) -> Array:
-        """d value / d x, (free,)."""
-        return np.where(self._log, np.exp(np.where(self._log, x, 0.0)), self._step)
-
-    def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of x, each (free,)."""
-        lower, upper = (np.array([getattr(p, side) for p in self.parameters]) for side in ("lower", "upper"))
-        return self.to_x(lower), self.to_x(upper)
 
 
 @dataclass

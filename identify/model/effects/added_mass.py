@@ -8,10 +8,10 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.model.effects.attached import AttachedMass
-from identify.model.effects.base import Contribution, Parameter, Values
+from identify.model.effects.base import Contribution
 from identify.model.effects.site import Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 from identify.robot.points import Point
 

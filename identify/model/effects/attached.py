@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from identify.model.effects.base import Contribution, Effect, Parameter, Values
+from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.site import Array, Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 
 _PAIRS = tuple(combinations_with_replacement(range(3), 2))

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 
+from identify.core.parameters import Parameter
 from identify.core.registry import Registry, parse_kind
 from identify.model.effects.site import Added, Array, Site
 from identify.robot.description import Robot
@@ -40,19 +41,6 @@ EFFECTS = Registry(
         "window-decay": "identify.model.effects.window_decay:WindowDecay",
     },
 )
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all where not `free`."""
-
-    name: str
-    unit: str
-    initial: float
-    lower: float
-    upper: float
-    log: bool = True
-    free: bool = True
 
 
 @dataclass(frozen=True)
@@ -121,21 +109,6 @@ class Effect(BaseModel, ABC):
     @abstractmethod
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
         """What each parameter adds per unit, in the order of `parameters`."""
-
-
-class Values(BaseModel):
-    """Start, bounds and freedom of a group of parameters; a list gives one number per place, a number serves all."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    initial: float | list[float] | None = Field(None, description="start value, or one per place; default: from the robot's inertia")
-    bounds: tuple[float, float] | None = Field(None, description="smallest and largest value; default: a factor of 1000 either side")
-    fixed: bool = Field(False, description="true: kept at `initial`, not fitted")
-
-
-class DampingValues(Values):
-    """Values of viscous dampers, which may be given as a damping ratio of the coordinate on its own."""
-
-    damping_ratio: float = Field(0.03, gt=0, description="start value as c = 2 zeta sqrt(k m), m the inertia the coordinate moves")
 
 
 def parse_effect(data: Any) -> Effect:

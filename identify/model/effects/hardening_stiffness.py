@@ -7,10 +7,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from identify.model.effects.base import Parameter, Values
+from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.model.effects.nonlinear import Law, NonlinearEffect
 from identify.model.effects.site import Array, Site
-from identify.model.effects.springs import START_HZ, parameter, spread
+from identify.model.effects.springs import START_HZ
 from identify.robot.description import Robot
 
 _FELT = 1e-3

@@ -11,9 +11,10 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.model.effects.base import Contribution, Effect, Parameter, Values
+from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.site import Site
-from identify.model.effects.springs import START_HZ, AxisList, Joints, joint_coordinates, parameter, spread
+from identify.model.effects.springs import START_HZ, AxisList, Joints, joint_coordinates
 from identify.robot.description import Robot
 from identify.robot.points import Point
 

@@ -16,10 +16,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from identify.model.effects.base import Parameter, Values
+from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.model.effects.nonlinear import Law, NonlinearEffect
 from identify.model.effects.site import Array, Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 
 _STICK_RATE = 300.0

@@ -14,9 +14,9 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.errors import InputError
-from identify.model.effects.base import Contribution, DampingValues, Effect, Parameter, Values
+from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.site import Added, Array, Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism

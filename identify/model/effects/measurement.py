@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
+from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
-from identify.model.effects.base import Contribution, Effect, Parameter
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.site import Array, Site
 from identify.robot.description import Robot
 from identify.robot.points import Point

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from identify.model.effects.base import Contribution, Effect, Parameter
+from identify.core.parameters import Parameter
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.site import Array, Site
 from identify.model.effects.springs import Joints, joint_coordinates
 from identify.robot.description import Robot

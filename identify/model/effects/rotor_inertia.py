@@ -11,10 +11,10 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.model.effects.base import Contribution, DampingValues, Parameter, Values
+from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
+from identify.model.effects.base import Contribution
 from identify.model.effects.geared import Geared
 from identify.model.effects.site import Added, Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.errors import InputError
-from identify.model.effects.base import Contribution, Effect, Parameter, Values
+from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.site import Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 from identify.robot.points import Point
 

@@ -8,11 +8,10 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.measured.channel import Channel
-from identify.model.effects.base import Parameter, Values
 from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels, find_point, missing_axes, turned
 from identify.model.effects.site import Array, Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 from identify.robot.points import Point
 

@@ -14,10 +14,10 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from identify.model.effects.base import Contribution, Parameter, Values
+from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.model.effects.base import Contribution
 from identify.model.effects.geared import Geared
 from identify.model.effects.site import Added, Array, Site
-from identify.model.effects.springs import parameter, spread
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism

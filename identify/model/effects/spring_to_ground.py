@@ -9,10 +9,11 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field
 
+from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
 from identify.model.effects.attached import Attached
-from identify.model.effects.base import Contribution, DampingValues, Parameter, Values
+from identify.model.effects.base import Contribution
 from identify.model.effects.site import Site
-from identify.model.effects.springs import parameter, spread, unique
+from identify.model.effects.springs import unique
 from identify.robot.description import Robot
 from identify.robot.points import Point
 

@@ -7,8 +7,8 @@ from typing import Annotated, Literal, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from identify.core.errors import InputError
-from identify.model.effects.base import Contribution, DampingValues, Effect, Parameter, Values
+from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
+from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 
@@ -27,7 +27,6 @@ def unique(axes: list[T]) -> list[T]:
 AxisList = Annotated[list[Axis], AfterValidator(unique)]
 START_HZ = 20.0
 """Without a start value, each coordinate on its own resonates here: the middle of where robots do."""
-_SPAN = 1e3
 
 
 class Springs(Effect):
@@ -60,26 +59,3 @@ def joint_coordinates(robot: Robot, joints: Joints, axes: list[Axis], where: str
     """joint1.rz and so on, joint by joint; an unknown joint is an InputError."""
     numbers = range(1, len(robot.joints) + 1) if joints == "all" else [robot.joint_number(joint, where) for joint in joints]
     return [f"joint{number}.{axis}" for number in numbers for axis in axes]
-
-
-def spread(values: Values, default: np.ndarray, where: str) -> np.ndarray:
-    """One start value per place, from a number, a list or the default; a list of another length is an InputError."""
-    if values.initial is None:
-        return default
-    given = np.atleast_1d(np.asarray(values.initial, dtype=float))
-    if given.size not in (1, default.size):
-        raise InputError(f"{where}.initial", f"{given.size} values", f"one, or {default.size}: one per coordinate")
-    return np.broadcast_to(given, default.shape).copy()
-
-
-def parameter(name: str, unit: str, initial: float, values: Values, where: str, *, log: bool = True) -> Parameter:
-    """A parameter whose start and bounds agree; crossed bounds or a start outside them are an InputError."""
-    lower, upper = values.bounds or (initial / _SPAN, initial * _SPAN)
-    if not lower < upper:
-        raise InputError(f"{where}.bounds", f"[{lower:g}, {upper:g}]", "the smaller bound first")
-    if log and lower <= 0:
-        raise InputError(f"{where}.bounds", f"lower bound {lower:g}", "a positive number, because the scale is logarithmic")
-    if not lower <= initial <= upper:
-        expected = f"a value within its bounds [{lower:g}, {upper:g}]"
-        raise InputError(where, f"start value {initial:g} of {name}", expected, "set `bounds` or `initial`")
-    return Parameter(name, unit, float(initial), lower, upper, log, not values.fixed)

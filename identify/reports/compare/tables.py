@@ -9,7 +9,7 @@ from identify.reports.fit.measurement_tables import use
 from identify.reports.fit.pick import errors, half_interval, partner, shown_modes
 from identify.reports.kit.cells import NONE, Column, Table, count, number, percent, signed, unit, words
 from identify.results.comparison import Comparison, apart_in_std
-from identify.results.fit import MeasurementResult, Result
+from identify.results.fit import FitResult, MeasurementResult
 
 Row = tuple[str, ...]
 
@@ -41,11 +41,11 @@ def run_table(comparison: Comparison) -> Table:
     return Table("Runs", columns, tuple(rows), note)
 
 
-def _runs(comparison: Comparison) -> list[tuple[str, Result]]:
+def _runs(comparison: Comparison) -> list[tuple[str, FitResult]]:
     return list(comparison.runs.items())
 
 
-def _effort(run: Result) -> Row:
+def _effort(run: FitResult) -> Row:
     status = [s for s, free in zip(run.parameters.status, run.parameters.free, strict=True) if free]
     determined = f"{status.count('determined')} of {len(status)}"
     spent = str(int(run.starts.evaluations.sum())), number(run.seconds, 3)
@@ -80,7 +80,7 @@ def parameter_table(comparison: Comparison) -> Table:
     return Table("Parameters", (words("Parameter"), words("Unit"), *heads), tuple(rows), note)
 
 
-def _value(run: Result, name: str) -> tuple[float, float]:
+def _value(run: FitResult, name: str) -> tuple[float, float]:
     """Value and half its interval in per cent; NaN where the run has no such parameter."""
     if name not in run.parameters.name:
         return float("nan"), float("nan")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from identify.discovery.evidence import CONVINCING
+from identify.core.thresholds import CONVINCING
 from identify.reports.discovery.pick import STANDINGS, Bars, Fall, few, gap_maps, is_wide, part_bars, reach, standing
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import BLUE, DIVERGING, GRID, INK, MUTED, PALETTE, WIDTH_IN

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.discovery.evidence import CONVINCING
+from identify.core.thresholds import CONVINCING
 from identify.reports.compare import tables as compare_tables
 from identify.reports.compare.figure import ratios, shown_range
 from identify.reports.compare.html import residual_data

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.fitting.uncertainty import QUIET
+from identify.core.thresholds import QUIET
 from identify.reports.compare.pick import Shared
 from identify.reports.fit.measurement_tables import use
 from identify.results.comparison import Comparison

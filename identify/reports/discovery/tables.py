@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.discovery.evidence import CONVINCING, removed
+from identify.core.thresholds import CONVINCING
+from identify.discovery.evidence import removed
 from identify.reports.compare.pick import Shared
 from identify.reports.discovery.pick import AFTER, BEFORE, PART_KINDS, SHOWN, first_gaps, last_gaps, outcome
 from identify.reports.fit.measurement_tables import use

@@ -12,8 +12,9 @@ from identify.reports.fit import pick
 from identify.reports.kit.cells import Column, Curves, Table, number, unit, words
 from identify.reports.kit.figures import Mac
 from identify.reports.kit.shapes import ModeView
-from identify.results.fit import FrfComparison, Geometry, Result
+from identify.results.fit import FitResult, FrfComparison
 from identify.results.modes import AnalysedMeasurement
+from identify.results.tables import Geometry
 
 _AXES = ("X", "Y", "Z")
 
@@ -88,7 +89,7 @@ def _moves(shape: NDArray[np.complex128] | None, row: int) -> list[str]:
     return [number(part) for value in values for part in (value.real, value.imag)]
 
 
-def history(result: Result) -> Curves:
+def history(result: FitResult) -> Curves:
     """The best cost of every start and stage over evaluations and time."""
     columns = (Column("Start"), Column("Stage"), Column("Evaluations of the stage"), Column("Best cost"), Column("Time", "s"))
     values = result.history[:, :5].copy()
@@ -96,7 +97,7 @@ def history(result: Result) -> Curves:
     return Curves("convergence", columns, values)
 
 
-def starts(result: Result) -> tuple[Curves, ...]:
+def starts(result: FitResult) -> tuple[Curves, ...]:
     """The parameters before and after every start, a row per start."""
     p = result.parameters
     columns = (Column("Start"), *(Column(name, unit(of)) for name, of in zip(p.name, p.unit, strict=True)))
@@ -105,13 +106,13 @@ def starts(result: Result) -> tuple[Curves, ...]:
     return tuple(Curves(title, columns, np.column_stack([numbers, values])) for title, values in sides)
 
 
-def correlation(result: Result) -> Curves:
+def correlation(result: FitResult) -> Curves:
     """The correlation of the estimates, free parameters in their order."""
     names = [name for name, free in zip(result.parameters.name, result.parameters.free, strict=True) if free]
     return Curves("correlation", tuple(map(Column, names)), result.correlation)
 
 
-def profiles(result: Result) -> tuple[Curves, ...]:
+def profiles(result: FitResult) -> tuple[Curves, ...]:
     """Every profile likelihood."""
     units = dict(zip(result.parameters.name, result.parameters.unit, strict=True))
     return tuple(

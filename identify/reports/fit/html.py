@@ -22,7 +22,8 @@ from identify.reports.kit.packing import pack, pack_frfs
 from identify.reports.kit.reported import Reported
 from identify.reports.kit.settings_tables import default_table, given_table
 from identify.reports.kit.shapes import ModeView, mode_views
-from identify.results.fit import FrfComparison, Geometry, MeasurementResult, ProfileCurve, Result
+from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ProfileCurve
+from identify.results.tables import Geometry
 
 _HERE = Path(__file__).parents[1] / "assets"
 _EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "mac.js")
@@ -37,7 +38,7 @@ STAGES = {
 """Canvases on which shapes move, and what they show."""
 
 
-def page(result: Result) -> str:
+def page(result: FitResult) -> str:
     """The whole page of a fit."""
     measurements = list(result.measurements.values())
     return render(
@@ -85,7 +86,7 @@ def _text(name: str) -> Markup:
     return Markup((_HERE / name).read_text("utf-8"))
 
 
-def _sections(result: Result) -> list[tuple[str, str]]:
+def _sections(result: FitResult) -> list[tuple[str, str]]:
     """Anchors and labels of the sections this result has."""
     with_frf = any(m.frf for m in result.measurements.values())
     frfs = [("frf", "FRFs"), ("gap", "Gap map")] if with_frf else []
@@ -94,7 +95,7 @@ def _sections(result: Result) -> list[tuple[str, str]]:
     return [("verdict", "Verdict"), ("robot", "Robot"), *frfs, ("parameters", "Parameters"), ("modes", "Modes"), *errors, *ends]
 
 
-def payload(result: Result) -> dict[str, Any]:
+def payload(result: FitResult) -> dict[str, Any]:
     """What the scripts of the page draw from."""
     p = result.parameters
     free = p.free
@@ -133,7 +134,7 @@ def measurement_data(m: MeasurementResult, beside: Mapping[str, NDArray[np.compl
     }
 
 
-def _profile(result: Result, name: str, curve: ProfileCurve) -> dict[str, Any]:
+def _profile(result: FitResult, name: str, curve: ProfileCurve) -> dict[str, Any]:
     row = result.parameters.name.index(name)
     log, label = bool(result.parameters.log[row]), f"{name} ({unit(result.parameters.unit[row])})"
     return {"label": label, "log": log, "values": curve.values, "rise": curve.rise, "best": result.parameters.value[row]}

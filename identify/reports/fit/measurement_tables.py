@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from identify.reports.fit.pick import is_drive_point, mac_of, partner, shown_modes, worst_first
 from identify.reports.kit.cells import NONE, Column, Table, count, number, percent, signed, words
-from identify.results.fit import FrfComparison, MeasurementResult, ModePairs, Result
+from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ModePairs
 
 
 def mode_table(measurement: MeasurementResult) -> Table:
@@ -56,7 +56,7 @@ def _unpaired_row(pairs: ModePairs, mode: int) -> tuple[str, ...]:
     return "no pair", NONE, number(hz), NONE, NONE, percent(ratio), NONE, NONE
 
 
-def measurement_table(result: Result) -> Table:
+def measurement_table(result: FitResult) -> Table:
     """What was measured: file, use, posture."""
     columns = (words("Measurement"), words("Use"), words("Joint angles", "°"), words("Data"), Column("Gap"))
     rows = [
@@ -84,7 +84,7 @@ def band(frf: FrfComparison) -> str:
     return f"{count(len(frf.frequency_hz), 'line')} from {number(frf.frequency_hz[0])} to {number(frf.frequency_hz[-1])} Hz"
 
 
-def error_table(result: Result) -> Table:
+def error_table(result: FitResult) -> Table:
     """FRF errors of every measurement at a glance."""
     columns = (
         words("Measurement"),

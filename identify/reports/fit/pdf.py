@@ -8,12 +8,12 @@ from identify.reports.kit import figures, robot_figure
 from identify.reports.kit.cells import count, listed
 from identify.reports.kit.document import Document
 from identify.reports.kit.shapes import mode_views
-from identify.results.fit import FrfComparison, Result
+from identify.results.fit import FitResult, FrfComparison
 
 _WORST_ROWS = 10
 
 
-def document(result: Result) -> Document:
+def document(result: FitResult) -> Document:
     """The PDF of a fit, in the making."""
     made = Document()
     with figures.style():
@@ -26,7 +26,7 @@ def document(result: Result) -> Document:
     return made
 
 
-def _opening(made: Document, result: Result) -> None:
+def _opening(made: Document, result: FitResult) -> None:
     made.opening(result, tables.tiles(result))
     made.add("paragraph", f"Model: {'; '.join(result.effects)}.")
     made.table(measurement_tables.measurement_table(result))
@@ -37,7 +37,7 @@ def _opening(made: Document, result: Result) -> None:
     made.figure(robot_figure.postures(measurements), caption, *(data.geometry(m.name, m.geometry) for m in measurements))
 
 
-def _parameters(made: Document, result: Result) -> None:
+def _parameters(made: Document, result: FitResult) -> None:
     made.add("heading", "Parameters")
     made.table(tables.parameter_table(result))
     places = "Start and fitted values between their bounds, and the size of the 95 % intervals."
@@ -51,7 +51,7 @@ def _parameters(made: Document, result: Result) -> None:
         made.table(published, heading=True)
 
 
-def _modes(made: Document, result: Result) -> None:
+def _modes(made: Document, result: FitResult) -> None:
     made.add("heading", "Modes")
     measurements = list(result.measurements.values())
     for m in measurements:
@@ -70,7 +70,7 @@ def _modes(made: Document, result: Result) -> None:
     made.figure(robot_figure.shapes(first.geometry, views[: modes_in_band(first)]), caption, data.shapes(first.geometry, views))
 
 
-def _frfs(made: Document, result: Result) -> None:
+def _frfs(made: Document, result: FitResult) -> None:
     found = [(m, m.frf) for m in result.measurements.values() if m.frf is not None]
     if not found:
         return
@@ -103,7 +103,7 @@ def _chosen(name: str, frf: FrfComparison) -> str:
     return f"{name}: {frf.quantity}, {measurement_tables.band(frf)}; {listed(parts)}.{coherence}"
 
 
-def _search(made: Document, result: Result) -> None:
+def _search(made: Document, result: FitResult) -> None:
     made.add("heading", "Convergence")
     made.figure(
         figures.convergence(result),

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import FrfComparison, Geometry, MeasurementResult, ModePairs, ParameterTable
+from identify.results.fit import FrfComparison, MeasurementResult, ModePairs
+from identify.results.tables import Geometry, ParameterTable
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

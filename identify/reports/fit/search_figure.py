@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 from identify.reports.fit import pick
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import BLUE, DIVERGING, MUTED, PALETTE, WIDTH_IN
-from identify.results.fit import Result
+from identify.results.fit import FitResult
 
 _AGREES = 1e-3
 """Starts whose costs differ by less than this part have found the same minimum."""
 
 
-def starts(result: Result) -> Figure:
+def starts(result: FitResult) -> Figure:
     """Every free parameter between its bounds, before and after each start; crosses: starts that ended at a worse cost."""
     p, s = result.parameters, result.starts
     before, after = (pick.between_bounds(p, values)[:, p.free] for values in (s.initial, s.final))
@@ -35,7 +35,7 @@ def starts(result: Result) -> Figure:
     return figure
 
 
-def correlation(result: Result) -> Figure:
+def correlation(result: FitResult) -> Figure:
     """The correlation matrix of the free parameters."""
     names = [name for name, free in zip(result.parameters.name, result.parameters.free, strict=True) if free]
     size = float(np.clip(1.6 + 0.17 * len(names), 2.6, WIDTH_IN - 1.5))

@@ -7,12 +7,13 @@ import numpy as np
 from identify.reports.fit.pick import half_interval
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.reports.kit.reported import Reported
-from identify.results.fit import ParameterTable, Result
+from identify.results.fit import FitResult
+from identify.results.tables import ParameterTable
 
 _AT_BOUND = 1e-6
 
 
-def tiles(result: Result) -> tuple[tuple[str, str, str], ...]:
+def tiles(result: FitResult) -> tuple[tuple[str, str, str], ...]:
     """The few numbers that are read first: (what, value, what it means)."""
     status = [s for s, free in zip(result.parameters.status, result.parameters.free, strict=True) if free]
     determined = sum(s == "determined" for s in status)
@@ -25,7 +26,7 @@ def tiles(result: Result) -> tuple[tuple[str, str, str], ...]:
     )
 
 
-def parameter_table(result: Result) -> Table:
+def parameter_table(result: FitResult) -> Table:
     """Fitted values of a fit with intervals, start values and bounds."""
     return parameter_rows(result.parameters)
 
@@ -67,7 +68,7 @@ def _status(p: ParameterTable, row: int) -> str:
     return p.status[row]
 
 
-def published_table(result: Result) -> Table | None:
+def published_table(result: FitResult) -> Table | None:
     """Published values beside the fitted ones; None where nothing was published."""
     published, p = result.published, result.parameters
     if published is None or not np.isfinite(published.value).any():
@@ -81,7 +82,7 @@ def published_table(result: Result) -> Table | None:
     return Table("Published parameters", columns, tuple(rows), f"Published: {published.source}.")
 
 
-def published_modes_table(result: Result) -> Table | None:
+def published_modes_table(result: FitResult) -> Table | None:
     """Published modes beside the model's at the first posture, both in order of frequency; None where none were published."""
     published = result.published
     if published is None or not len(published.frequency_hz):
@@ -106,7 +107,7 @@ def published_modes_table(result: Result) -> Table | None:
     return Table(f"Published modes, {first.name}", columns, tuple(rows), f"Published: {published.source}. In order of frequency.")
 
 
-def profile_table(result: Result) -> Table | None:
+def profile_table(result: FitResult) -> Table | None:
     """95 % limits from profile likelihoods beside those of the linear intervals; None where none were asked for."""
     if not result.profiles:
         return None
@@ -127,7 +128,7 @@ def profile_table(result: Result) -> Table | None:
     return Table("Profile likelihood, 95 %", columns, tuple(rows), note)
 
 
-def start_table(result: Result) -> Table:
+def start_table(result: FitResult) -> Table:
     """One row per start: cost, effort, how it ended."""
     columns = (words("Start"), Column("Cost"), Column("Evaluations"), Column("Time", "s"), words("Converged"), words("Why it ended"))
     s = result.starts
@@ -139,7 +140,7 @@ def start_table(result: Result) -> Table:
     return Table("Starts", columns, tuple(rows))
 
 
-def direction_table(result: Result) -> Table:
+def direction_table(result: FitResult) -> Table:
     """Directions in parameter space, best determined first, with the parameters that make them."""
     names = [name for name, free in zip(result.parameters.name, result.parameters.free, strict=True) if free]
     rows = []

@@ -17,9 +17,10 @@ from identify.discovery.loop import Story
 from identify.fitting.fit import Progress
 from identify.measured.finding import Finding
 from identify.results.discovery import DiscoveryResult, OptionTable
-from identify.results.fit import MeasurementResult, ParameterTable, Result
+from identify.results.fit import FitResult, MeasurementResult
 from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.side_by_side import SideBySide
+from identify.results.tables import ParameterTable
 
 _SHOWN = 6
 _MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}
@@ -80,7 +81,7 @@ def _option_table(options: OptionTable) -> Table:
     return table
 
 
-def print_result(result: Result) -> None:
+def print_result(result: FitResult) -> None:
     """The verdict, the parameters and the modes."""
     console = Console()
     console.print(*result.verdict, sep="\n", highlight=False)

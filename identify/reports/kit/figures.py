@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from identify.reports.fit import pick
 from identify.reports.kit.cells import NONE, number, unit
-from identify.results.fit import FrfComparison, MeasurementResult, Result
+from identify.results.fit import FitResult, FrfComparison, MeasurementResult
 
 WIDTH_IN = 6.85
 INK, MUTED, GRID, BLUE, ORANGE, GREEN = "#1b2027", "#5c6673", "#dfe3e8", "#0072b2", "#d98200", "#00805f"
@@ -70,7 +70,7 @@ def svg(figure: Figure) -> bytes:
     return stream.getvalue()
 
 
-def parameters(result: Result) -> Figure:
+def parameters(result: FitResult) -> Figure:
     """Left, start and fitted values with their intervals between the bounds; right, the size of the intervals."""
     table = result.parameters
     rows = np.arange(len(table.name))
@@ -180,7 +180,7 @@ def _mac(axes: Axes, one: Mac) -> None:
     axes.set(xlabel=one.across, ylabel=one.down, ylim=(len(one.values), 0))
 
 
-def profiles(result: Result) -> Figure:
+def profiles(result: FitResult) -> Figure:
     """Profile likelihoods, three a row."""
     count = len(result.profiles)
     rows = -(-count // 3)
@@ -198,7 +198,7 @@ def profiles(result: Result) -> Figure:
     return figure
 
 
-def convergence(result: Result) -> Figure:
+def convergence(result: FitResult) -> Figure:
     """Best cost of every start and stage over the evaluations of the start."""
     figure = Figure((WIDTH_IN, 2.1), layout="constrained")
     axes = figure.subplots()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from identify.results.fit import Provenance, Texts
+from identify.results.fit import Texts
+from identify.results.tables import Provenance
 
 
 class Reported(Protocol):

@@ -14,7 +14,8 @@ from identify.reports.fit.measurement_tables import use
 from identify.reports.fit.pick import arrows
 from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.shapes import ModeView
-from identify.results.fit import Geometry, MeasurementResult
+from identify.results.fit import MeasurementResult
+from identify.results.tables import Geometry
 
 Array = NDArray[np.float64]
 

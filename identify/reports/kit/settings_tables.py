@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable
 
 from identify.reports.kit.cells import Table, words
-from identify.results.fit import Provenance
 from identify.results.setting_table import DEFAULT
+from identify.results.tables import Provenance
 
 Row = tuple[str, str, str]
 _COLUMNS = (words("Setting"), words("Value"), words("Source"))

@@ -11,8 +11,8 @@ from identify.reports.fit.html import STAGES, frf_data, render, robot_data
 from identify.reports.kit.cells import number, percent, unit
 from identify.reports.kit.shapes import analysed_views
 from identify.reports.modes import tables as modes_tables
-from identify.results.fit import Geometry
 from identify.results.modes import AnalysedMeasurement, ModesResult
+from identify.results.tables import Geometry
 
 NO_SHAPES = "Shapes are not drawn: where the measured points are is not known. They are in the modal table and the universal file."
 _SECTIONS = (

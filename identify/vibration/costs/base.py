@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from identify.core.errors import InputError
 from identify.core.registry import Registry, parse_kind
+from identify.fitting.objective import Objective
 from identify.vibration.costs.target import FrfTarget, Targets, share_bench
 
 Array = NDArray[np.float64]
@@ -26,21 +27,6 @@ COSTS = Registry(
         "normalized-response": "identify.vibration.costs.normalized_response:NormalizedResponse",
     },
 )
-
-
-class Objective(ABC):
-    """A cost that has met its data: a function of parameter values alone."""
-
-    dear: ClassVar[bool] = False
-    """Whether residuals take so long that an interrupted run remembers them (`identify.fitting.journal`)."""
-
-    @abstractmethod
-    def costs(self, candidates: Array) -> Array:
-        """(m,) costs of a whole population (m, parameters) at once; 0 is perfect, inf where a model has no solution."""
-
-    @abstractmethod
-    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
-        """Residuals (r,) and their derivatives (r, free) at values (parameters,), for gradient methods; zero residuals mean zero cost."""
 
 
 class Cost(BaseModel, ABC):

@@ -9,9 +9,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.optimize import linear_sum_assignment
 
 from identify.core.errors import InputError
+from identify.fitting.objective import Objective
 from identify.modal.mac import macx
 from identify.model.modes import Modes, complex_modes, frequency_and_damping_gradient
-from identify.vibration.costs.base import Array, Cost, Index, Objective
+from identify.vibration.costs.base import Array, Cost, Index
 from identify.vibration.costs.target import ModalTarget, Targets
 
 

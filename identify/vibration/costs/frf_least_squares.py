@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, Objective, real_rows
+from identify.fitting.objective import Objective
+from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, real_rows
 from identify.vibration.costs.target import Complex, FrfTarget, Targets
 
 _LOG_FLOOR = 0.1

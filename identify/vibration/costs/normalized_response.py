@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.errors import InputError
+from identify.fitting.objective import Objective
 from identify.measured.channel import Channel
-from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, Objective, real_rows
+from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, real_rows
 from identify.vibration.costs.target import FrfTarget, Targets
 
 

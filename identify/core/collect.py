@@ -1,0 +1,25 @@
+"""Do several things and report everything that was wrong with them at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from identify.core.errors import InputError, InputErrors
+
+T = TypeVar("T")
+
+
+def collect(makers: Sequence[Callable[[], T]]) -> list[T]:
+    """The results of all makers, or all of their errors at once."""
+    results, errors = [], []
+    for make in makers:
+        try:
+            results.append(make())
+        except InputError as error:
+            errors.append(error)
+        except InputErrors as several:
+            errors += several.errors
+    if errors:
+        raise InputErrors(errors)
+    return results

@@ -1,0 +1,26 @@
+"""The robot that a config describes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from identify.robot.description import Robot
+from identify.robot.dh import read_dh
+from identify.robot.settings import RobotSettings
+from identify.robot.urdf import read_urdf
+
+
+def read_robot(settings: RobotSettings, folder: Path) -> Robot:
+    """The robot of a config with its payloads; paths are relative to `folder`."""
+    path = settings.urdf or settings.dh or Path()
+    robot = (read_urdf if settings.urdf else read_dh)(folder / path)
+    if settings.gravity_m_s2 is not None:
+        robot = replace(robot, gravity=np.array(settings.gravity_m_s2))
+    for number, payload in enumerate(settings.payload):
+        xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        robot = robot.with_payload(payload.link, payload.mass_kg, np.array(payload.centre_m), inertia, f"robot.payload.{number}.link")
+    return robot

@@ -1,0 +1,35 @@
+"""What a config says of the robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field, model_validator
+
+from identify.core.config import Settings
+
+
+class Payload(Settings):
+    """A rigid body fixed to a link."""
+
+    link: str = Field(description="link or frame that carries it")
+    mass_kg: float = Field(gt=0)
+    centre_m: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="centre of mass in the link's frame")
+    inertia_kg_m2: tuple[float, float, float, float, float, float] = Field(
+        (0.0,) * 6, description="ixx, iyy, izz, ixy, ixz, iyz about that centre; default: a point mass"
+    )
+
+
+class RobotSettings(Settings):
+    """Where the robot is described: a URDF or a Denavit-Hartenberg table."""
+
+    urdf: Path | None = Field(None, description="URDF with inertias")
+    dh: Path | None = Field(None, description="YAML with a Denavit-Hartenberg table, masses, centres and inertias")
+    payload: list[Payload] = Field([], description="bodies added to links")
+    gravity_m_s2: tuple[float, float, float] | None = Field(None, description="in the base link's axes; default: down z")
+
+    @model_validator(mode="after")
+    def _one(self) -> RobotSettings:
+        if (self.urdf is None) == (self.dh is None):
+            raise ValueError("give either `urdf` or `dh`")
+        return self

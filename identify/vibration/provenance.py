@@ -1,0 +1,46 @@
+"""Where the result of a study of vibration comes from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from identify.results import fit as results
+from identify.results import tables
+from identify.results.provenance import provenance, sha256
+from identify.results.setting_table import config_settings, given_of
+from identify.results.tables import SettingTable
+from identify.vibration.problem import Problem
+from identify.vibration.study import StudyFile
+
+
+def provenance_of(problem: Problem) -> tables.Provenance:
+    """Provenance of a run of a study."""
+    file = problem.file
+    measured = [(str(m.settings.source), m.target.data.sha256) for m in problem.measurements]
+    return provenance(file.path.name, file.text, [*robot_inputs(file), *measured], study_settings(file))
+
+
+def robot_inputs(file: StudyFile) -> list[tuple[str, str]]:
+    """The files that describe the robot and its points, each with its sha256."""
+    robot = file.study.robot.urdf or file.study.robot.dh or Path()
+    paths = [robot] + ([file.study.points] if file.study.points else [])
+    return [(str(path), sha256(file.resolve(path))) for path in paths]
+
+
+def description_of(file: StudyFile) -> results.Description:
+    """The texts of the robot's and the points' files."""
+    robot, points = file.study.robot.urdf or file.study.robot.dh or Path(), file.study.points
+    text = "" if points is None else _text(file.resolve(points))
+    return results.Description(robot.name, _text(file.resolve(robot)), text)
+
+
+def _text(path: Path) -> str:
+    return path.read_bytes().decode("utf-8-sig", errors="replace")  # a name in another encoding must not cost a finished fit
+
+
+def study_settings(file: StudyFile) -> SettingTable:
+    """Every setting of a study; where it names no optimizer, the stages that run instead."""
+    if "optimizer" in file.study.model_fields_set:
+        return config_settings(file)
+    stages = [{"kind": stage.kind, **given_of(stage)} for stage in file.study.stages]
+    return config_settings(file, {"optimizer": stages})
