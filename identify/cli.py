@@ -1,4 +1,6 @@
-"""The command line: parse, call, print; nothing else.  Every import of a command's machinery is inside the command."""
+"""The command line: parse, call, print; nothing else.  Every import of a command's machinery is inside the
+command.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,14 @@ from typing import Annotated
 import typer
 
 from identify import __version__
-from identify.core.errors import EXIT_BAD_INPUT, EXIT_FAILED_CHECK, EXIT_INTERRUPTED, EXIT_NOT_CONVERGED, InputError, InputErrors
+from identify.core.errors import (
+    EXIT_BAD_INPUT,
+    EXIT_FAILED_CHECK,
+    EXIT_INTERRUPTED,
+    EXIT_NOT_CONVERGED,
+    InputError,
+    InputErrors,
+)
 
 app = typer.Typer(
     help="Fit elastic robot models to measured vibration, and say how far the fit can be trusted.",
@@ -24,7 +33,9 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but er
 
 
 @app.callback(invoke_without_command=True)
-def version_option(version: Annotated[bool, typer.Option("--version", help="print the version and stop")] = False) -> None:
+def version_option(
+    version: Annotated[bool, typer.Option("--version", help="print the version and stop")] = False,
+) -> None:
     """Options of identify itself."""
     if version:
         typer.echo(f"identify {__version__}")
@@ -39,9 +50,14 @@ def fit(
     starts: Annotated[int | None, typer.Option(help="overrides `starts` of the study")] = None,
     report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
     resume: Annotated[
-        bool, typer.Option("--resume", help="go on with an interrupted run; the result is that of an undisturbed one")
+        bool,
+        typer.Option(
+            "--resume", help="go on with an interrupted run; the result is that of an undisturbed one"
+        ),
     ] = False,
-    profile: Annotated[list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")] = None,
+    profile: Annotated[
+        list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Fit a study, of vibration, of motion or of single joints: data in, parameters with intervals out."""
@@ -54,10 +70,14 @@ def fit(
         _fit_joints(config, out, report, quiet, refused=resume or bool(profile or seed or starts))
         return
     if family == "identify-motion":
-        _fit_motion(config, out, {"seed": seed, "starts": starts}, report, quiet, resume=resume, refused=bool(profile))
+        _fit_motion(
+            config, out, {"seed": seed, "starts": starts}, report, quiet, resume=resume, refused=bool(profile)
+        )
         return
     with progress_bar(quiet) as progress:
-        result, path = run_fit(config, out, {"seed": seed, "starts": starts}, progress, resume=resume, profiled=profile or [])
+        result, path = run_fit(
+            config, out, {"seed": seed, "starts": starts}, progress, resume=resume, profiled=profile or []
+        )
     if not quiet:
         print_result(result)
     _finish([path], report, quiet)
@@ -86,14 +106,20 @@ def simulate(
 @app.command()
 def discover(
     config: Config,
-    out: Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>_discovery.h5")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="result file; default: reports/<name of the study>_discovery.h5")
+    ] = None,
     starts: Annotated[int | None, typer.Option(help="overrides `starts` of the study")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="processes; default: one per core")] = None,
     report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
-    resume: Annotated[bool, typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again")] = False,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again"),
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find what is missing from the model of a study, name it, add it, and show the gap shrink; writes the new config.
+    """Find what is missing from the model of a study, name it, add it, and show the gap shrink; writes the
+    new config.
 
     Of recorded motion (schema identify-explain/1), the same as `identify explain`.
     """
@@ -110,7 +136,9 @@ def discover(
         explain(config, out, report, quiet)
         return
     with story(quiet) as told:
-        result, written = run_discover(config, out, {"starts": starts}, told, workers=workers or os.cpu_count() or 1, resume=resume)
+        result, written = run_discover(
+            config, out, {"starts": starts}, told, workers=workers or os.cpu_count() or 1, resume=resume
+        )
     if not quiet:
         print_discovery(result)
     _finish(written, report, quiet)
@@ -123,7 +151,9 @@ def explain(
     report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Name the effects behind recorded motor torques, deflections and tracking errors; fitted on one record, judged on another."""
+    """Name the effects behind recorded motor torques, deflections and tracking errors; fitted on one record,
+    judged on another.
+    """
     from identify.explain.run import run_explain
     from identify.reports.explain.terminal import print_explained, story
 
@@ -136,19 +166,38 @@ def explain(
 
 @app.command()
 def modes(
-    data: Annotated[Path, typer.Argument(help="FRFs in .uff, .csv, .h5 or .mat; or a study, for all its FRF measurements")],
-    out: Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the data>_modes.h5")] = None,
-    unit: Annotated[str | None, typer.Option(help="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")] = None,
-    quantity: Annotated[str | None, typer.Option(help="receptance, mobility or accelerance, where the file does not say")] = None,
+    data: Annotated[
+        Path, typer.Argument(help="FRFs in .uff, .csv, .h5 or .mat; or a study, for all its FRF measurements")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="result file; default: reports/<name of the data>_modes.h5")
+    ] = None,
+    unit: Annotated[
+        str | None, typer.Option(help="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")
+    ] = None,
+    quantity: Annotated[
+        str | None, typer.Option(help="receptance, mobility or accelerance, where the file does not say")
+    ] = None,
     averages: Annotated[int | None, typer.Option(help="averages behind each FRF")] = None,
-    window_decay: Annotated[float | None, typer.Option(help="decay, 1/s, of an exponential window on force and response")] = None,
+    window_decay: Annotated[
+        float | None, typer.Option(help="decay, 1/s, of an exponential window on force and response")
+    ] = None,
     band: Annotated[tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz")] = None,
     estimator: Annotated[str | None, typer.Option(help="plscf or lsce")] = None,
     direction: Annotated[str | None, typer.Option(help="only the responses along X, Y or Z")] = None,
-    mode: Annotated[list[float] | None, typer.Option(help="choose by hand: the mode nearest to this frequency, Hz; repeatable")] = None,
-    max_order: Annotated[int | None, typer.Option(help="largest model order of the stabilisation diagram")] = None,
-    geometry: Annotated[Path | None, typer.Option(help="universal file with the measurement points; default: the data file")] = None,
-    length_unit: Annotated[str | None, typer.Option(help="m, mm, cm, in or ft, where the geometry does not say")] = None,
+    mode: Annotated[
+        list[float] | None,
+        typer.Option(help="choose by hand: the mode nearest to this frequency, Hz; repeatable"),
+    ] = None,
+    max_order: Annotated[
+        int | None, typer.Option(help="largest model order of the stabilisation diagram")
+    ] = None,
+    geometry: Annotated[
+        Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
+    ] = None,
+    length_unit: Annotated[
+        str | None, typer.Option(help="m, mm, cm, in or ft, where the geometry does not say")
+    ] = None,
     report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
     quiet: Quiet = False,
 ) -> None:
@@ -157,7 +206,13 @@ def modes(
     from identify.reports.fit.terminal import print_modes
 
     file = file_options(unit=unit, quantity=quantity, averages=averages, window_decay_per_s=window_decay)
-    given = {"band_hz": band, "estimator": estimator, "direction": direction, "modes_hz": mode or None, "max_order": max_order}
+    given = {
+        "band_hz": band,
+        "estimator": estimator,
+        "direction": direction,
+        "modes_hz": mode or None,
+        "max_order": max_order,
+    }
     modal = {key: value for key, value in given.items() if value is not None}
     result, written = run_modes(data, out, file, modal, geometry, length_unit)
     if not quiet:
@@ -168,9 +223,16 @@ def modes(
         raise typer.Exit(EXIT_NOT_CONVERGED)
 
 
-Workers = Annotated[int | None, typer.Option(min=1, help="local worker processes; default: one per processor")]
-Cluster = Annotated[str | None, typer.Option(help="address of a Dask scheduler, which then does the work; see docs/cluster.md")]
-Resume = Annotated[bool, typer.Option("--resume", help="keep what is finished, go on with what was interrupted, do the rest")]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="local worker processes; default: one per processor")
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(help="address of a Dask scheduler, which then does the work; see docs/cluster.md"),
+]
+Resume = Annotated[
+    bool, typer.Option("--resume", help="keep what is finished, go on with what was interrupted, do the rest")
+]
 
 
 @app.command()
@@ -183,7 +245,9 @@ def batch(
     report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the summary")] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Fit many postures or studies, and tell whether a parameter depends on posture; exit code 4 when a fit failed."""
+    """Fit many postures or studies, and tell whether a parameter depends on posture; exit code 4 when a fit
+    failed.
+    """
     from identify.batch.run import run_batch
     from identify.reports.batch.terminal import batch_bar, print_batch
 
@@ -199,10 +263,19 @@ def batch(
 @app.command("map")
 def map_(
     model: Annotated[Path, typer.Argument(help="result file of a fit")],
-    postures: Annotated[Path | None, typer.Option(help="CSV of postures: joint1_deg, joint2_deg, ..., and name if wanted")] = None,
-    grid: Annotated[list[str] | None, typer.Option(help="JOINT:FIRST:LAST:COUNT in degrees, such as 2:-60:60:9; repeatable")] = None,
-    tool: Annotated[int | None, typer.Option(help="node of the tool's point; default: the last of the points")] = None,
-    band: Annotated[tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz; default: of the fit")] = None,
+    postures: Annotated[
+        Path | None, typer.Option(help="CSV of postures: joint1_deg, joint2_deg, ..., and name if wanted")
+    ] = None,
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(help="JOINT:FIRST:LAST:COUNT in degrees, such as 2:-60:60:9; repeatable"),
+    ] = None,
+    tool: Annotated[
+        int | None, typer.Option(help="node of the tool's point; default: the last of the points")
+    ] = None,
+    band: Annotated[
+        tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz; default: of the fit")
+    ] = None,
     lines: Annotated[int, typer.Option(help="frequencies over the band")] = 100,
     modes: Annotated[int, typer.Option(min=1, help="how many modes")] = 6,
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_map.h5")] = None,
@@ -212,13 +285,17 @@ def map_(
     report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the map")] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Map a fitted model over postures: frequencies, damping and FRFs of the tool, with intervals; HDF5 and CSV."""
+    """Map a fitted model over postures: frequencies, damping and FRFs of the tool, with intervals; HDF5 and
+    CSV.
+    """
     from identify.map.run import MapOptions, parse_grid, run_map
     from identify.reports.batch.terminal import batch_bar, print_said
 
     options = MapOptions(postures, tuple(parse_grid(text) for text in grid or ()), tool, band, lines, modes)
     with batch_bar(quiet) as watch:
-        result, written = run_map(model, options, out, workers=workers, cluster=cluster, resume=resume, watch=watch)
+        result, written = run_map(
+            model, options, out, workers=workers, cluster=cluster, resume=resume, watch=watch
+        )
     if not quiet:
         print_said(result.verdict, result.notes)
     _finish(written, report, quiet)
@@ -242,12 +319,17 @@ def init(
     robot: Annotated[Path, typer.Argument(help="URDF, or YAML with a Denavit-Hartenberg table")],
     data: Annotated[list[Path], typer.Argument(help="measured FRFs or modal tables")],
     out: Annotated[Path, typer.Option(help="config file to write")] = Path("config.yaml"),
-    points: Annotated[Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")] = None,
+    points: Annotated[
+        Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")
+    ] = None,
 ) -> None:
     """Write a commented starter config for a robot and its data."""
     from identify.vibration.starter import write_starter
 
-    typer.echo(f"wrote {write_starter(robot, data, out, points)}: fill in what is marked, then `identify check` and `identify fit` it")
+    typer.echo(
+        f"wrote {write_starter(robot, data, out, points)}: fill in what is marked, then `identify check` and"
+        " `identify fit` it"
+    )
 
 
 @app.command()
@@ -262,10 +344,18 @@ def config(motion: Annotated[bool, typer.Option("--motion", help="of a study of 
 
 @app.command()
 def report(
-    files: Annotated[list[Path], typer.Argument(help="result file of a run; of several fits, to compare them", metavar="RUN.h5 ...")],
-    export: Annotated[Path | None, typer.Option(help="also every figure as PNG and SVG, and the data as CSV, into this folder")] = None,
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="result file of a run; of several fits, to compare them", metavar="RUN.h5 ..."),
+    ],
+    export: Annotated[
+        Path | None,
+        typer.Option(help="also every figure as PNG and SVG, and the data as CSV, into this folder"),
+    ] = None,
 ) -> None:
-    """Write the HTML and PDF reports of a result beside it, from the result file alone; of several results, of their comparison."""
+    """Write the HTML and PDF reports of a result beside it, from the result file alone; of several results,
+    of their comparison.
+    """
     from identify.reports.write import write_reports
 
     typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files, export=export)))
@@ -274,7 +364,9 @@ def report(
 @app.command()
 def compare(
     files: Annotated[list[Path], typer.Argument(help="result files of runs", metavar="A.h5 B.h5 ...")],
-    report: Annotated[bool, typer.Option("--report", help="also write an HTML and a PDF report beside the first")] = False,
+    report: Annotated[
+        bool, typer.Option("--report", help="also write an HTML and a PDF report beside the first")
+    ] = False,
 ) -> None:
     """Set results side by side: cost, gap, parameters, modes and errors."""
     from identify.reports.fit.terminal import print_comparison
@@ -291,7 +383,14 @@ def compare(
 
 
 def _fit_motion(
-    config: Path, out: Path | None, overrides: dict[str, int | None], report: bool, quiet: bool, *, resume: bool, refused: bool
+    config: Path,
+    out: Path | None,
+    overrides: dict[str, int | None],
+    report: bool,
+    quiet: bool,
+    *,
+    resume: bool,
+    refused: bool,
 ) -> None:
     """Fit a study of motion."""
     from identify.motion.run import run_motion_fit
@@ -299,7 +398,9 @@ def _fit_motion(
     from identify.reports.motion.terminal import print_motion
 
     if refused:
-        raise InputError(str(config), "`--profile` with a study of motion", "a study of vibration", "leave the option out")
+        raise InputError(
+            str(config), "`--profile` with a study of motion", "a study of vibration", "leave the option out"
+        )
     with progress_bar(quiet) as progress:
         result, path = run_motion_fit(config, out, overrides, progress, resume=resume)
     if not quiet:
@@ -334,13 +435,17 @@ def _finish(written: list[Path], report: bool, quiet: bool) -> None:
 
 
 def main() -> None:
-    """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit code 2."""
+    """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit
+    code 2.
+    """
     import os
     import signal
 
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a polite kill ends a run as Ctrl-C does: saved and resumable
+    signal.signal(
+        signal.SIGTERM, signal.default_int_handler
+    )  # a polite kill ends a run as Ctrl-C does: saved and resumable
     try:
         app()
     except (InputError, InputErrors) as error:

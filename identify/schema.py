@@ -1,4 +1,6 @@
-"""The config's schema for people and editors: the JSON Schema of `Study` with the plug points' own keys filled in."""
+"""The config's schema for people and editors: the JSON Schema of `Study` with the plug points' own keys
+filled in.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +29,10 @@ def motion_schema() -> dict[str, Any]:
     """JSON Schema of a study of motion; `servo` and `optimizer` list the schema of every registered kind."""
     schema = MotionStudy.model_json_schema(by_alias=True)
     for key, registry in (("servo", CONTROLLERS), ("optimizer", OPTIMIZERS)):
-        schema["properties"][key]["kinds"] = {name: registry.get(name).model_json_schema() for name in registry.names()}
-    plain: dict[str, Any] = to_jsonable_python(schema, inf_nan_mode="strings")  # JSON has no infinity, and limits default to it
+        schema["properties"][key]["kinds"] = {
+            name: registry.get(name).model_json_schema() for name in registry.names()
+        }
+    plain: dict[str, Any] = to_jsonable_python(
+        schema, inf_nan_mode="strings"
+    )  # JSON has no infinity, and limits default to it
     return plain

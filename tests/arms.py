@@ -17,8 +17,18 @@ from tests.robot.random_arm import industrial_arm, random_posture, write
 ALL_EFFECTS: list[dict[str, Any]] = [
     {"kind": "joint-compliance", "joints": "all", "axes": ["rz", "rx", "ty"]},
     {"kind": "base-compliance", "axes": ["rx", "tz"]},
-    {"kind": "added-mass", "link": "link4", "at_m": [0.1, 0.0, 0.2], "mass": {"initial": 7.0, "bounds": [0.0, 50.0]}},
-    {"kind": "rotor-inertia", "joints": [2, 3], "gear_ratio": [100, 80], "inertia": {"initial": 1e-3, "bounds": [1e-5, 1e-1]}},
+    {
+        "kind": "added-mass",
+        "link": "link4",
+        "at_m": [0.1, 0.0, 0.2],
+        "mass": {"initial": 7.0, "bounds": [0.0, 50.0]},
+    },
+    {
+        "kind": "rotor-inertia",
+        "joints": [2, 3],
+        "gear_ratio": [100, 80],
+        "inertia": {"initial": 1e-3, "bounds": [1e-5, 1e-1]},
+    },
     {
         "kind": "rotor-inertia",
         "joints": [1],
@@ -34,7 +44,9 @@ def arm(folder: Path, seed: int = 1) -> Robot:
     return read_urdf(write(folder, industrial_arm(seed)))
 
 
-def system(robot: Robot, effects: list[dict[str, Any]], seed: int = 1) -> tuple[System, list[Parameter], list[Effect]]:
+def system(
+    robot: Robot, effects: list[dict[str, Any]], seed: int = 1
+) -> tuple[System, list[Parameter], list[Effect]]:
     """The arm with effects at a random posture."""
     parsed = [parse_effect(effect) for effect in effects]
     site = build_site(robot, random_posture(seed), parsed)

@@ -1,4 +1,6 @@
-"""Studies of the shared hammer tests with something hidden: config text from their test.json, truth for scoring only."""
+"""Studies of the shared hammer tests with something hidden: config text from their test.json, truth for
+scoring only.
+"""
 
 from __future__ import annotations
 
@@ -23,22 +25,31 @@ def write_config(case: str, folder: Path, initial: list[float] | None = None, ex
 
 
 def config_of(source: Path, folder: Path, initial: list[float] | None = None, extra: str = "") -> Path:
-    """A config in `folder` for the case in `source`: posture 3 for validation, the others fitted; first guess from its test.json."""
+    """A config in `folder` for the case in `source`: posture 3 for validation, the others fitted; first guess
+    from its test.json.
+    """
     source, case = source.resolve(), source.name
     test = json.loads((source / "test.json").read_text())
-    lines = ["schema: identify/1", f"name: {case}", f"robot: {{urdf: '{source / 'robot.urdf'}'}}", f"points: '{source / 'points.csv'}'"]
+    lines = [
+        "schema: identify/1",
+        f"name: {case}",
+        f"robot: {{urdf: '{source / 'robot.urdf'}'}}",
+        f"points: '{source / 'points.csv'}'",
+    ]
     lines.append("measurements:")
     for entry in test["files"]:
         use = "validate" if entry["file"].startswith("posture3") else "fit"
         decay = test["exponential_window_decay_per_s"]
         impact = f"impact: {{peak_n: {entry['level_n']}}}, " if "level_n" in entry else ""
         lines.append(
-            f"  - {{file: '{source / entry['file']}', posture_deg: {entry['posture_deg']}, averages: {test['averages']}, "
-            f"window_decay_per_s: {decay}, {impact}use: {use}}}"
+            f"  - {{file: '{source / entry['file']}', posture_deg: {entry['posture_deg']}, averages:"
+            f" {test['averages']}, window_decay_per_s: {decay}, {impact}use: {use}}}"
         )
     guess = initial or test["initial_stiffness_nm_per_rad"]
     lines += ["band_hz: [3, 80]", "effects:", "  - kind: joint-compliance", "    axes: [rz]"]
-    lines.append(f"    stiffness: {{initial: {[float(k) for k in np.asarray(guess)]}, bounds: [1.0e+2, 1.0e+9]}}")
+    lines.append(
+        f"    stiffness: {{initial: {[float(k) for k in np.asarray(guess)]}, bounds: [1.0e+2, 1.0e+9]}}"
+    )
     lines.append("    damping: {damping_ratio: 0.04, bounds: [1.0e-3, 1.0e+6]}")
     path = folder / f"{case}.yaml"
     path.write_text("\n".join([*lines, extra]) + "\n")

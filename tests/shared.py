@@ -1,4 +1,6 @@
-"""The one place that finds test material kept beside the repository, and skips, saying so, where it is absent."""
+"""The one place that finds test material kept beside the repository, and skips, saying so, where it is
+absent.
+"""
 
 from __future__ import annotations
 

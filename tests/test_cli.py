@@ -18,7 +18,14 @@ HEAVY = ("scipy", "matplotlib", "pymoo", "plotly", "mujoco", "h5py", "pandas", "
 
 
 def _identify(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "identify", *words], check=False, cwd=cwd, capture_output=True, text=True, timeout=120)
+    return subprocess.run(
+        [sys.executable, "-m", "identify", *words],
+        check=False,
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +51,13 @@ def test_compare_sets_results_side_by_side(fitted: Path) -> None:
     other = fitted.with_name("other.h5")
     assert (
         _identify(
-            "fit", str(ROOT / "configs/umons_tx200_rebalanced.yaml"), "--out", other.name, "--no-report", "-q", cwd=fitted.parent
+            "fit",
+            str(ROOT / "configs/umons_tx200_rebalanced.yaml"),
+            "--out",
+            other.name,
+            "--no-report",
+            "-q",
+            cwd=fitted.parent,
         ).stdout
         == ""
     )
@@ -73,7 +86,9 @@ def test_bad_input_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None:
     assert not (tmp_path / "reports").exists()
 
 
-@pytest.mark.parametrize("words", [["fit"], ["fit", "no-such-file.yaml"], ["report", "no.h5"], ["check", "no.yaml"], ["nonsense"]])
+@pytest.mark.parametrize(
+    "words", [["fit"], ["fit", "no-such-file.yaml"], ["report", "no.h5"], ["check", "no.yaml"], ["nonsense"]]
+)
 def test_wrong_words_exit_with_2(words: list[str], tmp_path: Path) -> None:
     done = _identify(*words, cwd=tmp_path)
     assert done.returncode == 2
@@ -82,13 +97,25 @@ def test_wrong_words_exit_with_2(words: list[str], tmp_path: Path) -> None:
 
 def test_an_unfinished_fit_exits_with_4(tmp_path: Path) -> None:
     text = (ROOT / "configs" / "umons_tx200.yaml").read_text().replace("../data", str(ROOT / "data"))
-    (tmp_path / "short.yaml").write_text(text.replace("evaluations: 20000", "evaluations: 50").replace("starts: 10", "starts: 2"))
+    (tmp_path / "short.yaml").write_text(
+        text.replace("evaluations: 20000", "evaluations: 50").replace("starts: 10", "starts: 2")
+    )
     assert _identify("fit", "short.yaml", "--no-report", "-q", cwd=tmp_path).returncode == 4
     assert not read(tmp_path / "reports" / "umons_tx200.h5").converged
 
 
 def test_overrides_are_used_and_kept_out_of_the_config(tmp_path: Path) -> None:
-    done = _identify("fit", str(ROOT / "configs" / "umons_tx200.yaml"), "--seed", "5", "--starts", "1", "--no-report", "-q", cwd=tmp_path)
+    done = _identify(
+        "fit",
+        str(ROOT / "configs" / "umons_tx200.yaml"),
+        "--seed",
+        "5",
+        "--starts",
+        "1",
+        "--no-report",
+        "-q",
+        cwd=tmp_path,
+    )
     assert done.returncode in (0, 4)
     assert read(tmp_path / "reports" / "umons_tx200.h5").seed == 5
 
@@ -103,8 +130,17 @@ def test_config_prints_every_key_with_its_meaning() -> None:
 
 
 def test_help_is_fast_because_it_imports_nothing_heavy() -> None:
-    code = "import sys, identify.cli; print([name for name in sys.modules if name.split('.')[0] in " + repr(HEAVY) + "])"
-    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip() == "[]"
+    code = (
+        "import sys, identify.cli; print([name for name in sys.modules if name.split('.')[0] in "
+        + repr(HEAVY)
+        + "])"
+    )
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], check=True, capture_output=True, text=True
+        ).stdout.strip()
+        == "[]"
+    )
 
 
 def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) -> None:
@@ -116,7 +152,9 @@ def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) 
     assert "posture_deg" in asked.stderr
     text = (tmp_path / "config.yaml").read_text()
     assert "FILL IN" in text
-    filled = text.replace("posture_deg: null", "posture_deg: [13.4, 10.2, -1.9, 8.0, 50.0, 8.4]").replace("averages: null", "averages: 4")
+    filled = text.replace("posture_deg: null", "posture_deg: [13.4, 10.2, -1.9, 8.0, 50.0, 8.4]").replace(
+        "averages: null", "averages: 4"
+    )
     (tmp_path / "config.yaml").write_text(filled)
     assert _identify("check", "config.yaml", cwd=tmp_path).returncode == 0
     again = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)

@@ -62,8 +62,14 @@ def test_only_common_lines_and_pairs_are_laid_over_each_other(tmp_path: Path) ->
     assert m.frf is not None
     cut = dataclasses.replace(
         m.frf,
-        **{name: getattr(m.frf, name)[5:, 2:] for name in ("measured", "initial", "fitted", "band_95", "noise", "coherence")},
-        **{name: getattr(m.frf, name)[2:] for name in ("output", "input", "gap", "relative_error", "frac", "area_error")},
+        **{
+            name: getattr(m.frf, name)[5:, 2:]
+            for name in ("measured", "initial", "fitted", "band_95", "noise", "coherence")
+        },
+        **{
+            name: getattr(m.frf, name)[2:]
+            for name in ("output", "input", "gap", "relative_error", "frac", "area_error")
+        },
         frequency_hz=m.frf.frequency_hz[5:],
     )
     other = dataclasses.replace(other, measurements={"posture1": dataclasses.replace(m, frf=cut)})

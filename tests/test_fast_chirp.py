@@ -1,4 +1,6 @@
-"""The fast-chirp study: time histories to normalised responses that agree with the truth behind them, and with nothing less."""
+"""The fast-chirp study: time histories to normalised responses that agree with the truth behind them, and
+with nothing less.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,10 @@ from tests.generator.chirp import Sweep, machine, path_rates, truth
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "data" / "fast_chirp_rx160"
-CELL = "  - {kind: load-cell, link: link6, at_m: 0.26, centre_m: [0, 0, 0.2367], mass: {initial: 9, fixed: true}}\n"
+CELL = (
+    "  - {kind: load-cell, link: link6, at_m: 0.26, centre_m: [0, 0, 0.2367], mass: {initial: 9, fixed:"
+    " true}}\n"
+)
 
 
 @cache
@@ -31,8 +36,14 @@ def _truth() -> dict[str, float]:
         for axis, k, c in zip(told["axes"], springs, dampers, strict=True):
             values[f"joint{joint}.{axis}.stiffness"], values[f"joint{joint}.{axis}.damping"] = k, c
     for number, axis in enumerate("xyz"):
-        values[f"base.r{axis}.stiffness"], values[f"base.r{axis}.damping"] = told["base"][0][number], told["base"][1][number]
-        values[f"link6.cell_{axis}.stiffness"], values[f"link6.cell_{axis}.damping"] = told["cell"][0][number], told["cell"][1][number]
+        values[f"base.r{axis}.stiffness"], values[f"base.r{axis}.damping"] = (
+            told["base"][0][number],
+            told["base"][1][number],
+        )
+        values[f"link6.cell_{axis}.stiffness"], values[f"link6.cell_{axis}.damping"] = (
+            told["cell"][0][number],
+            told["cell"][1][number],
+        )
     return values
 
 
@@ -42,7 +53,9 @@ def _problem(folder: Path, text: str, only: tuple[str, ...] = ()) -> Problem:
     path.write_text(text.replace("../data", str(ROOT / "data")))
     file = read_study(path)
     chosen = [m for m in file.study.measurements if not only or m.name in only]
-    return load_problem(file.model_copy(update={"study": file.study.model_copy(update={"measurements": chosen})}))
+    return load_problem(
+        file.model_copy(update={"study": file.study.model_copy(update={"measurements": chosen})})
+    )
 
 
 def _errors(problem: Problem, name: str) -> dict[str, float]:
@@ -62,7 +75,11 @@ def test_the_responses_are_those_of_the_true_joints_and_of_a_rotating_force(tmp_
     for zone in ("zone1", "zone4", "zone5"):
         errors = _errors(problem, zone)
         assert max(errors.values()) < 0.12, (zone, errors)
-    backwards = _problem(tmp_path, text.replace("acts_at: ['14:+X', '14:+Y']", "acts_at: ['14:+X', '14:-Y']"), ("zone1", "zone5"))
+    backwards = _problem(
+        tmp_path,
+        text.replace("acts_at: ['14:+X', '14:+Y']", "acts_at: ['14:+X', '14:-Y']"),
+        ("zone1", "zone5"),
+    )
     assert _errors(backwards, "zone5")["low"] > 0.5, "a force that turned the other way would not do"
     assert sum(p.free for p in problem.parameters) == 42
     own = [name.split(".")[1] for name in problem.measurements[0].system.coordinates]
@@ -70,20 +87,29 @@ def test_the_responses_are_those_of_the_true_joints_and_of_a_rotating_force(tmp_
 
 
 def test_the_load_cell_is_in_the_force_of_the_formula_and_not_in_that_of_the_cell(tmp_path: Path) -> None:
-    """Above 24 Hz; with the formula the model needs the cell, with the corrected force of the cell it must not have it."""
+    """Above 24 Hz; with the formula the model needs the cell, with the corrected force of the cell it must
+    not have it.
+    """
     text = (ROOT / "configs" / "fast_chirp_rx160_formula.yaml").read_text()
     cases = {
         (force, cell): text.replace("force: formula", f"force: {force}") + CELL * cell
         for force in ("formula", "load-cell")
         for cell in (0, 1)
     }
-    high = {case: _errors(_problem(tmp_path, config, ("zone5",)), "zone5")["high"] for case, config in cases.items()}
+    high = {
+        case: _errors(_problem(tmp_path, config, ("zone5",)), "zone5")["high"]
+        for case, config in cases.items()
+    }
     assert high["formula", 1] < 0.7 * high["formula", 0], high
     assert high["load-cell", 0] < 0.8 * high["load-cell", 1], high
 
 
 def test_the_study_runs_and_approaches_the_data(tmp_path: Path) -> None:
-    text = (ROOT / "configs" / "fast_chirp_rx160_xy.yaml").read_text().replace("evaluations: 12000", "evaluations: 150")
+    text = (
+        (ROOT / "configs" / "fast_chirp_rx160_xy.yaml")
+        .read_text()
+        .replace("evaluations: 12000", "evaluations: 150")
+    )
     problem = _problem(tmp_path, text)
     initial = np.array([p.initial for p in problem.parameters])
     objective = problem.file.study.cost.objective(problem.targets())

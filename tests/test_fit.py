@@ -54,7 +54,10 @@ def test_measured_modes_are_beside_the_models(result: tuple[FitResult, Path]) ->
         pairs = measurement.pairs
         assert pairs is not None
         assert len(pairs.model) >= 3
-        model, measured = measurement.modes.frequency_hz[pairs.model], pairs.measured_frequency_hz[pairs.measured]
+        model, measured = (
+            measurement.modes.frequency_hz[pairs.model],
+            pairs.measured_frequency_hz[pairs.measured],
+        )
         assert model == pytest.approx(measured, rel=0.005)
         assert np.all(pairs.mac > 0.98)
 
@@ -84,7 +87,11 @@ def test_file_is_read_back_as_it_was_written(result: tuple[FitResult, Path]) -> 
             assert one.dtype.kind == other.dtype.kind
             assert np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
         else:
-            assert one == pytest.approx(other, rel=0, abs=0, nan_ok=True) if isinstance(one, float) else one == other
+            assert (
+                one == pytest.approx(other, rel=0, abs=0, nan_ok=True)
+                if isinstance(one, float)
+                else one == other
+            )
 
     same(result[0], read(result[1]))
 
@@ -105,14 +112,18 @@ def test_a_file_that_is_no_result_is_refused(tmp_path: Path) -> None:
             read(tmp_path / f"{name}.h5")
 
 
-def test_a_folder_that_cannot_be_written_loses_nothing(result: tuple[FitResult, Path], tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_loses_nothing(
+    result: tuple[FitResult, Path], tmp_path: Path
+) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match="cannot be written"):
         write(result[0], tmp_path / "file" / "run.h5")
     assert read(result[1]).cost == result[0].cost
 
 
-def test_a_run_that_fails_leaves_an_older_result_alone(result: tuple[FitResult, Path], tmp_path: Path) -> None:
+def test_a_run_that_fails_leaves_an_older_result_alone(
+    result: tuple[FitResult, Path], tmp_path: Path
+) -> None:
     text = (ROOT / "configs" / "umons_tx200.yaml").read_text().replace("../data", str(ROOT / "data"))
     (tmp_path / "config.yaml").write_text(text.replace("centre_m: [0.01, 0, 0.06]", "centre_m: [0, 0, 0.06]"))
     write(result[0], tmp_path / "r.h5")
@@ -135,7 +146,9 @@ def test_same_seed_same_result_and_history_counts(tmp_path: Path) -> None:
 
 
 def test_tx200_is_as_good_as_the_issue_asks() -> None:
-    """Frequencies to 0.01 Hz, damping to 0.05 points, stiffness of joints 1 to 3 in the order of magnitude of Table 2."""
+    """Frequencies to 0.01 Hz, damping to 0.05 points, stiffness of joints 1 to 3 in the order of magnitude of
+    Table 2.
+    """
     for name, damping in (("umons_tx200", (12.3, 4, 3.55)), ("umons_tx200_rebalanced", (6.5, 7.2, 8))):
         problem = load_problem(read_study(ROOT / "configs" / f"{name}.yaml"))
         found = fit(problem)

@@ -31,7 +31,9 @@ from tests.generator.tree import at_posture
 from tests.generator.universal import Function, dataset
 
 DATA = Path(__file__).parents[1] / "data" / "arm_hammer_test"
-GENTLE = TestSpec(random_arm(5), force_n=10.0, noise_force=0.0, noise_response=0.0, averages=1, window_decay_per_s=3.0)
+GENTLE = TestSpec(
+    random_arm(5), force_n=10.0, noise_force=0.0, noise_response=0.0, averages=1, window_decay_per_s=3.0
+)
 """Small motions and no noise: everything is linear."""
 SHIPPED = TestSpec(MAKES["large"](1).at_points([2, 4, 5, 6, 8, 9, 10, 12, 13, 14]), seed=1, binary=True)
 
@@ -76,9 +78,13 @@ def test_nothing_is_imported_from_identify() -> None:
 
 def test_recorded_impact_has_the_spectrum_of_a_half_sine() -> None:
     """The closed-form Laplace transform at decay + j omega, filter and sampling notwithstanding."""
-    chain = Chain(rate=512.0, duration=1.6, oversampling=16, noise_force=0.0, noise_response=0.0, window_decay=3.0)
+    chain = Chain(
+        rate=512.0, duration=1.6, oversampling=16, noise_force=0.0, noise_response=0.0, window_decay=3.0
+    )
     impact = Impact(peak=180.0, start=0.4 * chain.step, width=6.5e-3, along=np.array([0.0, 0.0, 1.0]))
-    record = chain.window() * chain.force(impact.reading(chain.step * np.arange(chain.steps)), np.random.default_rng(0))
+    record = chain.window() * chain.force(
+        impact.reading(chain.step * np.arange(chain.steps)), np.random.default_rng(0)
+    )
     s = 3.0 + 2j * np.pi * np.fft.rfftfreq(chain.samples, 1 / 512.0)[:128]
     exact = 180.0 * (np.pi / 6.5e-3) * (1 + np.exp(-s * 6.5e-3)) / (s**2 + (np.pi / 6.5e-3) ** 2)
     found = np.fft.rfft(record)[:128] / 512.0
@@ -89,18 +95,26 @@ def test_recorded_impact_has_the_spectrum_of_a_half_sine() -> None:
 
 def test_records_pass_80_hz_and_stop_what_would_alias() -> None:
     """A sine at 80 Hz keeps its level; one at 440 Hz, which would appear at 72 Hz, vanishes."""
-    chain = Chain(rate=512.0, duration=1.6, oversampling=16, noise_force=0.0, noise_response=0.0, window_decay=0.0)
+    chain = Chain(
+        rate=512.0, duration=1.6, oversampling=16, noise_force=0.0, noise_response=0.0, window_decay=0.0
+    )
     time = chain.step * np.arange(chain.steps)
-    low, high = (chain.force(np.sin(2 * np.pi * f * time), np.random.default_rng(0))[200:-50] for f in (80.0, 440.0))
+    low, high = (
+        chain.force(np.sin(2 * np.pi * f * time), np.random.default_rng(0))[200:-50] for f in (80.0, 440.0)
+    )
     assert np.sqrt(2 * np.mean(low**2)) == pytest.approx(1.0, rel=1e-2)
     assert np.abs(high).max() < 2e-4
 
 
 def test_simulated_decay_has_the_poles_of_the_linear_model() -> None:
-    """Matrix pencil of the free decay: frequency to 0.1 %, damping to 1 %: integration adds no damping of its own."""
+    """Matrix pencil of the free decay: frequency to 0.1 %, damping to 1 %: integration adds no damping of its
+    own.
+    """
     plant = make_plant(GENTLE, draw_postures(GENTLE)[0])
     impact = Impact(peak=10.0, start=0.0, width=6e-3, along=np.array([0.48, 0.6, 0.64]))
-    motion = plant.respond(GENTLE.hammer_points[0], impact.force, impact.end, 1 / 8192, 5000)[64::16].reshape(-1, 42)
+    motion = plant.respond(GENTLE.hammer_points[0], impact.force, impact.end, 1 / 8192, 5000)[64::16].reshape(
+        -1, 42
+    )
     rows = len(motion) // 2
     hankel = np.hstack([motion[n : n + rows] for n in range(60)])
     left, sizes, _ = np.linalg.svd(hankel, full_matrices=False)
@@ -123,7 +137,9 @@ def test_urdf_is_the_robot_that_was_simulated(tmp_path: Path) -> None:
     file = tmp_path / "robot.urdf"
     file.write_text(arm.urdf(), encoding="utf-8")
     model = pin.buildModelFromUrdf(str(file))
-    tip = model.addFrame(pin.Frame("tip", 6, 0, pin.SE3(np.eye(3), arm.points[-1].xyz), pin.FrameType.OP_FRAME))
+    tip = model.addFrame(
+        pin.Frame("tip", 6, 0, pin.SE3(np.eye(3), arm.points[-1].xyz), pin.FrameType.OP_FRAME)
+    )
     data, q = model.createData(), np.radians(posture)
     mass = np.triu(pin.crba(model, data, q))
     mass += np.triu(mass, 1).T
@@ -133,7 +149,9 @@ def test_urdf_is_the_robot_that_was_simulated(tmp_path: Path) -> None:
     assert mass @ linear.b[6:] == pytest.approx(jacobian.T, abs=1e-6)
 
 
-@pytest.mark.parametrize("case", ["none", "base_rocking+tilt_j3", "link2_flex", "absorber_l3+ground_spring_l2+rotor_j2"])
+@pytest.mark.parametrize(
+    "case", ["none", "base_rocking+tilt_j3", "link2_flex", "absorber_l3+ground_spring_l2+rotor_j2"]
+)
 def test_frfs_are_those_of_the_linear_model(case: str) -> None:
     """Impacts, filter, window and H1 without noise give the FRF at decay + j omega."""
     spec = hide(GENTLE, case)
@@ -166,15 +184,23 @@ def test_faults_change_the_channels_they_name() -> None:
 
 
 def test_errors_and_coherence_are_those_of_the_stated_noise() -> None:
-    """H1 of a sensor that reads twice the force, noisily: its scatter is sigma^2 sum(w^2) / sum |F|^2, and its coherence says so."""
-    chain = Chain(rate=512.0, duration=1.6, oversampling=16, noise_force=0.0, noise_response=0.5, window_decay=3.0)
+    """H1 of a sensor that reads twice the force, noisily: its scatter is sigma^2 sum(w^2) / sum |F|^2, and
+    its coherence says so.
+    """
+    chain = Chain(
+        rate=512.0, duration=1.6, oversampling=16, noise_force=0.0, noise_response=0.5, window_decay=3.0
+    )
     rng = np.random.default_rng(4)
     impacts = [swing(rng, 2, 100.0, 0.0, chain.step) for _ in range(4)]
     readings = [impact.reading(chain.step * np.arange(chain.steps)) for impact in impacts]
     names = [str(number) for number in range(40)]
     forces = np.array([chain.window() * chain.force(reading, rng) for reading in readings])
-    responses = np.array([chain.responses(np.tile(2 * reading[:, None, None], (1, 40, 3)), names, rng) for reading in readings])
-    estimate = h1(forces, chain.window()[:, None] * responses.reshape(4, chain.samples, -1), chain.rate).band(2.5, 80.0)
+    responses = np.array(
+        [chain.responses(np.tile(2 * reading[:, None, None], (1, 40, 3)), names, rng) for reading in readings]
+    )
+    estimate = h1(forces, chain.window()[:, None] * responses.reshape(4, chain.samples, -1), chain.rate).band(
+        2.5, 80.0
+    )
     power = np.sum(np.abs(np.fft.rfft(forces, axis=1)[:, 4:128]) ** 2, axis=0)
     variance = 0.25 * np.sum(chain.window() ** 2) / power
     told = np.abs(estimate.h1) ** 2 * (1 - estimate.coherence) / estimate.coherence / 3
@@ -183,21 +209,29 @@ def test_errors_and_coherence_are_those_of_the_stated_noise() -> None:
 
 
 def test_force_level_matters_only_where_it_should() -> None:
-    """Ten times the force: same FRFs on a linear arm, other ones with friction or a hardening spring in joint 2."""
+    """Ten times the force: same FRFs on a linear arm, other ones with friction or a hardening spring in joint
+    2.
+    """
     spec = replace(GENTLE, duration_s=0.8, oversampling=8)
     joint = spec.arm.stiffness[1]
     changes = []
     for effects in ((), (JointFriction(2, 0.3, 1e-5),), (HardeningStiffness(2, 5e9 * joint),)):
         soft, hard = (measured(replace(spec, effects=effects), level)[0] for level in (1.0, 10.0))
-        changes.append(mismatch(hard, np.stack([soft[(spec.hammer_points[0], axis)].h1 for axis in range(3)], axis=2)))
+        changes.append(
+            mismatch(hard, np.stack([soft[(spec.hammer_points[0], axis)].h1 for axis in range(3)], axis=2))
+        )
     assert changes[0] < 1e-3
     assert min(changes[1:]) > 0.03
 
 
 def test_weighed_accelerometers_feel_the_tilt() -> None:
-    """A link that tilts about a level axis by theta reads g theta more: 4 % at 2.5 Hz for 1 m above the axis, nothing at 80 Hz."""
+    """A link that tilts about a level axis by theta reads g theta more: 4 % at 2.5 Hz for 1 m above the axis,
+    nothing at 80 Hz.
+    """
     posture = draw_postures(GENTLE)[0]
-    plain, weighed = (linearise(make_plant(replace(GENTLE, weighed=w), posture), "link6_2") for w in (False, True))
+    plain, weighed = (
+        linearise(make_plant(replace(GENTLE, weighed=w), posture), "link6_2") for w in (False, True)
+    )
     difference = weighed.c[:, :6] - plain.c[:, :6]
     plant = make_plant(GENTLE, posture)
     plant.rest()
@@ -208,7 +242,9 @@ def test_weighed_accelerometers_feel_the_tilt() -> None:
     assert difference[-3:] == pytest.approx(about, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", [f"{kind}_j3" for kind in CASES if kind != "flex"] + ["link3_flex", "link6_flex"])
+@pytest.mark.parametrize(
+    "name", [f"{kind}_j3" for kind in CASES if kind != "flex"] + ["link3_flex", "link6_flex"]
+)
 def test_every_case_rests_and_decays(name: str) -> None:
     """All that can be hidden leaves a stable arm at rest; its truth can be written."""
     spec = hide(replace(GENTLE, seed=7), name)
@@ -263,18 +299,25 @@ def test_universal_files_are_read_by_pyuff(tmp_path: Path, binary: bool) -> None
         assert found["data"] == pytest.approx(values, rel=1e-5)
         assert found["x"] == pytest.approx(frequency, rel=1e-5)
         assert (found["rsp_node"], found["rsp_dir"], found["ref_node"], found["ref_dir"]) == (4, 2, 14, 3)
-    assert (first["ordinate_axis_units_lab"].strip(), first["orddenom_axis_units_lab"].strip()) == ("m/s2", "N")
+    assert (first["ordinate_axis_units_lab"].strip(), first["orddenom_axis_units_lab"].strip()) == (
+        "m/s2",
+        "N",
+    )
 
 
 def test_files_of_a_test(tmp_path: Path) -> None:
     """Names and keys as documented, the truth outside the folder, the same bytes again from the same seed."""
     arm = random_arm(5).at_points([9, 14])
-    spec = replace(GENTLE, arm=arm, postures=1, levels=(0.5, 2.0), duration_s=0.3, oversampling=8, band_hz=(5.0, 60.0))
+    spec = replace(
+        GENTLE, arm=arm, postures=1, levels=(0.5, 2.0), duration_s=0.3, oversampling=8, band_hz=(5.0, 60.0)
+    )
     for folder in ("one", "two"):
         generate(spec, tmp_path / folder)
     names = ["points.csv", "posture1_level0.5.uff", "posture1_level2.uff", "robot.urdf", "test.json"]
     assert sorted(file.name for file in (tmp_path / "one").iterdir()) == names
-    assert all((tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes() for name in names)
+    assert all(
+        (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes() for name in names
+    )
     test = json.loads((tmp_path / "one" / "test.json").read_text(encoding="utf-8"))
     assert [file["level_n"] for file in test["files"]] == [5.0, 20.0]
     assert test["exponential_window_decay_per_s"] == 3.0
@@ -283,7 +326,10 @@ def test_files_of_a_test(tmp_path: Path) -> None:
     truth = json.loads((tmp_path / "one.truth.json").read_text(encoding="utf-8"))
     assert truth["effects"] == [] and truth["k"] == arm.stiffness.tolist()
     points = (tmp_path / "one" / "points.csv").read_text(encoding="utf-8").splitlines()
-    assert [line.split(",")[:3] for line in points[1:]] == [["9", "link4_1", "link4"], ["14", "link6_2", "link6"]]
+    assert [line.split(",")[:3] for line in points[1:]] == [
+        ["9", "link4_1", "link4"],
+        ["14", "link6_2", "link6"],
+    ]
 
 
 def test_rotations_go_there_and_back() -> None:
@@ -296,8 +342,12 @@ def test_joints_on_their_own_are_where_the_make_puts_them() -> None:
     """The large arm's joint frequencies, from the stiffness and the inertia that the joint carries."""
     arm = MAKES["large"](1)
     tree = at_posture(arm, arm.home)
-    inertia = [tree.outboard_about(f"link{number}", joint.axis) for number, joint in enumerate(arm.joints, start=1)]
-    assert np.sqrt(arm.stiffness / inertia) / (2 * np.pi) == pytest.approx([13.0, 14.0, 22.0, 51.0, 38.0, 74.0])
+    inertia = [
+        tree.outboard_about(f"link{number}", joint.axis) for number, joint in enumerate(arm.joints, start=1)
+    ]
+    assert np.sqrt(arm.stiffness / inertia) / (2 * np.pi) == pytest.approx(
+        [13.0, 14.0, 22.0, 51.0, 38.0, 74.0]
+    )
     assert 1000 < sum(link.inertia.mass for link in arm.links) < 1200
 
 
@@ -308,7 +358,9 @@ def _words(text: str) -> tuple[str, list[float]]:
 
 
 def test_shipped_data_are_what_their_source_says() -> None:
-    """Texts and truth of data/arm_hammer_test come from the stated seed; its FRFs are those of the truth to within the stated noise."""
+    """Texts and truth of data/arm_hammer_test come from the stated seed; its FRFs are those of the truth to
+    within the stated noise.
+    """
     pyuff = pytest.importorskip("pyuff")
     postures = draw_postures(SHIPPED)
     plants = [make_plant(SHIPPED, posture) for posture in postures]
@@ -318,14 +370,27 @@ def test_shipped_data_are_what_their_source_says() -> None:
         words, again = (_words((DATA / name).read_text(encoding="utf-8")), _words(text))
         assert words[0] == again[0]
         assert words[1] == pytest.approx(again[1], rel=1e-7, abs=1e-9)
-    shipped, told = (json.loads(text) for text in ((DATA / "truth.json").read_text(encoding="utf-8"), tell(SHIPPED, postures, linear)))
-    assert shipped["k"] == pytest.approx(told["k"]) and shipped["c"] == pytest.approx(told["c"]) and shipped["effects"] == []
+    shipped, told = (
+        json.loads(text)
+        for text in ((DATA / "truth.json").read_text(encoding="utf-8"), tell(SHIPPED, postures, linear))
+    )
+    assert (
+        shipped["k"] == pytest.approx(told["k"])
+        and shipped["c"] == pytest.approx(told["c"])
+        and shipped["effects"] == []
+    )
     for number, model in enumerate(linear, start=1):
-        sets = [item for item in pyuff.UFF(str(DATA / f"posture{number}.uff")).read_sets() if item["func_type"] == 4]
+        sets = [
+            item
+            for item in pyuff.UFF(str(DATA / f"posture{number}.uff")).read_sets()
+            if item["func_type"] == 4
+        ]
         assert len(sets) == 90
         found = np.array([item["data"] for item in sets]).T.reshape(-1, 3, 30).transpose(0, 2, 1)
         exact = model.accelerance(laplace(decay, sets[0]["x"]))
         force = 2 / np.pi * 180.0 * 6.5e-3 * 512.0 * np.exp(-0.0285 * decay)
         floor = 1e-2 * np.sqrt(np.sum(np.exp(-2 * decay * np.arange(819) / 512.0)) / 4) / force
-        assert np.sqrt(np.mean(np.abs(found[:48, :3]) ** 2)) == pytest.approx(floor, rel=0.2)  # the base stands still
+        assert np.sqrt(np.mean(np.abs(found[:48, :3]) ** 2)) == pytest.approx(
+            floor, rel=0.2
+        )  # the base stands still
         assert np.sqrt(np.mean(np.abs(found - exact) ** 2) / np.mean(np.abs(exact) ** 2)) < 0.01

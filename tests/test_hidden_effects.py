@@ -1,4 +1,6 @@
-"""The true effect, added to the config, closes the gap on simulated hammer tests made outside this project."""
+"""The true effect, added to the config, closes the gap on simulated hammer tests made outside this
+project.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,10 @@ from tests.hidden import truth, write_config
 
 CASES = {
     "absorber_l3_101": ["{kind: appended-resonator, link: link3, axis: y}"],
-    "base_and_tilt_101": ["{kind: base-compliance, axes: [rx, ry]}", "{kind: joint-compliance, joints: [3], axes: [rx, ry]}"],
+    "base_and_tilt_101": [
+        "{kind: base-compliance, axes: [rx, ry]}",
+        "{kind: joint-compliance, joints: [3], axes: [rx, ry]}",
+    ],
     "base_rocking_101": ["{kind: base-compliance, axes: [rx, ry]}"],
     "delay_101": ["{kind: time-delay}"],
     "payload_101": ["{kind: added-mass, link: link6, extent: body}"],
@@ -25,7 +30,9 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_the_true_effect_leaves_noise_and_the_true_stiffness(case: str, tmp_path: Path) -> None:
     lines = [f"  - {effect}" for effect in CASES[case]]
-    result, _ = run_fit(write_config(case, tmp_path, extra="\n".join([*lines, "starts: 1"])), tmp_path / "r.h5", {})
+    result, _ = run_fit(
+        write_config(case, tmp_path, extra="\n".join([*lines, "starts: 1"])), tmp_path / "r.h5", {}
+    )
     value = dict(zip(result.parameters.name, result.parameters.value, strict=True))
     assert result.gap < 1.2
     assert result.gap_validation < 1.4
@@ -44,10 +51,14 @@ def test_a_wrong_effect_does_not(wrong: str, tmp_path: Path) -> None:
 
 
 def test_a_beam_stands_for_a_chain_of_segments(tmp_path: Path) -> None:
-    """The truth is a chain of four; at least 85 % of what is above noise must go, on fitted and on validation data."""
+    """The truth is a chain of four; at least 85 % of what is above noise must go, on fitted and on validation
+    data.
+    """
     gaps = []
     for extra in ("", "  - {kind: link-flexibility, link: link2}\n"):
-        result, _ = run_fit(write_config("link2_flex_101", tmp_path, extra=extra + "starts: 1"), tmp_path / "r.h5", {})
+        result, _ = run_fit(
+            write_config("link2_flex_101", tmp_path, extra=extra + "starts: 1"), tmp_path / "r.h5", {}
+        )
         gaps.append((result.gap, result.gap_validation))
     for before, after in zip(*gaps, strict=True):
         assert after - 1 < 0.15 * (before - 1)

@@ -1,4 +1,6 @@
-"""Intervals, what the data do not determine, warnings, profile likelihood: against known answers and many noise seeds."""
+"""Intervals, what the data do not determine, warnings, profile likelihood: against known answers and many
+noise seeds.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ from identify.fitting.uncertainty import inseparable
 from identify.measured.modal_table import ModalTable
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import Targets
-from identify.vibration.uncertainty import gap, score_variance, trust
+from identify.vibration.uncertainty import gap, score_variance, uncertainty
 from tests.arms import initial
 from tests.benchmarks.coverage import Repeated, covered, study
 from tests.targets import targets
@@ -23,13 +25,17 @@ from tests.targets import targets
 def _fitted(data: Targets, parameters: list[Parameter]) -> tuple[Scale, np.ndarray]:
     scale = Scale(tuple(parameters))
     search = Search(parse_cost("frf-least-squares").objective(data), scale, 200)
-    parse_optimizer("gauss-newton").minimize(search, scale.to_x(initial(parameters) * 1.02), np.random.default_rng(0))
+    parse_optimizer("gauss-newton").minimize(
+        search, scale.to_x(initial(parameters) * 1.02), np.random.default_rng(0)
+    )
     assert search.best_x is not None
     return scale, scale.to_values(search.best_x)
 
 
 def test_independent_noise_gives_the_textbook_standard_deviation(tmp_path: Path) -> None:
-    """White noise alone: what is stated agrees with the inverse of J'J, and with the scatter over noise seeds."""
+    """White noise alone: what is stated agrees with the inverse of J'J, and with the scatter over noise
+    seeds.
+    """
     found, stated = [], []
     for seed in range(12):
         data, parameters = targets(tmp_path, noise=0.02)
@@ -40,7 +46,7 @@ def test_independent_noise_gives_the_textbook_standard_deviation(tmp_path: Path)
         noisy = clean + frf.noise * (rng.normal(size=clean.shape) + 1j * rng.normal(size=clean.shape))
         data = Targets(frf=(replace(frf, data=replace(frf.data, frf=noisy)),))
         scale, values = _fitted(data, parameters)
-        trusted = trust(data, scale, values)
+        trusted = uncertainty(data, scale, values)
         found.append(np.log(values / initial(parameters)))
         stated.append(trusted.std)
         assert trusted.std == pytest.approx(trusted.independent_std, rel=0.35)
@@ -49,14 +55,16 @@ def test_independent_noise_gives_the_textbook_standard_deviation(tmp_path: Path)
 
 
 def test_noise_common_to_all_responses_widens_the_intervals(tmp_path: Path) -> None:
-    """A force that reads wrong by a little at every line moves all responses together: independence would be far too sure."""
+    """A force that reads wrong by a little at every line moves all responses together: independence would be
+    far too sure.
+    """
     data, parameters = targets(tmp_path, noise=0.02)
     frf = data.frf[0]
     rng = np.random.default_rng(3)
     common = 1 + 0.03 * (rng.normal(size=(60, 1, 3)) + 1j * rng.normal(size=(60, 1, 3)))
     shaken = Targets(frf=(replace(frf, data=replace(frf.data, frf=frf.data.frf * common)),))
     scale, values = _fitted(shaken, parameters)
-    trusted = trust(shaken, scale, values)
+    trusted = uncertainty(shaken, scale, values)
     assert np.median(trusted.std / trusted.independent_std) > 1.5
 
 
@@ -68,25 +76,33 @@ def test_score_variance_of_white_noise_is_the_information() -> None:
 
     j, h = draw(400, 5, 3), draw(400, 5)
     information = np.einsum("lof,log->fg", np.conj(j), j).real
-    assert score_variance(draw(400, 5), j, h) == pytest.approx(information, rel=0.25, abs=0.1 * information.max())
-    assert score_variance(3 * draw(400, 5), j, h) == pytest.approx(9 * information, rel=0.25, abs=0.9 * information.max())
+    assert score_variance(draw(400, 5), j, h) == pytest.approx(
+        information, rel=0.25, abs=0.1 * information.max()
+    )
+    assert score_variance(3 * draw(400, 5), j, h) == pytest.approx(
+        9 * information, rel=0.25, abs=0.9 * information.max()
+    )
 
 
 def test_what_the_data_cannot_tell_apart_is_named(tmp_path: Path) -> None:
-    """Two modes of a robot whose wrist is taken off say nothing about the wrist, and the first joints are determined."""
+    """Two modes of a robot whose wrist is taken off say nothing about the wrist, and the first joints are
+    determined.
+    """
     data, parameters = targets(tmp_path)
     modal = data.modal[0]
     table = ModalTable(modal.data.frequency_hz[:2], modal.data.damping_ratio[:2])
     two = Targets(modal=(replace(modal, data=table),))
     scale = Scale(tuple(parameters))
-    trusted = trust(two, scale, initial(parameters))
+    trusted = uncertainty(two, scale, initial(parameters))
     names = [parameter.name for parameter in parameters]
     assert trusted.count == 4
     assert trusted.status.count("not determined") >= 6
     assert set(trusted.status) >= {"not determined"}
     lost = {name for group in inseparable(trusted, names) for name in group}
-    assert {name for name, status in zip(names, trusted.status, strict=True) if status == "not determined"} & lost
-    everything = trust(data, scale, initial(parameters))
+    assert {
+        name for name, status in zip(names, trusted.status, strict=True) if status == "not determined"
+    } & lost
+    everything = uncertainty(data, scale, initial(parameters))
     assert everything.status == ("determined",) * 12
     assert inseparable(everything, names) == []
 
@@ -94,7 +110,7 @@ def test_what_the_data_cannot_tell_apart_is_named(tmp_path: Path) -> None:
 def test_intervals_stay_within_bounds(tmp_path: Path) -> None:
     data, parameters = targets(tmp_path)
     narrow = [replace(p, lower=p.initial * 0.9999, upper=p.initial * 1.0001) for p in parameters]
-    trusted = trust(Targets(modal=data.modal[:1]), Scale(tuple(narrow)), initial(parameters))
+    trusted = uncertainty(Targets(modal=data.modal[:1]), Scale(tuple(narrow)), initial(parameters))
     assert np.all(trusted.low >= initial(parameters) * 0.99989)
     assert np.all(trusted.high <= initial(parameters) * 1.00011)
 
@@ -112,12 +128,12 @@ def test_a_wrong_model_is_said_to_be_structured_and_noise_is_not(tmp_path: Path)
     late = frf.data.frf * np.exp(-2j * np.pi * frf.data.frequency_hz * 1e-3)[:, None, None]
     delayed = Targets(frf=(replace(frf, data=replace(frf.data, frf=late)),))
     scale, values = _fitted(delayed, parameters)
-    assert any("structured" in note for note in trust(delayed, scale, values).notes)
+    assert any("structured" in note for note in uncertainty(delayed, scale, values).notes)
     scale, values = _fitted(Targets(frf=data.frf), parameters)
-    assert trust(Targets(frf=data.frf), scale, values).notes == ()
+    assert uncertainty(Targets(frf=data.frf), scale, values).notes == ()
     assert frf.noise is not None
     optimistic = Targets(frf=(replace(frf, noise=frf.noise / 3),))
-    notes = trust(optimistic, scale, values).notes
+    notes = uncertainty(optimistic, scale, values).notes
     assert any("without structure" in note for note in notes)
 
 

@@ -1,4 +1,6 @@
-"""The Kobe study: its data agree with the truth behind them and not with less, its controllers hold, and it runs as configured."""
+"""The Kobe study: its data agree with the truth behind them and not with less, its controllers hold, and it
+runs as configured.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,9 @@ def _at_truth(problem: Problem) -> np.ndarray:
 
 
 def test_data_agree_with_the_truth_and_with_nothing_less(tmp_path: Path) -> None:
-    """The generator's sampled controllers and hinges against the model's continuous ones and a beam: nearly the noise."""
+    """The generator's sampled controllers and hinges against the model's continuous ones and a beam: nearly
+    the noise.
+    """
     text = (ROOT / "configs" / "kobe_36dof_defaults.yaml").read_text()
     gaps = {}
     for name, config in {
@@ -73,7 +77,9 @@ def test_data_agree_with_the_truth_and_with_nothing_less(tmp_path: Path) -> None
 
 
 def test_modes_are_where_the_paper_finds_them(tmp_path: Path) -> None:
-    """Section 4: first mode near 15 Hz without J4 to J6, near 10 and 20 Hz with them, in phase and then out of phase across J3."""
+    """Section 4: first mode near 15 Hz without J4 to J6, near 10 and 20 Hz with them, in phase and then out
+    of phase across J3.
+    """
     problem = _problem(tmp_path, (ROOT / "configs" / "kobe_36dof.yaml").read_text())
     detached, whole, _ = problem.measurements
     assert isinstance(detached.target, FrfTarget) and isinstance(whole.target, FrfTarget)
@@ -84,15 +90,25 @@ def test_modes_are_where_the_paper_finds_them(tmp_path: Path) -> None:
     for wanted, sign in ((10.0, 1.0), (20.0, -1.0)):
         mode = int(np.argmin(np.abs(table.frequency_hz - wanted)))
         assert table.frequency_hz[mode] == pytest.approx(wanted, abs=1.5)
-        ratio = table.shapes[mode, columns[19, 1]] / table.shapes[mode, columns[44, 1]]  # link 2 against link 6, along Y
+        ratio = (
+            table.shapes[mode, columns[19, 1]] / table.shapes[mode, columns[44, 1]]
+        )  # link 2 against link 6, along Y
         assert sign * ratio.real > 0.2 > abs(ratio.imag)
 
 
 def test_the_study_runs_in_its_two_stages(tmp_path: Path) -> None:
-    text = (ROOT / "configs" / "kobe_36dof.yaml").read_text().replace("evaluations: 10000", "evaluations: 200")
+    text = (
+        (ROOT / "configs" / "kobe_36dof.yaml").read_text().replace("evaluations: 10000", "evaluations: 200")
+    )
     problem = _problem(tmp_path, text)
     assert sum(parameter.free for parameter in problem.parameters) == 72
-    assert sum(name.split(".")[1] not in ("rotor", "servo") for name in problem.measurements[1].system.coordinates) == 36
+    assert (
+        sum(
+            name.split(".")[1] not in ("rotor", "servo")
+            for name in problem.measurements[1].system.coordinates
+        )
+        == 36
+    )
     found = fit(problem)
     area = parse_cost("frf-area").objective(problem.targets())
     initial = np.array([parameter.initial for parameter in problem.parameters])
@@ -105,10 +121,14 @@ def test_controllers_carry_the_weight_and_return_what_was_pushed_away() -> None:
     assert fastest(held) * CHAIN.step < 1.5
     still = held.respond(held.sensors[-1], lambda time: np.zeros(3), 0.0, CHAIN.step, 200)
     assert np.abs(still).max() < 1e-6
-    held.respond(held.sensors[-1], lambda time: np.array([0.0, 0.0, 50.0]), 1.0, CHAIN.step, round(1.0 / CHAIN.step))
+    held.respond(
+        held.sensors[-1], lambda time: np.array([0.0, 0.0, 50.0]), 1.0, CHAIN.step, round(1.0 / CHAIN.step)
+    )
     rotor, gear = (held.data.qpos[held.coordinates.index(f"joint2.{name}")] for name in ("rotor", "rz"))
     assert abs(rotor) < 0.02 * abs(gear), "the integral leaves no error where the gear winds up"
 
 
 def test_shipped_truth_is_that_of_the_generator() -> None:
-    assert nine_digits((ROOT / "data" / "kobe_36dof" / "truth.json").read_text()) == nine_digits(json.dumps(truth(kobe())))
+    assert nine_digits((ROOT / "data" / "kobe_36dof" / "truth.json").read_text()) == nine_digits(
+        json.dumps(truth(kobe()))
+    )

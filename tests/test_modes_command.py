@@ -1,4 +1,6 @@
-"""`identify modes`: FRFs of known modes in, the modal table, universal file, HTML and PDF out, all with the same numbers."""
+"""`identify modes`: FRFs of known modes in, the modal table, universal file, HTML and PDF out, all with the
+same numbers.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +45,9 @@ NODES = (1, 2, 3, 4)
 
 
 def frf_set(noise: float = 0.003, modes: int = 3) -> FrfSet:
-    """Accelerances in closed form, sum of phi_i phi_j s^2 / (s^2 + 2 zeta omega s + omega^2), at sigma + j omega, with white noise."""
+    """Accelerances in closed form, sum of phi_i phi_j s^2 / (s^2 + 2 zeta omega s + omega^2), at sigma + j
+    omega, with white noise.
+    """
     frequency = np.arange(4.0, 60.0, 0.125)
     s = DECAY + 2j * np.pi * frequency[:, None, None]
     frf = np.zeros((len(frequency), 4, 2), dtype=complex)
@@ -123,7 +127,11 @@ def test_the_table_and_the_shapes_come_back(run: Path, result: ModesResult) -> N
 
 def _printed(result: ModesResult) -> list[Table]:
     m = next(iter(result.measurements.values()))
-    return [modes_tables.mode_table(m), modes_tables.measurement_table(result), modes_tables.error_table(result)]
+    return [
+        modes_tables.mode_table(m),
+        modes_tables.measurement_table(result),
+        modes_tables.error_table(result),
+    ]
 
 
 def test_html_pdf_and_file_have_the_same_numbers(run: Path, result: ModesResult) -> None:
@@ -133,10 +141,15 @@ def test_html_pdf_and_file_have_the_same_numbers(run: Path, result: ModesResult)
         for row in table.rows:
             assert list(row) in rows, table.title
             numbers = [cell for cell, column in zip(row, table.columns, strict=True) if column.numeric]
-            assert any(all(cell in line.split(" ") for cell in numbers) for line in printed), (table.title, row)
+            assert any(all(cell in line.split(" ") for cell in numbers) for line in printed), (
+                table.title,
+                row,
+            )
     with h5py.File(run) as file:
         stored = file["measurements/beam/modes"]
-        for row, hz, damping in zip(_printed(result)[0].rows, stored["frequency_hz"], stored["damping_ratio"], strict=True):
+        for row, hz, damping in zip(
+            _printed(result)[0].rows, stored["frequency_hz"], stored["damping_ratio"], strict=True
+        ):
             assert float(row[1]) == pytest.approx(hz, rel=5.1e-6)
             assert float(row[3]) == pytest.approx(100 * damping, rel=5.1e-4)
 
@@ -182,7 +195,9 @@ def test_the_page_draws_moves_and_picks_in_silence(page: Page, run: Path, dark: 
 def test_without_geometry_the_report_says_so(tmp_path: Path, page: Page) -> None:
     data = write_data(tmp_path / "bare.uff", with_geometry=False)
     out = tmp_path / "out.h5"
-    said = invoke(data, "--window-decay", DECAY, "--mode", 12.05, "--mode", 47.4, "--max-order", 16, "--out", out)
+    said = invoke(
+        data, "--window-decay", DECAY, "--mode", 12.05, "--mode", 47.4, "--max-order", 16, "--out", out
+    )
     assert said.exit_code == 0, said.output
     kept = result_file.read(out, ModesResult)
     np.testing.assert_allclose(kept.measurements["bare"].modes.frequency_hz, HZ[[0, 2]], rtol=2e-3)
@@ -209,7 +224,11 @@ def test_noise_alone_has_no_modes(tmp_path: Path) -> None:
     said = invoke(data, "--out", tmp_path / "noise_modes.h5", "--quiet")
     assert said.exit_code == EXIT_NOT_CONVERGED
     assert "no mode was found" in said.output
-    assert sorted(path.name for path in tmp_path.glob("noise_modes*")) == ["noise_modes.h5", "noise_modes.html", "noise_modes.pdf"]
+    assert sorted(path.name for path in tmp_path.glob("noise_modes*")) == [
+        "noise_modes.h5",
+        "noise_modes.html",
+        "noise_modes.pdf",
+    ]
 
 
 def test_bad_input_is_refused(tmp_path: Path) -> None:
@@ -273,7 +292,21 @@ def test_an_unknown_setting_of_the_analysis_is_named(tmp_path: Path) -> None:
 def test_aircraft_from_the_command(tmp_path: Path) -> None:
     data = shared("data", "uliege_aircraft", "aircraft_converted.uff")
     out = tmp_path / "aircraft.h5"
-    said = invoke(data, "--unit", "m/s^2/N", "--length-unit", "m", "--band", 10, 170, "--max-order", 40, "--out", out, "--no-report")
+    said = invoke(
+        data,
+        "--unit",
+        "m/s^2/N",
+        "--length-unit",
+        "m",
+        "--band",
+        10,
+        170,
+        "--max-order",
+        40,
+        "--out",
+        out,
+        "--no-report",
+    )
     assert said.exit_code == 0, said.output
     m = result_file.read(out, ModesResult).measurements["aircraft_converted"]
     assert len(m.modes.frequency_hz) >= 12 and m.shapes is not None

@@ -38,7 +38,10 @@ class Foundation(BaseCompliance):
     kind: str = "foundation"  # type: ignore[assignment]
 
 
-def test_an_effect_of_another_package_is_used_like_a_built_in(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: F811
+def test_an_effect_of_another_package_is_used_like_a_built_in(
+    folder: Path,  # noqa: F811  the fixture
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     point = EntryPoint("foundation", f"{__name__}:Foundation", "identify.effects")
     monkeypatch.setattr(EntryPoint, "load", lambda self: Foundation)
 

@@ -1,4 +1,6 @@
-"""A run that is killed at random moments and resumed ends bit for bit where an undisturbed one does, and its file is always whole."""
+"""A run that is killed at random moments and resumed ends bit for bit where an undisturbed one does, and its
+file is always whole.
+"""
 
 from __future__ import annotations
 
@@ -28,18 +30,31 @@ KILLS = 20
 def config(tmp_path: Path) -> Path:
     """The TX200 study with a global search that takes some seconds."""
     text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
-    text = text.replace("{kind: nelder-mead, evaluations: 20000}", "[{kind: differential-evolution, evaluations: 6000}, nelder-mead]")
+    text = text.replace(
+        "{kind: nelder-mead, evaluations: 20000}",
+        "[{kind: differential-evolution, evaluations: 6000}, nelder-mead]",
+    )
     path = tmp_path / "long.yaml"
-    path.write_text(text.replace("target_cost: 1.0e-3 ", "target_cost: 1.0e-12 ").replace("starts: 10", "starts: 4"))
+    path.write_text(
+        text.replace("target_cost: 1.0e-3 ", "target_cost: 1.0e-12 ").replace("starts: 10", "starts: 4")
+    )
     return path
 
 
 @pytest.fixture(scope="module")
 def programs() -> ForkServerContext:
-    """Starts processes that have imported the program already, so that kills hit its work and not its imports."""
+    """Starts processes that have imported the program already, so that kills hit its work and not its
+    imports.
+    """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(
-        ["identify.cli", "identify.vibration.run", "identify.reports.fit.terminal", "scipy.stats", "tests.test_resume"]
+        [
+            "identify.cli",
+            "identify.vibration.run",
+            "identify.reports.fit.terminal",
+            "scipy.stats",
+            "tests.test_resume",
+        ]
     )
     return context
 
@@ -71,7 +86,11 @@ def _ended(process: BaseProcess) -> int | None:
 def _wait_until_under_way(process: BaseProcess, out: Path) -> None:
     """Until the run has written its file once more."""
     before, end = out.stat().st_mtime_ns if out.exists() else 0, time.monotonic() + 60
-    while process.is_alive() and time.monotonic() < end and not (out.exists() and out.stat().st_mtime_ns > before):
+    while (
+        process.is_alive()
+        and time.monotonic() < end
+        and not (out.exists() and out.stat().st_mtime_ns > before)
+    ):
         time.sleep(0.02)
 
 
@@ -104,7 +123,9 @@ def test_killed_twenty_times_and_resumed(programs: ForkServerContext, config: Pa
     _same(read(undisturbed), read(disturbed))
 
 
-def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(programs: ForkServerContext, config: Path, tmp_path: Path) -> None:
+def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(
+    programs: ForkServerContext, config: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "run.h5"
     process = _begun(programs, config, out)
     _wait_until_under_way(process, out)
@@ -112,7 +133,9 @@ def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(programs: ForkS
     assert _ended(process) == 130
     with pytest.raises(InputError, match="interrupted"):
         read(out)
-    other = CliRunner().invoke(app, ["fit", str(config), "--out", str(out), "--no-report", "--quiet", "--resume", "--seed", "99"])
+    other = CliRunner().invoke(
+        app, ["fit", str(config), "--out", str(out), "--no-report", "--quiet", "--resume", "--seed", "99"]
+    )
     assert isinstance(other.exception, InputError)
     assert "another config, data or version" in str(other.exception)
     assert kind_of(out) == UNFINISHED, "nothing is lost by the refusal"

@@ -65,10 +65,28 @@ def test_the_default_optimizer_is_spelled_out(tmp_path: Path) -> None:
 
 
 def test_the_command_line_goes_before_the_config(tmp_path: Path) -> None:
-    text = CONFIG.read_text("utf-8").replace("../data", str(CONFIG.parents[1] / "data")).replace("evaluations: 20000", "evaluations: 60")
+    text = (
+        CONFIG.read_text("utf-8")
+        .replace("../data", str(CONFIG.parents[1] / "data"))
+        .replace("evaluations: 20000", "evaluations: 60")
+    )
     (tmp_path / "study.yaml").write_text(text, encoding="utf-8")
     out = tmp_path / "run.h5"
-    CliRunner().invoke(app, ["fit", str(tmp_path / "study.yaml"), "--out", str(out), "--starts", "1", "--seed", "7", "-q", "--no-report"])
+    CliRunner().invoke(
+        app,
+        [
+            "fit",
+            str(tmp_path / "study.yaml"),
+            "--out",
+            str(out),
+            "--starts",
+            "1",
+            "--seed",
+            "7",
+            "-q",
+            "--no-report",
+        ],
+    )
     result: FitResult = read(out)
     assert result.provenance.settings is not None
     rows = _rows(result.provenance.settings)
@@ -78,7 +96,10 @@ def test_the_command_line_goes_before_the_config(tmp_path: Path) -> None:
 
 
 def test_options_without_a_config_are_given_or_default() -> None:
-    models: dict[str, BaseModel] = {"": FrfFileOptions(averages=4), "modal": ModalSettings(band_hz=(4.0, 70.0))}
+    models: dict[str, BaseModel] = {
+        "": FrfFileOptions(averages=4),
+        "modal": ModalSettings(band_hz=(4.0, 70.0)),
+    }
     rows = _rows(option_settings(models, {"averages": 4, "modal.band_hz": (4.0, 70.0)}))
     assert rows["averages"] == ("4", COMMAND_LINE)
     assert rows["modal.band_hz"] == ("[4.0, 70.0]", COMMAND_LINE)

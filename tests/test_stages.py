@@ -17,18 +17,29 @@ CONFIG = Path(__file__).parents[1] / "configs" / "arm_hammer_test.yaml"
 
 def _problem(folder: Path, optimizer: str) -> Problem:
     text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
-    (folder / "config.yaml").write_text(text.replace("starts: 10", "starts: 1") + f"\noptimizer: {optimizer}\n")
+    (folder / "config.yaml").write_text(
+        text.replace("starts: 10", "starts: 1") + f"\noptimizer: {optimizer}\n"
+    )
     return load_problem(read_study(folder / "config.yaml"))
 
 
 def test_a_stage_moves_what_it_names_and_the_next_goes_on_from_there(tmp_path: Path) -> None:
-    first = "{kind: gauss-newton, evaluations: 4, parameters: ['joint1.*', 'joint2.rz.stiffness'], measurements: [posture1]}"
+    first = (
+        "{kind: gauss-newton, evaluations: 4, parameters: ['joint1.*', 'joint2.rz.stiffness'], measurements:"
+        " [posture1]}"
+    )
     names = [parameter.name for parameter in _problem(tmp_path, f"[{first}]").parameters]
     initial = np.array([parameter.initial for parameter in _problem(tmp_path, f"[{first}]").parameters])
     one = fit(_problem(tmp_path, f"[{first}]"))
-    moved = {name for name, before, after in zip(names, initial, one.values, strict=True) if before != pytest.approx(after, rel=1e-9)}
+    moved = {
+        name
+        for name, before, after in zip(names, initial, one.values, strict=True)
+        if before != pytest.approx(after, rel=1e-9)
+    }
     assert moved == {"joint1.rz.stiffness", "joint1.rz.damping", "joint2.rz.stiffness"}
-    both = fit(_problem(tmp_path, f"[{first}, {{kind: gauss-newton, evaluations: 8, parameters: [joint4.*]}}]"))
+    both = fit(
+        _problem(tmp_path, f"[{first}, {{kind: gauss-newton, evaluations: 8, parameters: [joint4.*]}}]")
+    )
     assert both.values[:4] == pytest.approx(one.values[:4], rel=1e-12), "what the first stage found stays"
     assert names[6].startswith("joint4") and both.values[6] != pytest.approx(initial[6], rel=1e-9)
 
@@ -42,7 +53,10 @@ def test_a_stage_compares_only_its_measurements(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("option", "sentence"),
     [
-        ("measurements: [posture3]", "no measurement 'posture3' is fitted; expected one of posture1, posture2"),
+        (
+            "measurements: [posture3]",
+            "no measurement 'posture3' is fitted; expected one of posture1, posture2",
+        ),
         ("parameters: [joint9.*]", r"no free parameter is called joint9\.\*"),
     ],
 )

@@ -1,4 +1,6 @@
-"""Bad configs and bad input: each is one clear sentence that says where, what was found, what was expected and what to do."""
+"""Bad configs and bad input: each is one clear sentence that says where, what was found, what was expected
+and what to do.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,10 @@ POINTS = "node,name,link,x_m,y_m,z_m\n1,elbow,link3,0.1,0,0.1\n2,tool,link6,0,0,
 
 def _frf_set() -> FrfSet:
     f = np.arange(2.0, 80.0)
-    outputs, rng = tuple(Channel(node, axis) for node in (1, 2) for axis in (1, 2, 3)), np.random.default_rng(0)
+    outputs, rng = (
+        tuple(Channel(node, axis) for node in (1, 2) for axis in (1, 2, 3)),
+        np.random.default_rng(0),
+    )
     frf = rng.normal(size=(len(f), 6, 1)) + 1j * rng.normal(size=(len(f), 6, 1))
     coherence = np.full(frf.shape, 0.99)
     return FrfSet(f, frf, outputs, (Channel(2, 3),), "accelerance", coherence)
@@ -68,32 +73,84 @@ def test_the_good_study_loads(folder: Path) -> None:
 
 CONFIG_FAULTS: list[tuple[str, str, str, list[str]]] = [
     ("broken YAML", "band_hz: [5, 60]", "band_hz: [5, 60", ["config.yaml line", "not YAML"]),
-    ("unknown key", "band_hz:", "band_hertz:", ["line 6: band_hertz: unknown key", "did you mean `band_hz`?"]),
-    ("unknown key deep down", "averages: 4", "averagges: 4", ["line 5: measurements.0.averagges: unknown key", "did you mean `averages`?"]),
+    (
+        "unknown key",
+        "band_hz:",
+        "band_hertz:",
+        ["line 6: band_hertz: unknown key", "did you mean `band_hz`?"],
+    ),
+    (
+        "unknown key deep down",
+        "averages: 4",
+        "averagges: 4",
+        ["line 5: measurements.0.averagges: unknown key", "did you mean `averages`?"],
+    ),
     ("unknown key of an effect", "axes: [rz]", "axis: [rz]", ["effects.0.axis", "unknown key"]),
-    ("unknown effect", "joint-compliance", "joint-complaint", ["effects.0", "unknown effect 'joint-complaint'", "one of added-mass"]),
+    (
+        "unknown effect",
+        "joint-compliance",
+        "joint-complaint",
+        ["effects.0", "unknown effect 'joint-complaint'", "one of added-mass"],
+    ),
     ("unknown axis", "axes: [rz]", "axes: [rw]", ["effects.0.axes.0", "'rw'"]),
     ("wrong type", "averages: 4", "averages: four", ["measurements.0.averages", "'four'"]),
     ("missing key", "robot: {urdf: robot.urdf}\n", "", ["robot: missing"]),
     ("wrong schema", "identify/1", "identify/9", ["schema", "'identify/9'", "identify/1"]),
     ("band crossed", "[5, 60]", "[60, 5]", ["band_hz", "the lower frequency first"]),
-    ("bounds crossed", "[1.0e+3, 1.0e+9]", "[1.0e+9, 1.0e+3]", ["effects.0.stiffness.bounds", "the smaller bound first"]),
-    ("start outside bounds", "initial: 1.0e+6", "initial: 1.0e+12", ["start value 1e+12", "within its bounds"]),
-    ("posture of the wrong length", "40, 50, 60]", "40]", ["measurements.0.posture_deg: 4 angles", "expected 6"]),
+    (
+        "bounds crossed",
+        "[1.0e+3, 1.0e+9]",
+        "[1.0e+9, 1.0e+3]",
+        ["effects.0.stiffness.bounds", "the smaller bound first"],
+    ),
+    (
+        "start outside bounds",
+        "initial: 1.0e+6",
+        "initial: 1.0e+12",
+        ["start value 1e+12", "within its bounds"],
+    ),
+    (
+        "posture of the wrong length",
+        "40, 50, 60]",
+        "40]",
+        ["measurements.0.posture_deg: 4 angles", "expected 6"],
+    ),
     ("missing data file", "frf.uff", "gone.uff", ["gone.uff", "cannot be read"]),
     ("missing robot file", "robot.urdf", "gone.urdf", ["gone.urdf"]),
     ("missing points file", "points: points.csv", "points: gone.csv", ["gone.csv"]),
     ("nothing to fit", "averages: 4", "averages: 4, use: validate", ["all are for validation"]),
-    ("no data in band", "[5, 60]", "[500, 600]", ["frf: no frequency line in the band [500, 600] Hz", "2 to 79 Hz", "band_hz"]),
-    ("unit against the file", "averages: 4", "averages: 4, unit: mm/N", ["the file says accelerance", "remove the key unit"]),
+    (
+        "no data in band",
+        "[5, 60]",
+        "[500, 600]",
+        ["frf: no frequency line in the band [500, 600] Hz", "2 to 79 Hz", "band_hz"],
+    ),
+    (
+        "unit against the file",
+        "averages: 4",
+        "averages: 4, unit: mm/N",
+        ["the file says accelerance", "remove the key unit"],
+    ),
     ("unknown unit", "averages: 4", "averages: 4, unit: furlong/N", ["furlong"]),
     ("averages not given", ", averages: 4", "", ["averages"]),
-    ("unknown detached link", "averages: 4", "averages: 4, detached: link9", ["unknown link 'link9'", "one of base_link"]),
-    ("channel not in the file", "averages: 4", "averages: 4, outputs: ['9:+X']", ["channel 9:+X is not in the file", "one of 1:+X"]),
+    (
+        "unknown detached link",
+        "averages: 4",
+        "averages: 4, detached: link9",
+        ["unknown link 'link9'", "one of base_link"],
+    ),
+    (
+        "channel not in the file",
+        "averages: 4",
+        "averages: 4, outputs: ['9:+X']",
+        ["channel 9:+X is not in the file", "one of 1:+X"],
+    ),
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "parts"), [fault[1:] for fault in CONFIG_FAULTS], ids=[fault[0] for fault in CONFIG_FAULTS])
+@pytest.mark.parametrize(
+    ("old", "new", "parts"), [fault[1:] for fault in CONFIG_FAULTS], ids=[fault[0] for fault in CONFIG_FAULTS]
+)
 def test_config_faults(folder: Path, old: str, new: str, parts: list[str]) -> None:
     _replace(folder, old, new)
     message = _message(folder)
@@ -114,13 +171,19 @@ def test_a_parameter_that_the_data_cannot_move(folder: Path) -> None:
 
 
 DATA_FAULTS: list[tuple[str, Callable[[Path], object], list[str]]] = [
-    ("truncated UFF", lambda f: f.write_bytes(f.read_bytes()[: f.stat().st_size * 7 // 10]), ["frf.uff", "the file ends inside a dataset"]),
+    (
+        "truncated UFF",
+        lambda f: f.write_bytes(f.read_bytes()[: f.stat().st_size * 7 // 10]),
+        ["frf.uff", "the file ends inside a dataset"],
+    ),
     ("empty file", lambda f: f.write_bytes(b""), ["frf.uff"]),
     ("no UFF at all", lambda f: f.write_text("hello\n" * 50), ["frf.uff"]),
 ]
 
 
-@pytest.mark.parametrize(("spoil", "parts"), [fault[1:] for fault in DATA_FAULTS], ids=[fault[0] for fault in DATA_FAULTS])
+@pytest.mark.parametrize(
+    ("spoil", "parts"), [fault[1:] for fault in DATA_FAULTS], ids=[fault[0] for fault in DATA_FAULTS]
+)
 def test_data_faults(folder: Path, spoil: Callable[[Path], object], parts: list[str]) -> None:
     spoil(folder / "frf.uff")
     message = _message(folder)
@@ -138,19 +201,29 @@ def test_nan_in_the_data(folder: Path) -> None:
     data.frf[20, 3, 0] = np.nan
     np.savetxt(
         folder / "frf.csv",
-        [[f, *np.ravel([[h.real, h.imag] for h in row[:, 0]])] for f, row in zip(data.frequency_hz, data.frf, strict=True)],
+        [
+            [f, *np.ravel([[h.real, h.imag] for h in row[:, 0]])]
+            for f, row in zip(data.frequency_hz, data.frf, strict=True)
+        ],
         delimiter=",",
-        header="frequency_hz," + ",".join(f"{o}/{data.inputs[0]} {part}" for o in data.outputs for part in ("real", "imag")),
+        header="frequency_hz,"
+        + ",".join(f"{o}/{data.inputs[0]} {part}" for o in data.outputs for part in ("real", "imag")),
         comments="",
     )
-    _replace(folder, "file: frf.uff", "file: frf.csv, quantity: accelerance, unit: m/s^2/N, noise: {relative: 0.02}")
+    _replace(
+        folder,
+        "file: frf.uff",
+        "file: frf.csv, quantity: accelerance, unit: m/s^2/N, noise: {relative: 0.02}",
+    )
     message = _message(folder)
     assert "frf.csv" in message or "2:+X/2:+Z" in message
     assert "nan" in message.lower() or "not a number" in message
 
 
 def test_all_faults_of_a_config_are_told_at_once(folder: Path) -> None:
-    (folder / "config.yaml").write_text(GOOD.replace("band_hz", "band").replace("averages: 4", "averages: x").replace("[rz]", "[ry, ry]"))
+    (folder / "config.yaml").write_text(
+        GOOD.replace("band_hz", "band").replace("averages: 4", "averages: x").replace("[rz]", "[ry, ry]")
+    )
     message = _message(folder)
     assert len(message.splitlines()) == 3
     assert "an axis is named twice" in message
@@ -164,7 +237,9 @@ def test_several_missing_files_are_told_at_once(folder: Path) -> None:
     assert "b.uff" in message
 
 
-def test_paths_are_relative_to_the_config(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_paths_are_relative_to_the_config(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)

@@ -1,4 +1,6 @@
-"""From hammer records to a fitted joint: a pendulum whose response is known in closed form, and data that fail their checks."""
+"""From hammer records to a fitted joint: a pendulum whose response is known in closed form, and data that
+fail their checks.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,7 @@ from scipy.signal import lsim
 
 from identify.measured.uff.write import write_uff58
 from identify.vibration.run import run_checks, run_fit
-from tests.effects.pendulum import PENDULUM
+from tests.model.effects.pendulum import PENDULUM
 from tests.robot.random_arm import industrial_arm, write
 from tests.test_study import GOOD, POINTS, _frf_set
 
@@ -21,7 +23,9 @@ RATE, SAMPLES, DECAY = 2048.0, 4096, 2.0
 
 
 def _hit(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Force and acceleration at the rod's tip (lever 1 m), with noise on both: a half-sine on I a + c v + k x = F."""
+    """Force and acceleration at the rod's tip (lever 1 m), with noise on both: a half-sine on I a + c v + k x
+    = F.
+    """
     fine = np.arange(SAMPLES * 8) / (RATE * 8)
     width, peak = rng.uniform(6e-3, 9e-3), rng.uniform(80, 120)
     force = np.where(fine < width, peak * np.sin(np.pi * fine / width), 0.0)
@@ -36,7 +40,10 @@ def _records(path: Path, seed: int, hits: int = 4) -> None:
     rows = []
     for block in range(1, hits + 1):
         force, acceleration = _hit(rng)
-        rows += [f"{block},{n / RATE!r},{f:.6g},{a:.6g}" for n, (f, a) in enumerate(zip(force, acceleration, strict=True))]
+        rows += [
+            f"{block},{n / RATE!r},{f:.6g},{a:.6g}"
+            for n, (f, a) in enumerate(zip(force, acceleration, strict=True))
+        ]
     path.write_text("block,time_s,1:+X [N],1:+X [m/s^2]\n" + "\n".join(rows) + "\n")
 
 
@@ -50,12 +57,14 @@ measurements:
 band_hz: [5, 40]
 effects:
   - {{kind: joint-compliance, stiffness: {{initial: 4000, bounds: [100, 1.0e+6]}}, damping: {{initial: 10, bounds: [0.1, 1000]}}}}
-"""
+"""  # noqa: E501
 
 
 @pytest.mark.parametrize("more", ["", ", repeats: [hits2.csv, hits3.csv]"])
 def test_stiffness_and_damping_from_hammer_records(more: str, tmp_path: Path) -> None:
-    """The exponential window adds 2 1/s of decay; evaluating the model at sigma + j omega takes it out again."""
+    """The exponential window adds 2 1/s of decay; evaluating the model at sigma + j omega takes it out
+    again.
+    """
     (tmp_path / "pendulum.urdf").write_text(PENDULUM)
     (tmp_path / "points.csv").write_text("node,name,link,x_m,y_m,z_m\n1,tip,rod,0,0,-1\n")
     for number in (1, 2, 3):
@@ -77,7 +86,11 @@ def test_checks_fail_with_exit_code_3_on_a_dead_channel(tmp_path: Path) -> None:
     write_uff58(tmp_path / "frf.uff", data)
     assert any(finding.level == "fail" for finding in run_checks(tmp_path / "config.yaml")["frf"])
     done = subprocess.run(
-        [sys.executable, "-m", "identify", "check", "config.yaml"], check=False, cwd=tmp_path, capture_output=True, text=True
+        [sys.executable, "-m", "identify", "check", "config.yaml"],
+        check=False,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 3
     assert "2:+Y" in done.stdout

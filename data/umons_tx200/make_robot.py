@@ -1,6 +1,8 @@
-"""Makes robot.yaml and gripper.yaml of this folder: the inertias of a Staubli TX200 estimated from simple solids (see SOURCE.md).
+"""Makes robot.yaml and gripper.yaml of this folder: the inertias of a Staubli TX200 estimated from simple
+solids (see SOURCE.md).
 
-Run it where it lies: `python make_robot.py`.  Lengths in m, densities in kg/m^3; every solid is given in the frame of its link.
+Run it where it lies: `python make_robot.py`.  Lengths in m, densities in kg/m^3; every solid is given in the
+frame of its link.
 """
 
 from __future__ import annotations
@@ -13,7 +15,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
-Solid = tuple[float, Array, Array]  # mass, centre (3,), inertia (3, 3) about the centre, of a part or of a whole body
+Solid = tuple[
+    float, Array, Array
+]  # mass, centre (3,), inertia (3, 3) about the centre, of a part or of a whole body
 
 IRON, ALUMINIUM = 7200.0, 2700.0  # castings
 DRIVE = 5000.0  # motor, brake and gear in one: steel and copper with the voids between them
@@ -31,7 +35,9 @@ TABLE: list[tuple[float, float, float, float, tuple[float, float]]] = [
 ]
 
 
-def cylinder(axis: int, length: float, outer: float, density: float, centre: Triple, wall: float | None = None) -> Solid:
+def cylinder(
+    axis: int, length: float, outer: float, density: float, centre: Triple, wall: float | None = None
+) -> Solid:
     """A cylinder along a frame axis, of outer diameter `outer`; hollow where a wall thickness is given."""
     radius = outer / 2
     inner = 0.0 if wall is None else radius - wall
@@ -60,7 +66,8 @@ def together(solids: list[Solid]) -> Solid:
     return mass, centre, inertia
 
 
-# The arm stands beside the plane of axis 1 and the forearm returns to it: side = -0.16 m along axis 2 is an estimate.
+# The arm stands beside the plane of axis 1 and the forearm returns to it: side = -0.16 m along axis 2 is an
+# estimate.
 SIDE = -0.16
 BODIES: dict[str, list[Solid]] = {
     "base": [  # z up from the floor of the robot
@@ -95,7 +102,9 @@ BODIES: dict[str, list[Solid]] = {
     ],
     "flange": [cylinder(Z, 0.03, 0.14, 7800.0, (0, 0, -0.015))],  # origin in the flange face, z outwards
 }
-GRIPPER = [cylinder(Z, 0.12, 0.15, 5.0 / (np.pi * 0.075**2 * 0.12), (0.01, 0, 0.06))]  # 5 kg, off axis 6 as valves and hoses put it
+GRIPPER = [
+    cylinder(Z, 0.12, 0.15, 5.0 / (np.pi * 0.075**2 * 0.12), (0.01, 0, 0.06))
+]  # 5 kg, off axis 6 as valves and hoses put it
 
 
 def inertial(solids: list[Solid]) -> str:
@@ -117,8 +126,13 @@ def robot_yaml() -> str:
         "joints:",
     ]
     for number, (alpha, a, d, offset, (lower, upper)) in enumerate(TABLE, start=1):
-        geometry = f"alpha_deg: {_number(alpha)}, a_m: {_number(a)}, d_m: {_number(d)}, theta_offset_deg: {_number(offset)}"
-        lines.append(f"  - {{name: joint{number}, {geometry}, limits_deg: [{_number(lower)}, {_number(upper)}]}}")
+        geometry = (
+            f"alpha_deg: {_number(alpha)}, a_m: {_number(a)}, d_m: {_number(d)}, theta_offset_deg:"
+            f" {_number(offset)}"
+        )
+        lines.append(
+            f"  - {{name: joint{number}, {geometry}, limits_deg: [{_number(lower)}, {_number(upper)}]}}"
+        )
     lines.append("links:")
     lines += [f"  - {{name: {name}, {inertial(BODIES[name])}}}" for name in links]
     return "\n".join(lines) + "\n"
@@ -126,7 +140,10 @@ def robot_yaml() -> str:
 
 def gripper_yaml() -> str:
     """The text of gripper.yaml, a payload."""
-    return f"# The gripper of 5 kg as a payload.  Made by make_robot.py.\n{{link: flange, {inertial(GRIPPER)}}}\n"
+    return (
+        "# The gripper of 5 kg as a payload.  Made by make_robot.py.\n{link: flange,"
+        f" {inertial(GRIPPER)}}}\n"
+    )
 
 
 def _number(value: float) -> str:

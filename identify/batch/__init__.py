@@ -1,1 +1,3 @@
-"""Many jobs on one machine or a cluster: what a batch asks for, the workers, the loop that survives faults, the index, the summary."""
+"""Many jobs on one machine or a cluster: what a batch asks for, the workers, the loop that survives faults,
+the index, the summary.
+"""

@@ -1,6 +1,8 @@
-"""A worker process seen from its parent: started when first needed, given one job at a time, killed when the time is up.
+"""A worker process seen from its parent: started when first needed, given one job at a time, killed when the
+time is up.
 
-Every thread has a worker of its own, so that `perform` may run in the threads of this process and of a Dask worker alike.
+Every thread has a worker of its own, so that `perform` may run in the threads of this process and of a Dask
+worker alike.
 """
 
 from __future__ import annotations
@@ -97,7 +99,11 @@ class Child:
             return Outcome(**answer)
         if late:
             self.close()
-            return Outcome("failed", f"it had not ended after the time limit of {limit_s:g} s", seconds=time.perf_counter() - began)
+            return Outcome(
+                "failed",
+                f"it had not ended after the time limit of {limit_s:g} s",
+                seconds=time.perf_counter() - began,
+            )
         return self._lost(f"its worker process died ({self._why(None, late)})", began)
 
     def kill(self) -> None:
@@ -115,8 +121,12 @@ class Child:
                 if pipe is not None:
                     pipe.close()
 
-    def _ask(self, request: Mapping[str, Any] | None, limit_s: float | None) -> tuple[dict[str, Any] | None, bool]:
-        """The answer to a request (None: the first greeting), None where there is none; whether the time was up."""
+    def _ask(
+        self, request: Mapping[str, Any] | None, limit_s: float | None
+    ) -> tuple[dict[str, Any] | None, bool]:
+        """The answer to a request (None: the first greeting), None where there is none; whether the time was
+        up.
+        """
         try:
             if request is not None and self._process.stdin is not None:
                 self._process.stdin.write(json.dumps(request).encode() + b"\n")
@@ -125,7 +135,9 @@ class Child:
             return None, False
         end = None if limit_s is None else time.monotonic() + limit_s
         while True:
-            alive = self.alive  # asked before looking, so that the last words of one that has just ended are heard
+            alive = (
+                self.alive
+            )  # asked before looking, so that the last words of one that has just ended are heard
             with contextlib.suppress(queue.Empty):
                 line = self._heard.get(timeout=_LOOK_S)
                 return (json.loads(line) if line.endswith(b"\n") else None), False
@@ -138,7 +150,9 @@ class Child:
     def _listen(self) -> None:
         """Pass on what the process says; the end of its output alone is not trusted to tell that it ended."""
         if self._process.stdout is not None:
-            with self._process.stdout as source:  # closed here, because to close what another thread reads waits for that
+            with (
+                self._process.stdout as source
+            ):  # closed here, because to close what another thread reads waits for that
                 for line in source:
                     self._heard.put(line)
 
@@ -157,5 +171,11 @@ class Child:
             code = self._process.wait()
         self._said.seek(0)
         said = self._said.read().decode(errors="replace").strip()[-_TAIL:].splitlines()
-        ended = f"no sign of it after {_START_S:g} s" if late else f"signal {-code}" if code < 0 else f"exit code {code}"
+        ended = (
+            f"no sign of it after {_START_S:g} s"
+            if late
+            else f"signal {-code}"
+            if code < 0
+            else f"exit code {code}"
+        )
         return f"{ended}: {said[-1]}" if said else ended

@@ -1,7 +1,7 @@
 """Who does the jobs: processes of this machine, or the workers of a Dask scheduler, behind one interface.
 
-Either way `identify.batch.child.perform` runs in a thread, with a worker process of its own: a thread of this process, or
-of a Dask worker.  So the time limit, a killed worker and a crash are handled in one place.
+Either way `identify.batch.child.perform` runs in a thread, with a worker process of its own: a thread of this
+process, or of a Dask worker.  So the time limit, a killed worker and a crash are handled in one place.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ _LEAST_ON_CLUSTER = 8
 
 @dataclass(frozen=True)
 class Executor:
-    """pool runs calls; slots: how many jobs to keep under way, which may change; about: what it is, for people."""
+    """pool runs calls; slots: how many jobs to keep under way, which may change; about: what it is, for
+    people.
+    """
 
     pool: Pool
     slots: Callable[[], int]
@@ -40,9 +42,11 @@ class Executor:
 
 @contextmanager
 def open_executor(workers: int | None = None, cluster: str | None = None) -> Iterator[Executor]:
-    """An executor with that many local workers (default: one per processor), or on the Dask scheduler at an address.
+    """An executor with that many local workers (default: one per processor), or on the Dask scheduler at an
+    address.
 
-    At the end its workers are ended, those of a cluster are left.  InputError where there is no scheduler, or no Dask.
+    At the end its workers are ended, those of a cluster are left.  InputError where there is no scheduler, or
+    no Dask.
     """
     if cluster is not None:
         with _dask(cluster) as executor:
@@ -70,12 +74,18 @@ def _dask(address: str) -> Iterator[Executor]:
     try:
         dask = import_module("distributed")  # an optional extra
     except ImportError as error:
-        raise InputError("--cluster", "Dask is not installed", fix='install it with `pip install "robot-identify[cluster]"`') from error
+        raise InputError(
+            "--cluster",
+            "Dask is not installed",
+            fix='install it with `pip install "robot-identify[cluster]"`',
+        ) from error
     try:
         client = dask.Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         expected = "the address of a running Dask scheduler, such as tcp://10.0.0.5:8786"
-        raise InputError("--cluster", f"no scheduler answers at {address} ({error})", expected, "see docs/cluster.md") from error
+        raise InputError(
+            "--cluster", f"no scheduler answers at {address} ({error})", expected, "see docs/cluster.md"
+        ) from error
     pool = client.get_executor(pure=False)
     seen = [-_ASK_S, 0]
 
@@ -85,7 +95,9 @@ def _dask(address: str) -> Iterator[Executor]:
         return max(_LEAST_ON_CLUSTER, 2 * int(seen[1]))
 
     try:
-        yield Executor(pool, slots, f"Dask at {address}, {sum(client.nthreads().values())} workers at the start")
+        yield Executor(
+            pool, slots, f"Dask at {address}, {sum(client.nthreads().values())} workers at the start"
+        )
     finally:
         pool.shutdown(wait=False)
         client.close()

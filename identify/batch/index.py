@@ -1,7 +1,9 @@
-"""The index of a batch: a JSON file that says at any moment what is done, under way, failed and waiting, one job a line.
+"""The index of a batch: a JSON file that says at any moment what is done, under way, failed and waiting, one
+job a line.
 
-It is written whole.  Because it grows with the batch, it is written at once only while that is cheap: at most a twentieth
-of the time goes into it, and never more than the last seconds are missing from it.  Results do not depend on it.
+It is written whole.  Because it grows with the batch, it is written at once only while that is cheap: at most
+a twentieth of the time goes into it, and never more than the last seconds are missing from it.  Results do
+not depend on it.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ class Entry:
 
 
 @dataclass
-class Index:
+class BatchIndex:
     """All jobs of a batch by name, in their order; about: keys that stand above them."""
 
     path: Path
@@ -61,13 +63,27 @@ class Index:
     def write(self) -> None:
         """Write the file now."""
         before = time.monotonic()
-        write_whole(self.path, lambda aside: aside.write_text(self._text(), encoding="utf-8"), "make room and go on with `--resume`")
+        write_whole(
+            self.path,
+            lambda aside: aside.write_text(self._text(), encoding="utf-8"),
+            "make room and go on with `--resume`",
+        )
         after = time.monotonic()
         self._next = after + max(_LEAST_S, _SHARE * (after - before))
 
     def _text(self) -> str:
-        written, seconds = datetime.now(UTC).isoformat(timespec="seconds"), round(time.monotonic() - self.began, 1)
-        head = {"schema": SCHEMA, **self.about, "state": self.state, "written": written, "seconds": seconds, "counts": self.counts()}
+        written, seconds = (
+            datetime.now(UTC).isoformat(timespec="seconds"),
+            round(time.monotonic() - self.began, 1),
+        )
+        head = {
+            "schema": SCHEMA,
+            **self.about,
+            "state": self.state,
+            "written": written,
+            "seconds": seconds,
+            "counts": self.counts(),
+        }
         lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in head.items()]
         rows = [f"    {json.dumps(name)}: {json.dumps(vars(entry))}" for name, entry in self.jobs.items()]
         return "{\n" + ",\n".join(lines) + ',\n  "jobs": {\n' + ",\n".join(rows) + "\n  }\n}\n"

@@ -47,7 +47,9 @@ def no_room(error: BaseException) -> bool:
     """Whether an error, or what caused it, is a full disk."""
     cause: BaseException | None = error
     while cause is not None:
-        if isinstance(cause, OSError) and (cause.errno in _NO_ROOM or "No space left on device" in str(cause)):
+        if isinstance(cause, OSError) and (
+            cause.errno in _NO_ROOM or "No space left on device" in str(cause)
+        ):
             return True
         cause = cause.__cause__ or cause.__context__
     return False

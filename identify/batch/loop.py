@@ -1,8 +1,9 @@
-"""The loop over the jobs of a batch, written once: a few under way at a time, each change in the index, failures tried again.
+"""The loop over the jobs of a batch, written once: a few under way at a time, each change in the index,
+failures tried again.
 
-A job that fails or takes too long is tried once more, after all others, when what was wrong may have passed.  One whose worker
-died is begun up to four times, as Dask does, because that need not be the job's fault.  A full disk ends the batch: what
-is under way is waited for, the rest waits for `--resume`.
+A job that fails or takes too long is tried once more, after all others, when what was wrong may have passed.
+One whose worker died is begun up to four times, as Dask does, because that need not be the job's fault.  A
+full disk ends the batch: what is under way is waited for, the rest waits for `--resume`.
 """
 
 from __future__ import annotations
@@ -12,27 +13,38 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 
 from identify.batch.executor import Executor
-from identify.batch.index import Index
+from identify.batch.index import BatchIndex
 from identify.batch.job import Job, Outcome
 from identify.core.errors import InputError
 
 _MOST = {"failed": 2, "lost": 4}
 """How often a job that ended so is begun in all."""
 _WAIT_S = 0.5
-_NO_ROOM = ("the disk is full", "room for the results", "make room and go on with `--resume`; what is finished is kept")
+_NO_ROOM = (
+    "the disk is full",
+    "room for the results",
+    "make room and go on with `--resume`; what is finished is kept",
+)
 
 
-Watch = Callable[[Index], None]
+Watch = Callable[[BatchIndex], None]
 
 
-def _unwatched(index: Index) -> None:
+def _unwatched(index: BatchIndex) -> None:
     """Nobody looks."""
 
 
-def run_jobs(jobs: Iterable[Job], executor: Executor, index: Index, limit_s: float | None, watch: Watch = _unwatched) -> None:
+def run_jobs(
+    jobs: Iterable[Job],
+    executor: Executor,
+    index: BatchIndex,
+    limit_s: float | None,
+    watch: Watch = _unwatched,
+) -> None:
     """Run all jobs, which the index has by name; watch is shown the index after every change.
 
-    Raises InputError when the disk is full or the scheduler is gone; KeyboardInterrupt goes through.  The index is written at the end.
+    Raises InputError when the disk is full or the scheduler is gone; KeyboardInterrupt goes through.  The
+    index is written at the end.
     """
     try:
         index.write()
@@ -47,7 +59,7 @@ def run_jobs(jobs: Iterable[Job], executor: Executor, index: Index, limit_s: flo
     index.write()
 
 
-def _leave(index: Index, state: str) -> None:
+def _leave(index: BatchIndex, state: str) -> None:
     """Say in the index why the batch ended early, if there is room to say it."""
     index.state = state
     for entry in index.jobs.values():
@@ -57,7 +69,9 @@ def _leave(index: Index, state: str) -> None:
         index.write()
 
 
-def _run(waiting: Iterator[Job], executor: Executor, index: Index, limit_s: float | None, watch: Watch) -> None:
+def _run(
+    waiting: Iterator[Job], executor: Executor, index: BatchIndex, limit_s: float | None, watch: Watch
+) -> None:
     under_way: dict[Future[Outcome], Job] = {}
     again: list[Job] = []
     full: InputError | None = None
@@ -84,7 +98,7 @@ def _run(waiting: Iterator[Job], executor: Executor, index: Index, limit_s: floa
         raise full
 
 
-def _enter(index: Index, job: Job, outcome: Outcome) -> bool:
+def _enter(index: BatchIndex, job: Job, outcome: Outcome) -> bool:
     """Put the end of a job into the index; whether it is to be begun again."""
     entry = index.jobs[job.name]
     entry.seconds, entry.error = entry.seconds + outcome.seconds, outcome.error
@@ -97,10 +111,14 @@ def _enter(index: Index, job: Job, outcome: Outcome) -> bool:
 
 
 def _outcome(future: Future[Outcome]) -> Outcome:
-    """The outcome in a future; where the pool lost the job, as Dask does when it has killed several workers, that it is lost."""
+    """The outcome in a future; where the pool lost the job, as Dask does when it has killed several workers,
+    that it is lost.
+    """
     try:
         error = future.exception()
     except CancelledError as gone:
         fix = "start it again and go on with `--resume`; what is finished is kept"
-        raise InputError("--cluster", "the scheduler is gone", "one that lasts as long as the batch", fix) from gone
+        raise InputError(
+            "--cluster", "the scheduler is gone", "one that lasts as long as the batch", fix
+        ) from gone
     return future.result() if error is None else Outcome("lost", f"{type(error).__name__}: {error}")

@@ -1,4 +1,6 @@
-"""What `identify batch` does, without the terminal: every fit of a batch by its workers, the index, and their summary."""
+"""What `identify batch` does, without the terminal: every fit of a batch by its workers, the index, and their
+summary.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from identify.batch.executor import Executor, open_executor
-from identify.batch.index import Entry, Index
+from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
 from identify.batch.loop import Watch, run_jobs
 from identify.batch.settings import Batch, Item, read_batch
@@ -32,12 +34,14 @@ def run_batch(
     resume: bool = False,
     watch: Watch | None = None,
 ) -> tuple[BatchResult, list[Path]]:
-    """Fit all that a batch names and write `<name>.h5`, the summary, beside the folder `<name>/` with each fit and `index.json`.
+    """Fit all that a batch names and write `<name>.h5`, the summary, beside the folder `<name>/` with each
+    fit and `index.json`.
 
-    workers: local processes (default: one per processor); cluster: address of a Dask scheduler, in their place; resume: keep what is
-    finished of the same study, data and versions, and go on with what was interrupted; watch is shown the index after every change.
-    Returns the summary and what was written, the summary first.  Raises InputError for a batch that cannot be read, where nothing can
-    be written, for a full disk, and where every fit failed; KeyboardInterrupt after the index was written.
+    workers: local processes (default: one per processor); cluster: address of a Dask scheduler, in their
+    place; resume: keep what is finished of the same study, data and versions, and go on with what was
+    interrupted; watch is shown the index after every change. Returns the summary and what was written, the
+    summary first.  Raises InputError for a batch that cannot be read, where nothing can be written, for a
+    full disk, and where every fit failed; KeyboardInterrupt after the index was written.
     """
     begun, batch = time.perf_counter(), read_batch(config)
     path = out or Path("reports") / f"{batch.settings.name}.h5"
@@ -55,8 +59,12 @@ def run_batch(
         found = f"none of the {len(files)} fits ended well; {name}: {entry.error.rstrip('.')}"
         raise InputError(str(config), found, fix=f"see {index.path}")
     fitted_together = joint if joint is not None and index.jobs["joint"].state == "done" else None
-    came_from = provenance(config.name, batch.text, [(study.name, sha256(study)) for study in _studies(batch)])
-    result = summarise(batch.settings.name, index, files, fitted_together, about, time.perf_counter() - begun, came_from)
+    came_from = provenance(
+        config.name, batch.text, [(study.name, sha256(study)) for study in _studies(batch)]
+    )
+    result = summarise(
+        batch.settings.name, index, files, fitted_together, about, time.perf_counter() - begun, came_from
+    )
     result_file.write(result, path)
     return result, [path, index.path]
 
@@ -66,16 +74,28 @@ def _studies(batch: Batch) -> list[Path]:
     return [study for study in dict.fromkeys(item.study for item in batch.items) if study.exists()]
 
 
-def _index(batch: Batch, files: dict[str, Path], joint: Path | None, path: Path, executor: Executor) -> Index:
+def _index(
+    batch: Batch, files: dict[str, Path], joint: Path | None, path: Path, executor: Executor
+) -> BatchIndex:
     folder = path.with_suffix("")
-    index = Index(folder / INDEX, {"batch": batch.settings.name, "config": batch.path.name, "workers": executor.about})
+    index = BatchIndex(
+        folder / INDEX, {"batch": batch.settings.name, "config": batch.path.name, "workers": executor.about}
+    )
     if joint is not None:
         index.jobs["joint"] = Entry(result=joint.name)
     index.jobs.update({name: Entry(result=file.name) for name, file in files.items()})
     return index
 
 
-def _run(batch: Batch, files: dict[str, Path], joint: Path | None, executor: Executor, index: Index, resume: bool, watch: Watch) -> None:
+def _run(
+    batch: Batch,
+    files: dict[str, Path],
+    joint: Path | None,
+    executor: Executor,
+    index: BatchIndex,
+    resume: bool,
+    watch: Watch,
+) -> None:
     """All fits, the joint one first because it takes longest."""
 
     def jobs() -> Iterator[Job]:
@@ -90,13 +110,19 @@ def _run(batch: Batch, files: dict[str, Path], joint: Path | None, executor: Exe
 def _job(item: Item, path: Path, resume: bool) -> Job:
     measurements = None if item.measurements is None else list(item.measurements)
     study, out = str(item.study.resolve()), str(path.resolve())
-    return Job(item.name, _FIT, {"study": study, "name": item.name, "measurements": measurements, "out": out, "resume": resume})
+    return Job(
+        item.name,
+        _FIT,
+        {"study": study, "name": item.name, "measurements": measurements, "out": out, "resume": resume},
+    )
 
 
 def _check(batch: Batch, path: Path) -> None:
     """Raise now what would fail every fit: a base study that is wrong, a place that cannot be written."""
     if path.suffix not in (".h5", ".hdf5"):
-        raise InputError(str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`")
+        raise InputError(
+            str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`"
+        )
     whole.check_writable(path, "choose another with `--out`")
     base = next((item.study for item in batch.items if item.measurements is not None), None)
     if base is not None:

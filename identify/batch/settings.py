@@ -1,4 +1,6 @@
-"""batch.yaml: a base study and the postures or data sets to fit it to, or whole studies; read into the studies to fit, one by one."""
+"""batch.yaml: a base study and the postures or data sets to fit it to, or whole studies; read into the
+studies to fit, one by one.
+"""
 
 from __future__ import annotations
 
@@ -27,31 +29,55 @@ class BatchSettings(Settings):
     """What one batch.yaml describes."""
 
     schema_: Literal["identify-batch/1"] = Field(alias="schema", description="version of this format")
-    name: str = Field("batch", min_length=1, pattern=r"^[^/\\]+$", description="names the folder of the results and their summary")
-    study: Path | None = Field(None, description="the base study; its measurements are those of the batch unless the batch has its own")
+    name: str = Field(
+        "batch",
+        min_length=1,
+        pattern=r"^[^/\\]+$",
+        description="names the folder of the results and their summary",
+    )
+    study: Path | None = Field(
+        None,
+        description="the base study; its measurements are those of the batch unless the batch has its own",
+    )
     measurements: list[Data] = Field(
-        [], description="measurements as in a study, each fitted on its own; `file` may be a pattern such as day1/*.uff"
+        [],
+        description=(
+            "measurements as in a study, each fitted on its own; `file` may be a pattern such as day1/*.uff"
+        ),
     )
     table: Path | None = Field(
-        None, description="CSV of further measurements: columns are keys of a measurement, and joint1_deg, joint2_deg, ..."
+        None,
+        description=(
+            "CSV of further measurements: columns are keys of a measurement, and joint1_deg, joint2_deg, ..."
+        ),
     )
-    each: Data = Field({}, description="keys that every measurement of the list and the table has unless it says otherwise")
-    studies: list[str] = Field([], description="whole studies, or patterns such as cell*/config.yaml, each fitted as it is")
+    each: Data = Field(
+        {}, description="keys that every measurement of the list and the table has unless it says otherwise"
+    )
+    studies: list[str] = Field(
+        [], description="whole studies, or patterns such as cell*/config.yaml, each fitted as it is"
+    )
     joint: bool = Field(False, description="also fit all measurements together, with one set of parameters")
-    time_limit_s: float = Field(3600.0, gt=0, description="a fit that takes longer is ended and counted as failed")
+    time_limit_s: float = Field(
+        3600.0, gt=0, description="a fit that takes longer is ended and counted as failed"
+    )
 
     @model_validator(mode="after")
     def _something(self) -> BatchSettings:
         if self.study is None and not self.studies:
             raise ValueError("give a base `study`, or `studies`")
         if self.study is None and (self.measurements or self.table or self.each or self.joint):
-            raise ValueError("`measurements`, `table`, `each` and `joint` need the base `study` that is fitted to them")
+            raise ValueError(
+                "`measurements`, `table`, `each` and `joint` need the base `study` that is fitted to them"
+            )
         return self
 
 
 @dataclass(frozen=True)
 class Item:
-    """One fit: its name, a study, and the measurements that stand in place of the study's own, or None; paths relative to its folder."""
+    """One fit: its name, a study, and the measurements that stand in place of the study's own, or None; paths
+    relative to its folder.
+    """
 
     name: str
     study: Path
@@ -60,7 +86,9 @@ class Item:
 
 @dataclass(frozen=True)
 class Batch:
-    """A batch that was read: its file and text, what it says, the fits by posture, and the joint one, if asked for."""
+    """A batch that was read: its file and text, what it says, the fits by posture, and the joint one, if
+    asked for.
+    """
 
     path: Path
     text: str
@@ -72,7 +100,8 @@ class Batch:
 def read_batch(path: Path) -> Batch:
     """The batch in a YAML file.
 
-    What is wrong with the batch itself raises InputError or InputErrors; what is wrong with one measurement shows when it is fitted.
+    What is wrong with the batch itself raises InputError or InputErrors; what is wrong with one measurement
+    shows when it is fitted.
     """
     settings, text = read_settings(path, BatchSettings, SCHEMA)
     items: list[Item] = []
@@ -93,8 +122,15 @@ def _of_study(study: Path) -> list[Data]:
     data, _ = read_yaml(study)
     measured = data.get("measurements") if isinstance(data, dict) else None
     if not isinstance(measured, list) or not measured:
-        raise InputError(str(study), "no measurements, and the batch has none", "`measurements` or `table` in the batch, or in the study")
-    return [dict(one) if isinstance(one, dict) else {"name": f"measurement {number}"} for number, one in enumerate(measured, 1)]
+        raise InputError(
+            str(study),
+            "no measurements, and the batch has none",
+            "`measurements` or `table` in the batch, or in the study",
+        )
+    return [
+        dict(one) if isinstance(one, dict) else {"name": f"measurement {number}"}
+        for number, one in enumerate(measured, 1)
+    ]
 
 
 def _listed(path: Path, settings: BatchSettings, study: Path) -> Iterator[Data]:
@@ -119,7 +155,8 @@ def _tabled(path: Path, settings: BatchSettings, study: Path) -> Iterator[Data]:
 
 
 def read_table(path: Path) -> list[tuple[int, Data]]:
-    """The rows of a CSV file with their lines: cells are read as in YAML (numbers, texts, [lists]), empty ones are left out.
+    """The rows of a CSV file with their lines: cells are read as in YAML (numbers, texts, [lists]), empty
+    ones are left out.
 
     Raises InputError for a file that cannot be read, or a row of another length than the header.
     """
@@ -127,22 +164,37 @@ def read_table(path: Path) -> list[tuple[int, Data]]:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(str(path), f"cannot be read ({error})", "a CSV file with a header") from error
-    rows = [(number, next(csv.reader([line], skipinitialspace=True))) for number, line in enumerate(lines, 1) if line.strip()]
+    rows = [
+        (number, next(csv.reader([line], skipinitialspace=True)))
+        for number, line in enumerate(lines, 1)
+        if line.strip()
+    ]
     if len(rows) < 2:
         raise InputError(str(path), "no rows", "a header and a line per posture")
     header, read, found = [cell.strip() for cell in rows[0][1]], YAML(typ="safe"), []
     for number, cells in rows[1:]:
         if len(cells) != len(header):
-            raise InputError(f"{path} line {number}", f"{len(cells)} cells", f"{len(header)}, as in the header")
+            raise InputError(
+                f"{path} line {number}", f"{len(cells)} cells", f"{len(header)}, as in the header"
+            )
         try:
-            found.append((number, {key: read.load(cell) for key, cell in zip(header, cells, strict=True) if cell.strip()}))
+            found.append(
+                (
+                    number,
+                    {key: read.load(cell) for key, cell in zip(header, cells, strict=True) if cell.strip()},
+                )
+            )
         except YAMLError as error:
-            raise InputError(f"{path} line {number}", f"a cell that cannot be read ({error})", "numbers or plain text") from error
+            raise InputError(
+                f"{path} line {number}", f"a cell that cannot be read ({error})", "numbers or plain text"
+            ) from error
     return found
 
 
 def posture_of(row: Data) -> list[Any]:
-    """The joint angles of a table's row, deg, in the order of the joints; empty where it has no such columns."""
+    """The joint angles of a table's row, deg, in the order of the joints; empty where it has no such
+    columns.
+    """
     angles = {int(match[1]): value for key, value in row.items() if (match := _ANGLE.fullmatch(key))}
     return [angles[number] for number in sorted(angles)]
 
@@ -155,7 +207,9 @@ def _moved(one: Data, folder: Path, study: Path) -> Data:
 
 
 def _found(folder: Path, pattern: str) -> list[str]:
-    """The files of a pattern in order; the pattern itself where there is none, so that its fit says that there is no such file."""
+    """The files of a pattern in order; the pattern itself where there is none, so that its fit says that
+    there is no such file.
+    """
     return sorted(glob.glob(pattern, root_dir=folder, recursive=True)) or [pattern]
 
 

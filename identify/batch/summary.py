@@ -1,4 +1,6 @@
-"""The fits of a batch side by side, from their result files: parameters, modes and errors by posture, and what depends on posture."""
+"""The fits of a batch side by side, from their result files: parameters, modes and errors by posture, and
+what depends on posture.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.batch.homogeneity import Homogeneity, holm, homogeneity
-from identify.batch.index import Index
+from identify.batch.index import BatchIndex
 from identify.batch.verdict import notes, verdict
+from identify.core.arrays import Array
 from identify.fitting.tables import scale_of
 from identify.results import file as result_file
 from identify.results import fit as results
@@ -19,7 +22,6 @@ from identify.results import tables
 from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
 from identify.results.fit import FitResult
 
-Array = NDArray[np.float64]
 _BELIEVED = ("determined", "weak")
 _AT_BOUND = 1e-6
 _LEVEL = 0.01
@@ -41,10 +43,21 @@ class Row:
 
 
 def summarise(
-    name: str, index: Index, files: dict[str, Path], joint: Path | None, workers: str, seconds: float, came_from: tables.Provenance
+    name: str,
+    index: BatchIndex,
+    files: dict[str, Path],
+    joint: Path | None,
+    workers: str,
+    seconds: float,
+    came_from: tables.Provenance,
 ) -> BatchResult:
-    """The result of a batch; files: where each fit is or would be; joint: the result of the joint fit, if there is one."""
-    rows = [_row(result_file.read(path, FitResult)) if index.jobs[job].state == "done" else None for job, path in files.items()]
+    """The result of a batch; files: where each fit is or would be; joint: the result of the joint fit, if
+    there is one.
+    """
+    rows = [
+        _row(result_file.read(path, FitResult)) if index.jobs[job].state == "done" else None
+        for job, path in files.items()
+    ]
     together = result_file.read(joint, FitResult) if joint is not None else None
     jobs = _jobs(index, files, rows)
     parameters = _parameters(rows, together)
@@ -89,7 +102,10 @@ def _row_modes(m: results.MeasurementResult) -> Array:
     rows = np.full((4, len(m.modes.frequency_hz)), np.nan)
     rows[:2] = m.modes.frequency_hz, m.modes.damping_ratio
     if m.pairs is not None:
-        rows[2:, m.pairs.model] = m.pairs.measured_frequency_hz[m.pairs.measured], m.pairs.measured_damping_ratio[m.pairs.measured]
+        rows[2:, m.pairs.model] = (
+            m.pairs.measured_frequency_hz[m.pairs.measured],
+            m.pairs.measured_damping_ratio[m.pairs.measured],
+        )
     return rows
 
 
@@ -100,7 +116,7 @@ def _relative_error(result: results.FitResult) -> float:
     return float(np.sqrt(left / measured)) if measured else float("nan")
 
 
-def _jobs(index: Index, files: dict[str, Path], rows: Sequence[Row | None]) -> JobTable:
+def _jobs(index: BatchIndex, files: dict[str, Path], rows: Sequence[Row | None]) -> JobTable:
     entries = [index.jobs[name] for name in files]
     numbers = {key: _numbers(rows, key) for key in ("gap", "cost", "relative_error")}
     return JobTable(
@@ -132,12 +148,19 @@ def _padded(values: Sequence[Array | None], least: int = 0) -> Array:
 
 
 def _modes(rows: Sequence[Row | None]) -> ModesByPosture:
-    return ModesByPosture(*(_padded([None if row is None else row.modes[part] for row in rows]) for part in range(4)))
+    return ModesByPosture(
+        *(_padded([None if row is None else row.modes[part] for row in rows]) for part in range(4))
+    )
 
 
 def _parameters(rows: Sequence[Row | None], together: results.FitResult | None) -> ParametersByPosture:
     tables = [None if row is None else row.parameters for row in rows]
-    first = {name: (table, k) for table in reversed(tables) if table is not None for k, name in enumerate(table.name)}
+    first = {
+        name: (table, k)
+        for table in reversed(tables)
+        if table is not None
+        for k, name in enumerate(table.name)
+    }
     names = tuple(dict.fromkeys(name for table in tables if table is not None for name in table.name))
     place = {name: column for column, name in enumerate(names)}
     values = {key: np.full((len(rows), len(names)), np.nan) for key in ("value", "std", "low_95", "high_95")}
@@ -163,7 +186,9 @@ def _parameters(rows: Sequence[Row | None], together: results.FitResult | None) 
 
 
 def _std(table: tables.ParameterTable) -> Array:
-    """Standard deviations of ln value where the scale is logarithmic, of the value itself where it is not; NaN where fixed."""
+    """Standard deviations of ln value where the scale is logarithmic, of the value itself where it is not;
+    NaN where fixed.
+    """
     scale, std = scale_of(table), table.std.copy()
     std[scale.free] *= np.where(table.log[scale.free], 1.0, scale.slope(scale.to_x(table.value)))
     return std
@@ -179,7 +204,9 @@ def _of_joint(names: Sequence[str], joint: tables.ParameterTable | None, key: st
 def _usable(table: tables.ParameterTable) -> NDArray[np.bool_]:
     """Free, determined at least weakly, and not at a bound, where an interval means nothing."""
     believed = np.array([status in _BELIEVED for status in table.status], dtype=bool)
-    inside = ~np.isclose(table.value, table.lower, _AT_BOUND, 0) & ~np.isclose(table.value, table.upper, _AT_BOUND, 0)
+    inside = ~np.isclose(table.value, table.lower, _AT_BOUND, 0) & ~np.isclose(
+        table.value, table.upper, _AT_BOUND, 0
+    )
     return np.asarray(table.free & believed & inside)
 
 

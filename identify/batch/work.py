@@ -18,9 +18,11 @@ from identify.vibration.study import Study, StudyFile, read_study
 def fit(
     study: str, name: str, measurements: Sequence[dict[str, Any]] | None, out: str, resume: bool, attempt: int
 ) -> dict[str, float | bool]:
-    """Fit a study, or a base study to other measurements, and write the result to `out`; returns what the index and the bar show of it.
+    """Fit a study, or a base study to other measurements, and write the result to `out`; returns what the
+    index and the bar show of it.
 
-    resume, or a later attempt: a finished result of the very same fit is kept, and an interrupted one is gone on with.
+    resume, or a later attempt: a finished result of the very same fit is kept, and an interrupted one is gone
+    on with.
     """
     path, file = Path(out), derived(Path(study), name, measurements)
     again = resume or attempt > 1
@@ -30,7 +32,9 @@ def fit(
 
 
 def derived(study: Path, name: str, measurements: Sequence[dict[str, Any]] | None) -> StudyFile:
-    """The study with other measurements and another name; its text is written anew, its paths stay relative to the same folder."""
+    """The study with other measurements and another name; its text is written anew, its paths stay relative
+    to the same folder.
+    """
     if measurements is None:
         return read_study(study)
     data, _ = read_yaml(study)
@@ -40,5 +44,7 @@ def derived(study: Path, name: str, measurements: Sequence[dict[str, Any]] | Non
     stream = io.StringIO()
     YAML(typ="rt").dump(data, stream)
     text = stream.getvalue()
-    settings = validated(Path(name), dict(data), Study)  # without lines: those of the base study would mislead
+    settings = validated(
+        Path(name), dict(data), Study
+    )  # without lines: those of the base study would mislead
     return StudyFile.of(study.with_name(f"{name}.yaml"), settings, text)

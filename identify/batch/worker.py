@@ -1,4 +1,5 @@
-"""The worker process: `python -m identify.batch.worker MODULE` reads jobs as lines of JSON and answers each with a line.
+"""The worker process: `python -m identify.batch.worker MODULE` reads jobs as lines of JSON and answers each
+with a line.
 
 MODULE, of the first job, is imported before it is asked for, so that the time limit is for the job alone.
 
@@ -25,7 +26,9 @@ from identify.batch.job import Outcome, failure
 
 def main() -> None:
     """Serve until the input ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to a whole terminal; the parent decides what ends
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C goes to a whole terminal; the parent decides what ends
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not get between the answers
     with contextlib.suppress(ImportError):  # the job will say it
@@ -49,7 +52,9 @@ def _call(call: str, arguments: dict[str, Any], attempt: int) -> dict[str, Any]:
 
 
 def _listen(source: BinaryIO, lines: queue.Queue[bytes]) -> None:
-    """Pass lines on; at the end of the input stop at once, in whatever the process is: nobody wants the answer."""
+    """Pass lines on; at the end of the input stop at once, in whatever the process is: nobody wants the
+    answer.
+    """
     for line in source:
         lines.put(line)
     os._exit(0)

@@ -11,7 +11,9 @@ from identify.core.errors import InputError
 
 
 def write_whole(path: Path, fill: Callable[[Path], object], fix: str) -> None:
-    """Let `fill` write a file aside and put it in place of `path`; where that is not possible, an InputError with `fix`, and no trace."""
+    """Let `fill` write a file aside and put it in place of `path`; where that is not possible, an InputError
+    with `fix`, and no trace.
+    """
     aside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -24,7 +24,9 @@ class Settings(BaseModel):
 
 
 class ConfigFile(Settings, Generic[S]):
-    """A study with the file it came from: text and sha256 go into the result, paths in it are relative to its folder."""
+    """A study with the file it came from: text and sha256 go into the result, paths in it are relative to its
+    folder.
+    """
 
     path: Path
     text: str
@@ -44,21 +46,32 @@ class ConfigFile(Settings, Generic[S]):
 
 
 def family_of(path: Path) -> str:
-    """The family of schemas that a config says it is of, such as `identify-motion`; empty where it says none."""
+    """The family of schemas that a config says it is of, such as `identify-motion`; empty where it says
+    none.
+    """
     data, _ = read_yaml(path)
     return str(data.get("schema", "")).partition("/")[0] if isinstance(data, dict) else ""
 
 
 def read_settings(path: Path, kind: type[S], schema: str) -> tuple[S, str]:
-    """The settings of that kind in a YAML file, whose `schema:` is to be `schema`, and its text; raises as `read_study` does."""
+    """The settings of that kind in a YAML file, whose `schema:` is to be `schema`, and its text; raises as
+    `read_study` does.
+    """
     data, text = read_yaml(path)
     if not isinstance(data, dict):
-        raise InputError(str(path), "not a mapping of keys", f"`schema: {schema}` and the other keys", "see `identify config`")
+        raise InputError(
+            str(path),
+            "not a mapping of keys",
+            f"`schema: {schema}` and the other keys",
+            "see `identify config`",
+        )
     return validated(path, data, kind), text
 
 
 def validated(path: Path, data: Any, kind: type[S]) -> S:
-    """Settings of that kind from the data of a config; raises InputErrors with every key that is wrong, and its line."""
+    """Settings of that kind from the data of a config; raises InputErrors with every key that is wrong, and
+    its line.
+    """
     try:
         return kind.model_validate(data)
     except ValidationError as error:
@@ -70,7 +83,9 @@ def read_yaml(path: Path) -> tuple[Any, str]:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), f"cannot be read ({error})", "a config file", "write one with `identify init`") from error
+        raise InputError(
+            str(path), f"cannot be read ({error})", "a config file", "write one with `identify init`"
+        ) from error
     return parse_yaml(path, text), text
 
 
@@ -88,7 +103,9 @@ def parse_yaml(path: Path, text: str) -> Any:
 
 def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> InputError:
     """A pydantic error as a sentence with the key and its line."""
-    keys = [key for key in fault["loc"] if not (isinstance(key, str) and key[:1].isupper())]  # class names of unions are no keys
+    keys = [
+        key for key in fault["loc"] if not (isinstance(key, str) and key[:1].isupper())
+    ]  # class names of unions are no keys
     where = f"{path}{line_of(data, keys)}: {'.'.join(map(str, keys)) or 'config'}"
     if fault["type"] == "extra_forbidden":
         known = [field.alias or name for name, field in _fields_at(kind, keys[:-1]).items()]
@@ -99,7 +116,11 @@ def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> In
         return InputError(where, "missing", "a value", "see `identify config` for what it means")
     if fault["type"] == "value_error":
         return InputError(where, str(fault["ctx"]["error"]).rstrip("."))
-    found = fault["input"] if isinstance(fault["input"], (str, int, float, bool)) else type(fault["input"]).__name__
+    found = (
+        fault["input"]
+        if isinstance(fault["input"], (str, int, float, bool))
+        else type(fault["input"]).__name__
+    )
     return InputError(where, f"found {found!r}", fault["msg"][:1].lower() + fault["msg"][1:])
 
 
@@ -116,11 +137,20 @@ def line_of(data: Any, keys: list[Any]) -> str:
 
 
 def _fields_at(kind: type[BaseModel], keys: list[Any]) -> dict[str, Any]:
-    """The fields that are known where an unknown key was found; empty inside plug points, whose errors name them."""
+    """The fields that are known where an unknown key was found; empty inside plug points, whose errors name
+    them.
+    """
     models: list[type[BaseModel]] = [kind]
     for key in (key for key in keys if isinstance(key, str)):
-        models = [inner for model in models if key in model.model_fields for inner in _models_in(model.model_fields[key].annotation)]
-    return {name: field for model in models if not isabstract(model) for name, field in model.model_fields.items()}
+        models = [
+            inner
+            for model in models
+            if key in model.model_fields
+            for inner in _models_in(model.model_fields[key].annotation)
+        ]
+    return {
+        name: field for model in models if not isabstract(model) for name, field in model.model_fields.items()
+    }
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:

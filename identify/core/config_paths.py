@@ -1,4 +1,6 @@
-"""Paths in configs, which are relative to the folder of the config: made to mean the same files from another folder."""
+"""Paths in configs, which are relative to the folder of the config: made to mean the same files from another
+folder.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ _MEASURED = ("file", "modes", "shapes")
 
 
 def relocated(path: str | Path, old: Path, new: Path) -> str:
-    """A path that was relative to one folder, relative to another; absolute ones stay, as do those on another drive."""
+    """A path that was relative to one folder, relative to another; absolute ones stay, as do those on another
+    drive.
+    """
     if Path(path).is_absolute():
         return Path(path).as_posix()
     try:

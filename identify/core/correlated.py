@@ -1,6 +1,8 @@
-"""Residuals of a motion hang together over time: how many samples they are worth, and how sure a difference or a value is.
+"""Residuals of a motion hang together over time: how many samples they are worth, and how sure a difference
+or a value is.
 
-All arrays are (samples, joints) with a mask of the samples that count; samples left out count as a gap in time.
+All arrays are (samples, joints) with a mask of the samples that count; samples left out count as a gap in
+time.
 """
 
 from __future__ import annotations
@@ -10,13 +12,14 @@ from itertools import pairwise
 import numpy as np
 from scipy.fft import dct, idct
 
-from identify.explain.effects.scene import Array, Mask
+from identify.core.arrays import Array, Mask
 
 _BLOCKS, _DRAWS = 20, 2000
 
 
 def correlation_time(residual: Array, used: Mask) -> float:
-    """Samples (at least 1) that one independent sample is worth, of one joint's residual (samples,): 1 + 2 sum of autocorrelations.
+    """Samples (at least 1) that one independent sample is worth, of one joint's residual (samples,): 1 + 2
+    sum of autocorrelations.
 
     The sum ends at the first negative pair of neighbouring lags (initial positive sequence, Geyer 1992).
     """
@@ -40,7 +43,8 @@ def effective_samples(residual: Array, used: Mask) -> float:
 
 
 def mean_above_zero(values: Array) -> float:
-    """Chance that values (n,), which hang together over time, have a mean above zero by luck: a bootstrap of contiguous blocks.
+    """Chance that values (n,), which hang together over time, have a mean above zero by luck: a bootstrap of
+    contiguous blocks.
 
     Half a block counts for no gain at all, so that few blocks never give certainty.
     """
@@ -52,15 +56,17 @@ def mean_above_zero(values: Array) -> float:
 
 
 def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float, Array]:
-    """Gain in log likelihood from one residual of a joint (samples,) to another, where its spectrum is not known; and where it is.
+    """Gain in log likelihood from one residual of a joint (samples,) to another, where its spectrum is not
+    known; and where it is.
 
-    The second is (samples,): the fall of the square in the range of frequencies that counts, over its sum before, zero where samples do
-    not count.
+    The second is (samples,): the fall of the square in the range of frequencies that counts, over its sum
+    before, zero where samples do not count.
 
-    Whittle's likelihood with a level of its own for every octave: half the number of samples in an octave times ln of the ratio of powers.
-    A slow residual lives in the few samples of the low octaves, whatever the sample rate.  Counted below or above the frequency that makes
-    it largest, because an effect is slow or fast, less the price of that choice, ln of the number of choices.  By the cosine transform,
-    which has no jump at the ends; samples that do not count are bridged by straight lines and lower the number.
+    Whittle's likelihood with a level of its own for every octave: half the number of samples in an octave
+    times ln of the ratio of powers. A slow residual lives in the few samples of the low octaves, whatever the
+    sample rate.  Counted below or above the frequency that makes it largest, because an effect is slow or
+    fast, less the price of that choice, ln of the number of choices.  By the cosine transform, which has no
+    jump at the ends; samples that do not count are bridged by straight lines and lower the number.
     """
     waves = [dct(_bridged(residual, used), norm="ortho") for residual in (before, after)]
     powers = [wave**2 for wave in waves]
@@ -68,7 +74,11 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
     floor = 1e-12 * float(powers[0].sum())
     gains = (
         [
-            (last - first) / 2 * np.log((float(powers[0][first:last].sum()) + floor) / (float(powers[1][first:last].sum()) + floor))
+            (last - first)
+            / 2
+            * np.log(
+                (float(powers[0][first:last].sum()) + floor) / (float(powers[1][first:last].sum()) + floor)
+            )
             for first, last in pairwise(edges)
         ]
         if floor > 0
@@ -91,19 +101,27 @@ def _bridged(residual: Array, used: Mask) -> Array:
 
 
 def covariance(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, float]:
-    """Covariance (p, p) of least-squares values whose residuals are correlated in time, and its degrees of freedom.
+    """Covariance (p, p) of least-squares values whose residuals are correlated in time, and its degrees of
+    freedom.
 
-    jacobian (samples, joints, p) and residual (samples, joints), both weighted.  Newey and West (1987) with a window of eight
-    correlation times; as many degrees of freedom as independent windows (fixed-b, Kiefer and Vogelsang 2005, in its simplest form).
+    jacobian (samples, joints, p) and residual (samples, joints), both weighted.  Newey and West (1987) with a
+    window of eight correlation times; as many degrees of freedom as independent windows (fixed-b, Kiefer and
+    Vogelsang 2005, in its simplest form).
     """
     scores = np.einsum("naj,na->nj", np.where(used[:, :, None], jacobian, 0.0), np.where(used, residual, 0.0))
     flat = jacobian[used]
     scale = np.sqrt((flat**2).sum(axis=0))
     scale[scale == 0] = 1.0
     bread = np.linalg.pinv((flat / scale).T @ (flat / scale), rcond=1e-10)
-    spans = [correlation_time(residual[:, joint], used[:, joint]) for joint in range(residual.shape[1]) if used[:, joint].any()]
+    spans = [
+        correlation_time(residual[:, joint], used[:, joint])
+        for joint in range(residual.shape[1])
+        if used[:, joint].any()
+    ]
     window = int(np.clip(np.ceil(8 * max(spans, default=1.0)), 1, max(1, len(scores) // 6)))
-    padded = np.concatenate([np.zeros((window, scores.shape[1])), scores / scale, np.zeros((window - 1, scores.shape[1]))])
+    padded = np.concatenate(
+        [np.zeros((window, scores.shape[1])), scores / scale, np.zeros((window - 1, scores.shape[1]))]
+    )
     sums = np.cumsum(padded, axis=0)
     windows = sums[window:] - sums[:-window]
     meat = windows.T @ windows / window
@@ -113,7 +131,9 @@ def covariance(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, flo
 
 
 def white_level(signal: Array, used: Mask) -> float:
-    """Standard deviation of what changes from sample to sample in a joint's signal (samples,): its noise, by third differences (MAD)."""
+    """Standard deviation of what changes from sample to sample in a joint's signal (samples,): its noise, by
+    third differences (MAD).
+    """
     third = np.diff(signal, 3)
     good = used[:-3] & used[3:]
     if not good.any():

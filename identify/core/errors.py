@@ -1,4 +1,6 @@
-"""The errors that a user can cause; each is one sentence that says where, what was found, what was expected and what to do."""
+"""The errors that a user can cause; each is one sentence that says where, what was found, what was expected
+and what to do.
+"""
 
 EXIT_DONE, EXIT_BAD_INPUT, EXIT_FAILED_CHECK, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 0, 2, 3, 4, 130
 

@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all where not `free`."""
+    """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all
+    where not `free`.
+    """
 
     name: str
     unit: str
@@ -25,52 +28,67 @@ class Parameter:
 
 
 class Values(BaseModel):
-    """Start, bounds and freedom of a group of parameters; a list gives one number per place, a number serves all."""
+    """Start, bounds and freedom of a group of parameters; a list gives one number per place, a number serves
+    all.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    initial: float | list[float] | None = Field(None, description="start value, or one per place; default: from the robot's inertia")
-    bounds: tuple[float, float] | None = Field(None, description="smallest and largest value; default: a factor of 1000 either side")
+    initial: float | list[float] | None = Field(
+        None, description="start value, or one per place; default: from the robot's inertia"
+    )
+    bounds: tuple[float, float] | None = Field(
+        None, description="smallest and largest value; default: a factor of 1000 either side"
+    )
     fixed: bool = Field(False, description="true: kept at `initial`, not fitted")
 
 
 class DampingValues(Values):
     """Values of viscous dampers, which may be given as a damping ratio of the coordinate on its own."""
 
-    damping_ratio: float = Field(0.03, gt=0, description="start value as c = 2 zeta sqrt(k m), m the inertia the coordinate moves")
+    damping_ratio: float = Field(
+        0.03, gt=0, description="start value as c = 2 zeta sqrt(k m), m the inertia the coordinate moves"
+    )
 
 
 _SPAN = 1e3
 
 
 def spread(values: Values, default: np.ndarray, where: str) -> np.ndarray:
-    """One start value per place, from a number, a list or the default; a list of another length is an InputError."""
+    """One start value per place, from a number, a list or the default; a list of another length is an
+    InputError.
+    """
     if values.initial is None:
         return default
     given = np.atleast_1d(np.asarray(values.initial, dtype=float))
     if given.size not in (1, default.size):
-        raise InputError(f"{where}.initial", f"{given.size} values", f"one, or {default.size}: one per coordinate")
+        raise InputError(
+            f"{where}.initial", f"{given.size} values", f"one, or {default.size}: one per coordinate"
+        )
     return np.broadcast_to(given, default.shape).copy()
 
 
-def parameter(name: str, unit: str, initial: float, values: Values, where: str, *, log: bool = True) -> Parameter:
+def parameter(
+    name: str, unit: str, initial: float, values: Values, where: str, *, log: bool = True
+) -> Parameter:
     """A parameter whose start and bounds agree; crossed bounds or a start outside them are an InputError."""
     lower, upper = values.bounds or (initial / _SPAN, initial * _SPAN)
     if not lower < upper:
         raise InputError(f"{where}.bounds", f"[{lower:g}, {upper:g}]", "the smaller bound first")
     if log and lower <= 0:
-        raise InputError(f"{where}.bounds", f"lower bound {lower:g}", "a positive number, because the scale is logarithmic")
+        raise InputError(
+            f"{where}.bounds", f"lower bound {lower:g}", "a positive number, because the scale is logarithmic"
+        )
     if not lower <= initial <= upper:
         expected = f"a value within its bounds [{lower:g}, {upper:g}]"
         raise InputError(where, f"start value {initial:g} of {name}", expected, "set `bounds` or `initial`")
     return Parameter(name, unit, float(initial), lower, upper, log, not values.fixed)
 
 
-Array = NDArray[np.float64]
-
-
 @dataclass(frozen=True)
 class Scale:
-    """Free parameters as the optimizers see them: ln(value) on a log scale; value / step on a linear one, step a tenth of its range."""
+    """Free parameters as the optimizers see them: ln(value) on a log scale; value / step on a linear one,
+    step a tenth of its range.
+    """
 
     parameters: tuple[Parameter, ...]
 
@@ -94,7 +112,9 @@ class Scale:
 
     def to_values(self, x: Array) -> Array:
         """(..., parameters) from x (..., free); fixed parameters keep their initial value."""
-        values = np.broadcast_to(np.array([p.initial for p in self.parameters]), (*x.shape[:-1], len(self.parameters))).copy()
+        values = np.broadcast_to(
+            np.array([p.initial for p in self.parameters]), (*x.shape[:-1], len(self.parameters))
+        ).copy()
         values[..., self.free] = np.where(self._log, np.exp(np.where(self._log, x, 0.0)), x * self._step)
         return values
 

@@ -1,7 +1,9 @@
-"""Plug points: effects, costs, optimizers and loaders are found by name, built-in and third-party through the same door.
+"""Plug points: effects, costs, optimizers and loaders are found by name, built-in and third-party through the
+same door.
 
-A third party adds `[project.entry-points."identify.effects"]  my-kind = "my_package.module:MyEffect"` to its own
-pyproject.toml.  Modules are imported when their name is first asked for, so that the command line starts fast.
+A third party adds `[project.entry-points."identify.effects"]  my-kind = "my_package.module:MyEffect"` to its
+own pyproject.toml.  Modules are imported when their name is first asked for, so that the command line starts
+fast.
 """
 
 from __future__ import annotations
@@ -16,7 +18,9 @@ from identify.core.errors import InputError
 
 @dataclass
 class Registry:
-    """Names and where to import them from (`module:attribute`), with `group` the entry-point group of third parties."""
+    """Names and where to import them from (`module:attribute`), with `group` the entry-point group of third
+    parties.
+    """
 
     what: str
     group: str
@@ -46,7 +50,9 @@ class Registry:
 
 
 def parse_kind(registry: Registry, data: Any) -> Any:
-    """The registered settings model of `data['kind']`, validated; raises ValueError for pydantic to report with its key."""
+    """The registered settings model of `data['kind']`, validated; raises ValueError for pydantic to report
+    with its key.
+    """
     known = ", ".join(registry.names())
     if not isinstance(data, dict) or not isinstance(data.get("kind"), str):
         raise ValueError(f"expected a mapping with `kind`: one of {known}")

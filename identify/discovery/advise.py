@@ -1,4 +1,6 @@
-"""Which measurement would tell two models apart that the present data cannot: where and at which posture they predict different FRFs."""
+"""Which measurement would tell two models apart that the present data cannot: where and at which posture they
+predict different FRFs.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.measured.frf_set import POWER
 from identify.model.effects.base import Effect
 from identify.model.frf import frf
@@ -15,16 +17,15 @@ from identify.model.system import assemble, build_site, list_parameters
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 _POSTURES, _REACH_DEG, _LINES = 16, 60.0, 60
 _AXES = ("X", "Y", "Z")
 
 
 @dataclass(frozen=True)
 class _Place:
-    """A measurement that could be made: at a posture (rad), a response channel and a struck channel; ratio: how far apart in noise."""
+    """A measurement that could be made: at a posture (rad), a response channel and a struck channel; ratio:
+    how far apart in noise.
+    """
 
     posture: Array
     new: bool
@@ -33,25 +34,40 @@ class _Place:
     ratio: float
 
 
-def advise(problem: Problem, one: tuple[Sequence[Effect], Mapping[str, float]], other: tuple[Sequence[Effect], Mapping[str, float]]) -> str:
-    """Which response, blow and posture would tell two models (effects, values by name) apart, against noise like today's."""
+def advise(
+    problem: Problem,
+    one: tuple[Sequence[Effect], Mapping[str, float]],
+    other: tuple[Sequence[Effect], Mapping[str, float]],
+) -> str:
+    """Which response, blow and posture would tell two models (effects, values by name) apart, against noise
+    like today's.
+    """
     from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
 
     target = next(m.target for m in problem.measurements if isinstance(m.target, FrfTarget))
     noise = float(np.median(target.sigma))
-    at_hand = [np.deg2rad(m.settings.posture_deg) for m in problem.measurements if m.settings.detached is None]
+    at_hand = [
+        np.deg2rad(m.settings.posture_deg) for m in problem.measurements if m.settings.detached is None
+    ]
     draws = qmc.Sobol(len(at_hand[0]), rng=np.random.default_rng(0)).random(_POSTURES)
     others = [at_hand[0] + np.deg2rad(_REACH_DEG) * (2 * draw - 1) for draw in draws]
     tried = [
         _furthest(problem, target, posture, new, (one, other), noise)
         for posture, new in [(p, False) for p in at_hand] + [(p, True) for p in others]
     ]
-    here, best = max((p for p in tried if not p.new), key=lambda p: p.ratio), max(tried, key=lambda p: p.ratio)
-    sentence = f"To tell them apart, measure {here.output} for a blow at {here.struck} in a posture of today ({_degrees(here.posture)}): "
+    here, best = (
+        max((p for p in tried if not p.new), key=lambda p: p.ratio),
+        max(tried, key=lambda p: p.ratio),
+    )
+    sentence = (
+        f"To tell them apart, measure {here.output} for a blow at {here.struck} in a posture of today"
+        f" ({_degrees(here.posture)}): "
+    )
     sentence += f"they differ there by up to {here.ratio:.1f} times the noise."
     if best.new and best.ratio > 1.5 * here.ratio:
         sentence += (
-            f" Better still, {best.output} for a blow at {best.struck} at joint angles {_degrees(best.posture)}: {best.ratio:.1f} times."
+            f" Better still, {best.output} for a blow at {best.struck} at joint angles"
+            f" {_degrees(best.posture)}: {best.ratio:.1f} times."
         )
     return sentence
 
@@ -72,12 +88,20 @@ def _furthest(
     return _Place(posture, new, names[int(output)], names[int(struck)], float(apart[output, struck]))
 
 
-def _all_frfs(problem: Problem, target: FrfTarget, posture: Array, effects: Sequence[Effect], values: Mapping[str, float]) -> Complex:
+def _all_frfs(
+    problem: Problem,
+    target: FrfTarget,
+    posture: Array,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+) -> Complex:
     """(lines, channels, channels) between all points and axes."""
     site = build_site(problem.robot, posture, effects, points=problem.points)
     system = assemble(problem.robot, site, effects)
     given = np.array([values.get(p.name, p.initial) for p in list_parameters(problem.robot, site, effects)])
-    rows = np.concatenate([point.axes @ system.jacobian(point.link, point.position)[:3] for point in problem.points.values()])
+    rows = np.concatenate(
+        [point.axes @ system.jacobian(point.link, point.position)[:3] for point in problem.points.values()]
+    )
     step = max(1, len(target.data.s) // _LINES)
     return frf(*system.matrices(given), target.data.s[::step], rows, rows.T, POWER[target.data.quantity])
 

@@ -1,4 +1,6 @@
-"""What could be missing: every effect of the catalogue at every place where it can sit and that the model does not have yet."""
+"""What could be missing: every effect of the catalogue at every place where it can sit and that the model
+does not have yet.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from identify.core.thresholds import QUIET
-from identify.discovery.levels import level_gap, torque_gaps
+from identify.discovery.amplitude import level_gap, torque_gaps
 from identify.model.effects.base import EFFECTS, Effect
 from identify.model.effects.nonlinear import NonlinearEffect
 from identify.vibration.problem import Problem
 
 _NEAREST = 2
-"""Coordinates at which effects that depend on amplitude are tried: those where a torque would explain most."""
+"""Coordinates at which effects that depend on amplitude are tried: those where a torque would explain most.
+"""
 
 
 def candidates(problem: Problem, known: Sequence[Effect]) -> list[Effect]:
@@ -33,7 +36,8 @@ def candidates(problem: Problem, known: Sequence[Effect]) -> list[Effect]:
 
 
 def plausible(problem: Problem, values: Mapping[str, float], found: Sequence[Effect]) -> list[Effect]:
-    """Of what depends on amplitude, and takes long to try, only what acts where a torque could explain most; all else.
+    """Of what depends on amplitude, and takes long to try, only what acts where a torque could explain most;
+    all else.
 
     problem has the present model, and values are its parameters.
     """
@@ -42,9 +46,14 @@ def plausible(problem: Problem, values: Mapping[str, float], found: Sequence[Eff
         return list(found)
     gaps = torque_gaps(problem.targets().frf, problem.at(values))
     places = sorted(
-        {tuple(effect.coordinates(problem.robot)) for effect in simulated}, key=lambda names: min(gaps.get(n, np.inf) for n in names)
+        {tuple(effect.coordinates(problem.robot)) for effect in simulated},
+        key=lambda names: min(gaps.get(n, np.inf) for n in names),
     )
-    return [e for e in found if not isinstance(e, NonlinearEffect) or tuple(e.coordinates(problem.robot)) in places[:_NEAREST]]
+    return [
+        e
+        for e in found
+        if not isinstance(e, NonlinearEffect) or tuple(e.coordinates(problem.robot)) in places[:_NEAREST]
+    ]
 
 
 def _beyond(effect: Effect, problem: Problem, taken: set[str]) -> Effect | None:

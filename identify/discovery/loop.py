@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING, QUIET
-from identify.discovery.evidence import HALF, MOST, Judge, confirmed, convinces, removed
+from identify.discovery.evidence import HALF, MOST, EvidenceCriterion, confirmed, convinces, removed
 from identify.discovery.search import Option, Step, as_options, inflation, search
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
@@ -20,12 +19,14 @@ from identify.model.effects.base import Effect
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
-Array = NDArray[np.float64]
-
 _PATIENCE = 2
-"""How many additions that do not explain enough by themselves are followed, because two effects of equal size hide each other."""
+"""How many additions that do not explain enough by themselves are followed, because two effects of equal size
+hide each other.
+"""
 _TENTATIVE = 0.2
-"""A step that removes less than this share of what is above noise, also with another one, is not even followed."""
+"""A step that removes less than this share of what is above noise, also with another one, is not even
+followed.
+"""
 _MOST = 6
 _NEARLY = 0.9
 """Once this share of what was above noise is gone, only what convinces by itself is added."""
@@ -37,7 +38,8 @@ _TOGETHER = 4
 
 @dataclass(frozen=True)
 class Discovery:
-    """How it went: the model at the start and at the end, the effects added in order, and every step that was looked at.
+    """How it went: the model at the start and at the end, the effects added in order, and every step that was
+    looked at.
 
     kept: for each step, whether what it found is in the final model.
     """
@@ -60,7 +62,9 @@ class Discovery:
 
 @dataclass
 class Story:
-    """Who is told of the progress: `say` gets a sentence at each turn, `done` the number of finished trials and of all in a step."""
+    """Who is told of the progress: `say` gets a sentence at each turn, `done` the number of finished trials
+    and of all in a step.
+    """
 
     say: Callable[[str], None] = lambda sentence: None
     done: Callable[[int, int], None] = lambda number, total: None
@@ -103,23 +107,38 @@ def check_data(problem: Problem) -> None:
     """Raise an InputError unless every measurement to be fitted has FRFs with known noise."""
     for m in problem.measurements:
         if not isinstance(m.target, FrfTarget):
-            raise InputError(m.name, "a modal table", "FRFs", "discovery compares FRFs with their noise; leave the table out")
+            raise InputError(
+                m.name,
+                "a modal table",
+                "FRFs",
+                "discovery compares FRFs with their noise; leave the table out",
+            )
         _ = m.target.sigma
 
 
 def _base(problem: Problem, workers: Workers) -> Trial:
     """The present model, fitted from several starts: a local minimum looks exactly like something missing."""
-    known, names, scale = tuple(problem.file.study.effects), [p.name for p in problem.parameters], Scale(problem.parameters)
+    known, names, scale = (
+        tuple(problem.file.study.effects),
+        [p.name for p in problem.parameters],
+        Scale(problem.parameters),
+    )
     starts = [scale.to_values(x) for x in starting_points(problem, scale)]
     tasks = [Task(known, (), dict(zip(names, map(float, values), strict=True)), "start") for values in starts]
     ends: list[Trial] = []
     for first in range(0, len(tasks), _TOGETHER):
-        ends = sorted([*ends, *workers.run(tasks[first : first + _TOGETHER])], key=lambda trial: trial.squares)
+        ends = sorted(
+            [*ends, *workers.run(tasks[first : first + _TOGETHER])], key=lambda trial: trial.squares
+        )
         if agreeing([end.gap for end in ends]) >= ENOUGH and (ends[0].gap <= QUIET or len(ends) > _TOGETHER):
             break
     [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
     if not np.isfinite(trial.squares):
-        raise InputError("effects", f"the present model has no solution ({trial.failure})", "a model that `identify fit` can fit")
+        raise InputError(
+            "effects",
+            f"the present model has no solution ({trial.failure})",
+            "a model that `identify fit` can fit",
+        )
     return trial
 
 
@@ -128,31 +147,47 @@ def _hopeless(first: Trial, accepted: Trial, step: Step) -> bool:
     return removed(first.gap, accepted.gap) > _NEARLY or removed(step.before.gap, step.reach) < _TENTATIVE
 
 
-def _reshaped(workers: Workers, first: Trial, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
-    """The added effects, one of them in another form if that explains what little is left: details show once nothing is in their way."""
+def _reshaped(
+    workers: Workers, first: Trial, options: list[Option], final: Trial, story: Story
+) -> tuple[list[Option], Trial]:
+    """The added effects, one of them in another form if that explains what little is left: details show once
+    nothing is in their way.
+    """
     if removed(first.gap, final.gap) <= _NEARLY or final.gap <= QUIET:
         return options, final
     tasks = []
     for option in options:
-        tasks += [Task(_without(final, option.effect), (form,), final.values, "thorough") for form in option.effect.forms()]
-    judge = Judge(final.gap**2)
+        tasks += [
+            Task(_without(final, option.effect), (form,), final.values, "thorough")
+            for form in option.effect.forms()
+        ]
+    judge = EvidenceCriterion(final.gap**2)
     forms = as_options(judge, final, workers.run(tasks))
     if not forms or forms[0].evidence <= CONVINCING or not confirmed(final, forms[0].trial):
         return options, final
     best = forms[0]
     story.steps.append(Step(final, tuple(forms), best, (), judge, best.trial.gap))
-    story.say(f"{best.effect.sentence()} in place of another form of it: gap {best.trial.gap:.2f}{_elsewhere(best.trial)}.")
+    story.say(
+        f"{best.effect.sentence()} in place of another form of it: gap"
+        f" {best.trial.gap:.2f}{_elsewhere(best.trial)}."
+    )
     return [*(option for option in options if option.effect in best.trial.task.known), best], best.trial
 
 
-def _without_needless(workers: Workers, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
+def _without_needless(
+    workers: Workers, options: list[Option], final: Trial, story: Story
+) -> tuple[list[Option], Trial]:
     """What is left of the added effects when those are taken out again that later ones have made needless."""
     number = 0
     while len(options) > 1 and number < len(options):
         effect = options[number].effect
         [without] = workers.run([Task(_without(final, effect), (), final.values, "thorough")])
-        judge = Judge(final.gap**2)
-        if judge.evidence(without, final) > CONVINCING and confirmed(without, final) and without.gap - final.gap > 0.1 * (final.gap - 1):
+        judge = EvidenceCriterion(final.gap**2)
+        if (
+            judge.evidence(without, final) > CONVINCING
+            and confirmed(without, final)
+            and without.gap - final.gap > 0.1 * (final.gap - 1)
+        ):
             number += 1
             continue
         story.say(f"{effect.sentence()} is not needed any more: gap {without.gap:.2f}{_elsewhere(without)}.")
@@ -160,11 +195,13 @@ def _without_needless(workers: Workers, options: list[Option], final: Trial, sto
     return options, final
 
 
-def _exchanged(workers: Workers, problem: Problem, options: list[Option], final: Trial, story: Story) -> tuple[list[Option], Trial]:
+def _exchanged(
+    workers: Workers, problem: Problem, options: list[Option], final: Trial, story: Story
+) -> tuple[list[Option], Trial]:
     """The added effects after each that can stand for many things has been looked for anew beside the others.
 
-    The first effect that was found had to explain what the later ones now do; with them, something simpler may take its place
-    (sequential replacement: Miller, Subset Selection in Regression, 2002, section 3.4).
+    The first effect that was found had to explain what the later ones now do; with them, something simpler
+    may take its place (sequential replacement: Miller, Subset Selection in Regression, 2002, section 3.4).
     """
     number = 0
     while len(options) > 1 and number < len(options):
@@ -174,22 +211,32 @@ def _exchanged(workers: Workers, problem: Problem, options: list[Option], final:
         if final.free - without.free < _MANY:
             continue
         step = search(workers, problem, without, story.done)
-        if step.best is None or step.best.effect == effect or step.judge.evidence(final, step.best.trial) <= 0:
+        if (
+            step.best is None
+            or step.best.effect == effect
+            or step.judge.evidence(final, step.best.trial) <= 0
+        ):
             continue
         story.steps.append(step)
-        story.say(f"{step.best.effect.sentence()} in place of {effect.sentence()}: gap {step.best.trial.gap:.2f}.")
+        story.say(
+            f"{step.best.effect.sentence()} in place of {effect.sentence()}: gap {step.best.trial.gap:.2f}."
+        )
         options = [*options[: number - 1], *options[number:], step.best]
         options, final = _without_needless(workers, options, step.best.trial, story)
         number = 0
     return options, final
 
 
-def _in_turn(workers: Workers, problem: Problem, first: Trial, options: list[Option], final: Trial) -> list[Option]:
-    """The options with what each adds to those before it, which is not what it was found with where others were taken out since."""
+def _in_turn(
+    workers: Workers, problem: Problem, first: Trial, options: list[Option], final: Trial
+) -> list[Option]:
+    """The options with what each adds to those before it, which is not what it was found with where others
+    were taken out since.
+    """
     effects = [(*first.task.effects, *(one.effect for one in options[: n + 1])) for n in range(len(options))]
     if all(option.trial.task.effects == own for option, own in zip(options, effects, strict=True)):
         return options
-    judge, before, result = Judge(inflation(problem, final)), first, []
+    judge, before, result = EvidenceCriterion(inflation(problem, final)), first, []
     for option, own in zip(options, effects, strict=True):
         trial = final
         if len(own) < len(final.task.effects):

@@ -1,4 +1,6 @@
-"""The study that a discovery ends with: the config as it was written, comments and all, with the new effects and the values found."""
+"""The study that a discovery ends with: the config as it was written, comments and all, with the new effects
+and the values found.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +26,12 @@ def write_config(text: str, path: Path) -> None:
     write_whole(path, partial(Path.write_text, data=text, encoding="utf-8"), "choose another with `--out`")
 
 
-def config_text(file: StudyFile, new: Sequence[tuple[Effect, str]], values: Mapping[str, float], folder: Path) -> str:
-    """The study with effects added, each with a remark, and start values for all parameters, as the text of a file in `folder`."""
+def config_text(
+    file: StudyFile, new: Sequence[tuple[Effect, str]], values: Mapping[str, float], folder: Path
+) -> str:
+    """The study with effects added, each with a remark, and start values for all parameters, as the text of a
+    file in `folder`.
+    """
     yaml = YAML(typ="rt")
     yaml.width = 140
     data = yaml.load(file.text)

@@ -1,4 +1,6 @@
-"""`identify discover`, without the terminal: read a study, run the loop, write the result and the new config."""
+"""`identify discover`, without the terminal: read a study, run the loop, write the result and the new
+config.
+"""
 
 from __future__ import annotations
 
@@ -9,37 +11,51 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identify.discovery import told
+from identify.core.arrays import Array
+from identify.discovery import sentences as told
 from identify.discovery.advise import advise
+from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Story, check_data, discover
 from identify.discovery.new_config import config_text, entry_of, write_config
 from identify.discovery.search import Step
 from identify.discovery.trial import Trial
-from identify.discovery.where import band_limits, gap_map, in_words, parts
 from identify.discovery.workers import Memory, Workers
 from identify.fitting.fit import Fit, Start
 from identify.fitting.resume import check_key, override, run_key
 from identify.results import file as result_file
 from identify.results import fit as results
-from identify.results.discovery import AddedEffects, DiscoveryResult, OptionTable, PartTable, StepResult, UnfinishedDiscovery
+from identify.results.discovery import (
+    AddedEffects,
+    DiscoveryResult,
+    OptionTable,
+    PartTable,
+    StepResult,
+    UnfinishedDiscovery,
+)
 from identify.vibration.evaluate import evaluate
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
 
-Array = NDArray[np.float64]
 _EVERY_S = 2.0
 
 
 def run_discover(
-    config: Path, out: Path | None, overrides: dict[str, Any], story: Story, *, workers: int, resume: bool = False
+    config: Path,
+    out: Path | None,
+    overrides: dict[str, Any],
+    story: Story,
+    *,
+    workers: int,
+    resume: bool = False,
 ) -> tuple[DiscoveryResult, list[Path]]:
-    """Find what is missing from the study in `config`; the result and the paths written: result file, then the new config, if any.
+    """Find what is missing from the study in `config`; the result and the paths written: result file, then
+    the new config, if any.
 
-    While it runs, the file holds what `resume` needs; a finished run of the same study is not run again by it.
+    While it runs, the file holds what `resume` needs; a finished run of the same study is not run again by
+    it.
     """
     file, began = override(read_study(config), overrides), time.perf_counter()
     path = out or Path("reports") / f"{file.study.name}_discovery.h5"
@@ -81,12 +97,16 @@ class _Saver:
 
     def save(self) -> None:
         trials = tuple(json.dumps([key, *kept]) for key, kept in self.memory.items())
-        result_file.write(UnfinishedDiscovery(result_file.LAYOUT, result_file.UNFINISHED, self.key, trials), self.path)
+        result_file.write(
+            UnfinishedDiscovery(result_file.LAYOUT, result_file.UNFINISHED, self.key, trials), self.path
+        )
         self.saved = time.monotonic()
 
 
 def _resumed(path: Path, key: str, memory: Memory) -> DiscoveryResult | None:
-    """The finished run of the same study at `path`; else None, with the trials of the interrupted one put into memory."""
+    """The finished run of the same study at `path`; else None, with the trials of the interrupted one put
+    into memory.
+    """
     if result_file.kind_of(path) == DiscoveryResult.KIND:
         done: DiscoveryResult = result_file.read(path, DiscoveryResult)
         return done if done.key == key else None
@@ -110,7 +130,9 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
     first, final = found.first, found.final
     after = with_effects(problem, final.task.effects, {})
     text = config_text(problem.file, _remarks(found), final.values, path.parent)
-    fitted = evaluate(replace(after, file=after.file.model_copy(update={"text": text})), _as_fit(after, final), key)
+    fitted = evaluate(
+        replace(after, file=after.file.model_copy(update={"text": text})), _as_fit(after, final), key
+    )
     bands = band_limits(problem)
     validated = any(m.settings.use == "validate" for m in problem.measurements)
     return DiscoveryResult(
@@ -121,7 +143,9 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         verdict=told.verdict(found),
         notes=fitted.notes,
         seconds=time.perf_counter() - began,
-        elsewhere="measurements for validation" if validated else "a third of the response channels, left out of one more fit",
+        elsewhere="measurements for validation"
+        if validated
+        else "a third of the response channels, left out of one more fit",
         added=_added(after, found, fitted),
         steps={str(number): _step(problem, found, number, bands) for number in range(len(found.steps))},
         map_before=gap_map(problem, problem.at(first.values), bands),
@@ -135,19 +159,24 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
 def _as_fit(problem: Problem, trial: Trial) -> Fit:
     """A trial as the fit of its model, which began where the study says."""
     values = problem.at(trial.values)
-    start = Start(problem.initial, values, trial.gap, 0, 0.0, True, "refitted in the search for missing effects")
+    start = Start(
+        problem.initial, values, trial.gap, 0, 0.0, True, "refitted in the search for missing effects"
+    )
     return Fit(values, trial.gap, (start,), np.zeros((0, 5)), 0.0)
 
 
 def _added(after: Problem, found: Discovery, fitted: results.FitResult) -> AddedEffects:
     names, owners = [p.name for p in after.parameters], after.measurements[0].system.effects
-    by_effect = [next(numbers for effect, numbers in owners if effect == option.effect) for option in found.added]
+    by_effect = [
+        next(numbers for effect, numbers in owners if effect == option.effect) for option in found.added
+    ]
     return AddedEffects(
         sentence=tuple(option.effect.sentence() for option in found.added),
         kind=tuple(option.effect.kind for option in found.added),
         config=tuple(json.dumps(entry_of(option.effect)) for option in found.added),
         named=tuple(
-            told.named(o.effect, [names[n] for n in numbers], fitted.parameters) for o, numbers in zip(found.added, by_effect, strict=True)
+            told.named(o.effect, [names[n] for n in numbers], fitted.parameters)
+            for o, numbers in zip(found.added, by_effect, strict=True)
         ),
         parameters=tuple(", ".join(names[n] for n in numbers) for numbers in by_effect),
         evidence=np.array([option.evidence for option in found.added]),

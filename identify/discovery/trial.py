@@ -1,4 +1,6 @@
-"""One model tried: effects refitted to the data, quickly on a thinned set of lines or thoroughly on all of them."""
+"""One model tried: effects refitted to the data, quickly on a thinned set of lines or thoroughly on all of
+them.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +12,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
-from identify.discovery.guesses import guesses
+from identify.discovery.initial_values import guesses
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -23,12 +26,13 @@ from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Measurement, Problem, with_effects
 
-Array = NDArray[np.float64]
-
 _LINES, _FEWEST = 84, 21
-"""Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread evenly over the band."""
+"""Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread
+evenly over the band.
+"""
 _MANY, _PLENTY = 12, 100
-"""Response channels of which the first look takes a third, if it then has so many numbers for each parameter."""
+"""Response channels of which the first look takes a third, if it then has so many numbers for each parameter.
+"""
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
@@ -36,12 +40,14 @@ _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be tried: effects known to the model, further ones, and values to start from by parameter name.
+    """What is to be tried: effects known to the model, further ones, and values to start from by parameter
+    name.
 
-    how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is; `brief`: a few steps on few
-    lines; `quick`: more of them; `thorough`: from several starts, on all lines.  far: the present model is far from the data.
-    anchor: values of the known model where that depends on amplitude: quick trials then keep what amplitude does to the FRFs as it is
-    there, because to simulate every blow anew takes long.
+    how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
+    `brief`: a few steps on few lines; `quick`: more of them; `thorough`: from several starts, on all lines.
+    far: the present model is far from the data. anchor: values of the known model where that depends on
+    amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
+    every blow anew takes long.
     """
 
     known: tuple[Effect, ...]
@@ -59,7 +65,8 @@ class Task:
 
 @dataclass(frozen=True)
 class Trial:
-    """How a task ended: values by name; sums of squared residuals over noise and counts of real numbers, on fitted and validation data.
+    """How a task ended: values by name; sums of squared residuals over noise and counts of real numbers, on
+    fitted and validation data.
 
     free: number of free parameters; failure: a sentence where the model could not be made or solved.
     """
@@ -81,7 +88,11 @@ class Trial:
     @property
     def gap_validation(self) -> float:
         """The same on validation data; NaN without."""
-        return float(np.sqrt(self.squares_validation / self.count_validation)) if self.count_validation else float("nan")
+        return (
+            float(np.sqrt(self.squares_validation / self.count_validation))
+            if self.count_validation
+            else float("nan")
+        )
 
 
 class Bench:
@@ -97,7 +108,9 @@ class Bench:
         self._band = (max(min(float(f.min()) for f in lines), 1e-3), max(float(f.max()) for f in lines))
 
     def run(self, task: Task) -> Trial:
-        """The trial of a task; a model that cannot be made or solved is a trial with an infinite sum of squares."""
+        """The trial of a task; a model that cannot be made or solved is a trial with an infinite sum of
+        squares.
+        """
         try:
             return self._thorough(task) if task.how == "thorough" else self._quick(task)
         except (InputError, InputErrors, np.linalg.LinAlgError) as error:
@@ -115,13 +128,16 @@ class Bench:
         else:
             values, cost = _descend(problem, starts, _QUICK)
         count = _count(problem, "fit")
-        return Trial(task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem))
+        return Trial(
+            task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem)
+        )
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts, on some of the channels.
 
-        Where the present model is far from the data, also from the best by logarithmic residuals: those see a resonance from far, where
-        for the likelihood any other place, or an effect too small to see, is better; and with what is known afresh.
+        Where the present model is far from the data, also from the best by logarithmic residuals: those see a
+        resonance from far, where for the likelihood any other place, or an effect too small to see, is
+        better; and with what is known afresh.
         """
         few = narrowed(problem)
         few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
@@ -133,11 +149,15 @@ class Bench:
         return _best(problem, np.array([values for values, _ in ends]))
 
     def _thorough(self, task: Task) -> Trial:
-        """From the values given and, as a local minimum looks like a wrong model, from several other starts; then on all lines."""
+        """From the values given and, as a local minimum looks like a wrong model, from several other starts;
+        then on all lines.
+        """
         problem = self._model("thin", task)
         given = problem.initial[None]
         ends = [_descend(problem, given, _QUICK)]
-        simulated = any(isinstance(effect, NonlinearEffect) for effect in task.effects)  # which takes too long for more than one start
+        simulated = any(
+            isinstance(effect, NonlinearEffect) for effect in task.effects
+        )  # which takes too long for more than one start
         for fresh in self._others(problem, given):
             if simulated or min(cost for _, cost in ends) <= QUIET:
                 break
@@ -150,7 +170,9 @@ class Bench:
         return Trial(task, found, cost**2 * count, count, squares, validation, _free(problem))
 
     def _others(self, problem: Problem, given: Array) -> Iterator[Array]:
-        """Further starts (parameters,): the study's own values beside the found ones; all parameters at their defaults."""
+        """Further starts (parameters,): the study's own values beside the found ones; all parameters at their
+        defaults.
+        """
         yield self._afresh(problem, given)[0]
         yield with_effects(problem, problem.file.study.effects, {}).initial
 
@@ -162,11 +184,17 @@ class Bench:
         return fresh
 
     def _robustly(self, problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
-        """Where logarithmic residuals, whose valley is wide, lead from the best of the starts (m, parameters)."""
-        return _descend(problem, starts, optimizer, FrfLeastSquares(residual="log").objective(problem.targets()))[0]
+        """Where logarithmic residuals, whose valley is wide, lead from the best of the starts (m,
+        parameters).
+        """
+        return _descend(
+            problem, starts, optimizer, FrfLeastSquares(residual="log").objective(problem.targets())
+        )[0]
 
     def _elsewhere(self, problem: Problem, task: Task, found: Mapping[str, float]) -> tuple[float, int]:
-        """Sum of squares and count on data that were not fitted: those for validation, or channels left out of one more fit."""
+        """Sum of squares and count on data that were not fitted: those for validation, or channels left out
+        of one more fit.
+        """
         if not self._validated:
             problem = self._model("kept", replace(task, values=found))
             values = _descend(problem, problem.initial[None], _QUICK)[0]
@@ -176,7 +204,9 @@ class Bench:
         return (_squares(problem, values, "validate") if count else float("nan")), count
 
     def _model(self, lines: str, task: Task) -> Problem:
-        """The problem with the effects of a task; the known ones are kept assembled, because many tasks share them."""
+        """The problem with the effects of a task; the known ones are kept assembled, because many tasks share
+        them.
+        """
         if lines == "thin" and task.anchor:
             return self._anchored(task)
         problem: Problem = getattr(self, lines)
@@ -186,12 +216,19 @@ class Bench:
         return with_effects(problem, task.effects, task.values)
 
     def _anchored(self, task: Task) -> Problem:
-        """The problem without the known effects that depend on amplitude, their part at the anchor taken off the data."""
+        """The problem without the known effects that depend on amplitude, their part at the anchor taken off
+        the data.
+        """
         linear = [effect for effect in task.known if not isinstance(effect, NonlinearEffect)]
         if self._corrected is None or self._corrected[0] != (task.known, task.anchor):
-            simulated, without = (with_effects(self.thin, effects, task.anchor) for effects in (task.known, linear))
+            simulated, without = (
+                with_effects(self.thin, effects, task.anchor) for effects in (task.known, linear)
+            )
             pairs = zip(simulated.measurements, without.measurements, strict=True)
-            corrected = replace(without, measurements=tuple(_corrected(one, other, simulated, without) for one, other in pairs))
+            corrected = replace(
+                without,
+                measurements=tuple(_corrected(one, other, simulated, without) for one, other in pairs),
+            )
             self._corrected = (task.known, task.anchor), with_effects(corrected, linear, {})
         return with_effects(self._corrected[1], [*linear, *task.new], task.values)
 
@@ -208,7 +245,9 @@ class Bench:
 
 
 def thinned(problem: Problem) -> Problem:
-    """The same problem with few frequency lines in every measurement that is fitted, and no other measurement."""
+    """The same problem with few frequency lines in every measurement that is fitted, and no other
+    measurement.
+    """
 
     fitted = [m for m in problem.measurements if m.settings.use == "fit"]
     wanted = max(_FEWEST, _LINES // len(fitted))
@@ -216,7 +255,11 @@ def thinned(problem: Problem) -> Problem:
     def fewer(m: Measurement) -> Measurement:
         if not isinstance(m.target, FrfTarget):
             return m
-        lines = np.arange(len(m.target.data.frequency_hz)) % max(1, round(len(m.target.data.frequency_hz) / wanted)) == 0
+        lines = (
+            np.arange(len(m.target.data.frequency_hz))
+            % max(1, round(len(m.target.data.frequency_hz) / wanted))
+            == 0
+        )
         data, noise = m.target.data.lines(lines), None if m.target.noise is None else m.target.noise[lines]
         given: Given = replace(m.given, data=data, noise=noise)
         return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
@@ -225,14 +268,19 @@ def thinned(problem: Problem) -> Problem:
 
 
 def narrowed(problem: Problem) -> Problem:
-    """The same problem with a third of the response channels of every set that has many; all where the measurement has effects too."""
+    """The same problem with a third of the response channels of every set that has many; all where the
+    measurement has effects too.
+    """
 
     def fewer(m: Measurement) -> Measurement:
         t = m.target
         if not isinstance(t, FrfTarget) or t.readings or len(t.data.outputs) < _MANY:
             return m
         chosen = np.flatnonzero(_third(len(t.data.outputs)))
-        data, noise = t.data.pairs(chosen.tolist(), list(range(len(t.data.inputs)))), None if t.noise is None else t.noise[:, chosen]
+        data, noise = (
+            t.data.pairs(chosen.tolist(), list(range(len(t.data.inputs)))),
+            None if t.noise is None else t.noise[:, chosen],
+        )
         return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen]))
 
     return replace(problem, measurements=tuple(fewer(m) for m in problem.measurements))
@@ -245,7 +293,9 @@ def _third(channels: int) -> NDArray[np.bool_]:
 
 
 def _corrected(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
-    """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their present values."""
+    """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their
+    present values.
+    """
     if not isinstance(one.target, FrfTarget) or not isinstance(other.target, FrfTarget):
         return other
     part = one.target.predict(simulated.initial) - other.target.predict(without.initial)
@@ -254,7 +304,9 @@ def _corrected(one: Measurement, other: Measurement, simulated: Problem, without
 
 
 def left_out(problem: Problem) -> Problem:
-    """The same problem with a third of the response channels of every fitted measurement set aside for validation."""
+    """The same problem with a third of the response channels of every fitted measurement set aside for
+    validation.
+    """
 
     def part(m: Measurement, aside: bool) -> Measurement:
         assert isinstance(m.target, FrfTarget)
@@ -281,15 +333,23 @@ def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
     return starts[int(np.argmin(costs))], float(costs.min())
 
 
-def _descend(problem: Problem, starts: Array, optimizer: GaussNewton, objective: Objective | None = None) -> tuple[Array, float]:
-    """Gauss-Newton from the best of the starts (m, parameters): values (parameters,) and cost, of the likelihood if none is given."""
+def _descend(
+    problem: Problem, starts: Array, optimizer: GaussNewton, objective: Objective | None = None
+) -> tuple[Array, float]:
+    """Gauss-Newton from the best of the starts (m, parameters): values (parameters,) and cost, of the
+    likelihood if none is given.
+    """
     scale, objective = Scale(problem.parameters), objective or FrfLeastSquares().objective(problem.targets())
     x = scale.to_x(starts)
     best = int(np.argmin(objective.costs(starts))) if len(starts) > 1 else 0
     search = Search(objective, scale, 10 * optimizer.evaluations)
     with contextlib.suppress(Ended):  # the budget is spent: what was found counts
         optimizer.minimize(search, x[best], np.random.default_rng(0))
-    return (starts[best], float("inf")) if search.best_x is None else (scale.to_values(search.best_x), search.best_cost)
+    return (
+        (starts[best], float("inf"))
+        if search.best_x is None
+        else (scale.to_values(search.best_x), search.best_cost)
+    )
 
 
 def _squares(problem: Problem, values: Array, use: str) -> float:

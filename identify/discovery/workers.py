@@ -1,4 +1,6 @@
-"""Many trials at once, in processes of this machine, with a memory: what was tried once is not tried again, also after a restart."""
+"""Many trials at once, in processes of this machine, with a memory: what was tried once is not tried again,
+also after a restart.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ from identify.discovery.trial import Bench, Task, Trial
 from identify.vibration.problem import Problem
 
 Memory = dict[str, tuple[dict[str, float], list[float], str]]
-"""By key of a task: values by name; squares, count, squares and count on validation data, free parameters; failure."""
+"""By key of a task: values by name; squares, count, squares and count on validation data, free parameters;
+failure.
+"""
 _bench: list[Bench] = []
 
 
@@ -29,7 +33,13 @@ class Workers(AbstractContextManager["Workers"]):
     memory is filled with every finished trial; `saved` is called after each.
     """
 
-    def __init__(self, problem: Problem, count: int, memory: Memory | None = None, saved: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        count: int,
+        memory: Memory | None = None,
+        saved: Callable[[], None] = lambda: None,
+    ) -> None:
         self.memory, self._saved = {} if memory is None else memory, saved
         context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
         self._pool = None if count == 1 else ProcessPoolExecutor(count, context, _start, (problem,))
@@ -40,13 +50,21 @@ class Workers(AbstractContextManager["Workers"]):
         keys = [_key(task) for task in tasks]
         new = [(key, task) for key, task in zip(keys, tasks, strict=True) if key not in self.memory]
         for (key, _), trial in zip(new, self._map([task for _, task in new]), strict=True):
-            numbers = [trial.squares, trial.count, trial.squares_validation, trial.count_validation, trial.free]
+            numbers = [
+                trial.squares,
+                trial.count,
+                trial.squares_validation,
+                trial.count_validation,
+                trial.free,
+            ]
             self.memory[key] = (dict(trial.values), [float(number) for number in numbers], trial.failure)
             self._saved()
             done()
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self._pool is not None:
             self._pool.shutdown(wait=kind is None, cancel_futures=True)
 
@@ -77,4 +95,6 @@ def _key(task: Task) -> str:
 
 def _remembered(task: Task, kept: tuple[dict[str, float], list[float], str]) -> Trial:
     values, (squares, count, squares_validation, count_validation, free), failure = kept
-    return Trial(task, values, squares, int(count), squares_validation, int(count_validation), int(free), failure)
+    return Trial(
+        task, values, squares, int(count), squares_validation, int(count_validation), int(free), failure
+    )

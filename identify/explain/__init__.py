@@ -1,1 +1,3 @@
-"""Recorded motion explained: effects behind motor torques, deflections and tracking errors, fitted on one record, judged on another."""
+"""Recorded motion explained: effects behind motor torques, deflections and tracking errors, fitted on one
+record, judged on another.
+"""

@@ -1,4 +1,6 @@
-"""A finished explanation from all sides: values with intervals, what each effect is worth, what was not found, in the result's tables."""
+"""A finished explanation from all sides: values with intervals, what each effect is worth, what was not
+found, in the result's tables.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +9,18 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import stdtrit
 
+from identify.core.arrays import Array
 from identify.core.correlated import covariance, white_level
-from identify.explain.cases import UNITS
 from identify.explain.effects.base import MotionEffect, Target
-from identify.explain.effects.scene import Array
 from identify.explain.loop import Explanation, rms
+from identify.explain.problem import UNITS
 from identify.explain.regression import Case, Fit, aligned, at_edge, jacobian, solve
 from identify.results.explain import BoundTable, Curves, EffectTable, StepTable, TargetResult, ValueTable
 
 
-def evaluated(target: Target, fitted: Case, judge: Case, found: Explanation, effects: Sequence[MotionEffect]) -> TargetResult:
+def evaluated(
+    target: Target, fitted: Case, judge: Case, found: Explanation, effects: Sequence[MotionEffect]
+) -> TargetResult:
     """Everything that is reported of one target."""
     start = found.start
     left = aligned(judge, found.fit)
@@ -28,7 +32,12 @@ def evaluated(target: Target, fitted: Case, judge: Case, found: Explanation, eff
         rms_fit=rms(fitted, found.fit),
         rms_judge_start=rms(judge, start),
         rms_judge=rms(judge, left),
-        noise=np.array([white_level(judge.wanted[:, joint], judge.used[:, joint]) for joint in range(judge.wanted.shape[1])]),
+        noise=np.array(
+            [
+                white_level(judge.wanted[:, joint], judge.used[:, joint])
+                for joint in range(judge.wanted.shape[1])
+            ]
+        ),
         tried=found.tried,
         effects=_effect_table(found),
         steps=StepTable(
@@ -40,7 +49,10 @@ def evaluated(target: Target, fitted: Case, judge: Case, found: Explanation, eff
         ),
         values=_value_table(fitted, judge, found),
         bounds=_bound_table(fitted, found, effects),
-        curves={use: _curves(case, use, start, fit) for use, case, fit in (("fit", fitted, found.fit), ("validate", judge, left))},
+        curves={
+            use: _curves(case, use, start, fit)
+            for use, case, fit in (("fit", fitted, found.fit), ("validate", judge, left))
+        },
     )
 
 
@@ -60,7 +72,8 @@ def _effect_table(found: Explanation) -> EffectTable:
 
 
 def intervals(case: Case, fit: Fit) -> tuple[Array, Array]:
-    """Values of all effects, coefficients then shapes of each, and half their 95 % intervals; infinite where nothing determines them.
+    """Values of all effects, coefficients then shapes of each, and half their 95 % intervals; infinite where
+    nothing determines them.
 
     A shape searched on a log scale has the interval of the value itself, by its derivative.
     """
@@ -78,7 +91,9 @@ def _value_table(fitted: Case, judge: Case, found: Explanation) -> ValueTable:
     labels, edges = [], []
     for effect in found.fit.effects:
         bounds = effect.parameters(fitted.scene)
-        labels += [(effect.name, c.name, c.unit) for c in effect.coefficients] + [(effect.name, b.name, b.unit) for b in bounds]
+        labels += [(effect.name, c.name, c.unit) for c in effect.coefficients] + [
+            (effect.name, b.name, b.unit) for b in bounds
+        ]
         edges += [False] * len(effect.coefficients)
         edges += list(map(at_edge, bounds, found.fit.shapes[found.fit.effects.index(effect)]))
     return ValueTable(
@@ -97,27 +112,49 @@ def _value_table(fitted: Case, judge: Case, found: Explanation) -> ValueTable:
 
 def _bound_table(fitted: Case, found: Explanation, effects: Sequence[MotionEffect]) -> BoundTable:
     """One coefficient each, added to the fit: what the record would have it be."""
-    there = {effect.name for effect in found.fit.effects} | {effect.supersedes for effect in found.fit.effects}
+    there = {effect.name for effect in found.fit.effects} | {
+        effect.supersedes for effect in found.fit.effects
+    }
     rows = []
     for effect in effects:
         if effect.name in there or len(effect.coefficients) > 1 or effect.parameters(fitted.scene):
             continue
-        added = solve(fitted, [*found.fit.effects, effect], [*found.fit.shapes, np.zeros(0)], found.fit.weights)
+        added = solve(
+            fitted, [*found.fit.effects, effect], [*found.fit.shapes, np.zeros(0)], found.fit.weights
+        )
         values, half = intervals(fitted, added)
-        rows.append((effect.name, effect.coefficients[0].unit, values[-1], values[-1] - half[-1], values[-1] + half[-1]))
+        rows.append(
+            (
+                effect.name,
+                effect.coefficients[0].unit,
+                values[-1],
+                values[-1] - half[-1],
+                values[-1] + half[-1],
+            )
+        )
     names, units, value, low, high = zip(*rows, strict=True) if rows else ((),) * 5
-    return BoundTable(tuple(names), tuple(units), np.array(value, dtype=float), np.array(low, dtype=float), np.array(high, dtype=float))
+    return BoundTable(
+        tuple(names),
+        tuple(units),
+        np.array(value, dtype=float),
+        np.array(low, dtype=float),
+        np.array(high, dtype=float),
+    )
 
 
 def _curves(case: Case, use: str, start: Fit, fit: Fit) -> Curves:
-    """Measured, known and explained histories; what is known is what the target was measured against, and the datum."""
+    """Measured, known and explained histories; what is known is what the target was measured against, and the
+    datum.
+    """
     known = _measured(case) - case.wanted + start.predict(case)
     explained = _measured(case) - case.wanted + fit.predict(case)
     return Curves(case.name, use, case.scene.time_s, _measured(case), known, explained, case.used)
 
 
 def _measured(case: Case) -> Array:
-    """The history itself: a torque is compared with what rigid links need, a difference of positions stands for itself."""
+    """The history itself: a torque is compared with what rigid links need, a difference of positions stands
+    for itself.
+    """
     return case.wanted if case.datum else case.scene.motor_torque[:, [joint - 1 for joint in case.scene.axes]]
 
 

@@ -1,10 +1,11 @@
 """The loop: of all effects not yet there, add the one that takes most of the residual
 of the held-out record, as long as there is evidence for it there; refit; drop what is no longer needed.
 
-Fitted on one record, judged on another: a coefficient never sees the record that says whether its effect is real.  An effect passes
-where its evidence there is above `LEAST` and the gain is spread over the record (chance of no mean gain below 5 %).  Of noise alone, two
-records agree on a coefficient so well with a chance below 1e-3 per coefficient.  Where no single effect passes, pairs at one joint are
-tried, because each of two large effects can hide the other.
+Fitted on one record, judged on another: a coefficient never sees the record that says whether its effect is
+real.  An effect passes where its evidence there is above `LEAST` and the gain is spread over the record
+(chance of no mean gain below 5 %).  Of noise alone, two records agree on a coefficient so well with a chance
+below 1e-3 per coefficient.  Where no single effect passes, pairs at one joint are tried, because each of two
+large effects can hide the other.
 """
 
 from __future__ import annotations
@@ -14,16 +15,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.correlated import effective_samples
 from identify.explain.candidates import Worth, worth
 from identify.explain.effects.base import MotionEffect
-from identify.explain.effects.scene import Array
 from identify.explain.regression import Case, Fit, Screen, aligned, refine, solve, without
 
 LEAST = 2.0
 """Natural logarithm of the odds that count as evidence."""
 LEAST_SHARE = 0.003
-"""Part of what a joint's residual still holds on the held-out record, in squares, that an effect must take to be worth a name."""
+"""Part of what a joint's residual still holds on the held-out record, in squares, that an effect must take to
+be worth a name.
+"""
 _CHANCE = 0.05
 _RIVAL = 3.0
 _SEEDS = 4
@@ -59,8 +62,9 @@ class Grown:
 class Explanation:
     """What explains a target: the fit, the steps that led to it, and what was there before any effect.
 
-    worths: what each effect of the fit is worth at the end, by leaving it out; rivals: per effect, names of others that would do
-    about as well in its place; other: the same effects fitted to the judging record, for comparison; tried: number of candidates.
+    worths: what each effect of the fit is worth at the end, by leaving it out; rivals: per effect, names of
+    others that would do about as well in its place; other: the same effects fitted to the judging record, for
+    comparison; tried: number of candidates.
     """
 
     fit: Fit
@@ -82,8 +86,16 @@ def conclude(fitted: Case, judge: Case, effects: Sequence[MotionEffect], whole: 
     return Explanation(fit, start, whole.steps, worths, rivals, other, len(effects))
 
 
-def grow(fitted: Case, judge: Case, effects: Sequence[MotionEffect], grown: Grown | None = None, report: Report | None = None) -> Grown:
-    """Add effects as long as one passes; grown: what to begin with, as when the loads became known better, as far as it still holds."""
+def grow(
+    fitted: Case,
+    judge: Case,
+    effects: Sequence[MotionEffect],
+    grown: Grown | None = None,
+    report: Report | None = None,
+) -> Grown:
+    """Add effects as long as one passes; grown: what to begin with, as when the loads became known better, as
+    far as it still holds.
+    """
     fit, steps = solve(fitted, (), (), np.ones(fitted.wanted.shape[1])), list(grown.steps if grown else ())
     fit = _reweighted(fitted, fit)
     if grown is not None:
@@ -111,7 +123,9 @@ def rms(case: Case, fit: Fit) -> Array:
 
 
 def _best(fitted: Case, judge: Case, fit: Fit, effects: Sequence[MotionEffect]) -> list[_Found]:
-    """The effect that takes most of the residual among those that pass, with its fit; none where none does."""
+    """The effect that takes most of the residual among those that pass, with its fit; none where none
+    does.
+    """
     passed = [one for one in _tried(fitted, judge, fit, effects) if _passes(one[2])]
     most = max((one[2].total for one in passed), default=0.0)
     alike = [one for one in passed if one[2].total >= _ALIKE * most]
@@ -119,14 +133,18 @@ def _best(fitted: Case, judge: Case, fit: Fit, effects: Sequence[MotionEffect]) 
 
 
 def _best_pair(fitted: Case, judge: Case, fit: Fit, effects: Sequence[MotionEffect]) -> list[_Found]:
-    """Two effects at one joint that pass together, the likelier first; none where no pair does.  Waves hide nothing and are not tried."""
+    """Two effects at one joint that pass together, the likelier first; none where no pair does.  Waves hide
+    nothing and are not tried.
+    """
     best: list[_Found] = []
     effects = [effect for effect in effects if not effect.wave]
     most = 0.0
     singles = sorted(_tried(fitted, judge, fit, effects), key=lambda one: -one[2].total)
     for joint in {effect.axis for effect in effects}:
         for first in [one for one in singles if one[0].axis == joint][:_SEEDS]:
-            for second in _tried(fitted, judge, first[1], [effect for effect in effects if effect.axis == joint]):
+            for second in _tried(
+                fitted, judge, first[1], [effect for effect in effects if effect.axis == joint]
+            ):
                 both = worth(judge, fit, second[1])
                 if _passes(both) and both.evidence > LEAST + _PAIR and both.total > max(most, _PAIR_SHARE):
                     best, most = [first, second], both.total
@@ -159,12 +177,16 @@ def _passes(gained: Worth) -> bool:
 
 
 def _missed(gained: Worth) -> bool:
-    """Whether the held-out record misses an effect: the odds are for it, or its gain is worth a name and spread over the record."""
+    """Whether the held-out record misses an effect: the odds are for it, or its gain is worth a name and
+    spread over the record.
+    """
     return gained.evidence > 0 or (gained.chance < _CHANCE and gained.total > LEAST_SHARE)
 
 
 def _prune(fitted: Case, judge: Case, fit: Fit) -> tuple[Fit, list[str]]:
-    """Leave out, worst first, effects whose sign cannot be, and those that the held-out record does not miss."""
+    """Leave out, worst first, effects whose sign cannot be, and those that the held-out record does not
+    miss.
+    """
     dropped: list[str] = []
     while len(fit.effects) > 1:
         held = {effect.needs for effect in fit.effects}
@@ -184,8 +206,11 @@ def _leave_out(fitted: Case, judge: Case, fit: Fit, effect: MotionEffect) -> Wor
     return worth(judge, without(fitted, fit, effect.name), fit)
 
 
-def _rivals(fitted: Case, judge: Case, fit: Fit, effect: MotionEffect, effects: Sequence[MotionEffect]) -> tuple[str, ...]:
-    """Names of effects that in place of this one do about as well on the held-out record: evidence within 3, and half of its share.
+def _rivals(
+    fitted: Case, judge: Case, fit: Fit, effect: MotionEffect, effects: Sequence[MotionEffect]
+) -> tuple[str, ...]:
+    """Names of effects that in place of this one do about as well on the held-out record: evidence within 3,
+    and half of its share.
 
     A wave has no rival but another wave, and those were all tried beside it.
     """
@@ -202,7 +227,9 @@ def _rivals(fitted: Case, judge: Case, fit: Fit, effect: MotionEffect, effects: 
 def _weights(case: Case, fit: Fit) -> Array:
     """One over the size of what is left per joint, where it counts as many samples as it is worth."""
     residual, sizes = fit.residual(case), rms(case, fit)
-    worths = [effective_samples(residual[:, joint], case.used[:, joint]) for joint in range(residual.shape[1])]
+    worths = [
+        effective_samples(residual[:, joint], case.used[:, joint]) for joint in range(residual.shape[1])
+    ]
     share = np.sqrt(np.array(worths) / np.maximum(case.used.sum(axis=0), 1))
     return np.asarray(np.where(sizes > 0, share / np.maximum(sizes, 1e-300), 1.0))
 

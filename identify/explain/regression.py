@@ -1,4 +1,6 @@
-"""Least squares of named effects on a recorded motion: linear coefficients inside, shapes outside (variable projection)."""
+"""Least squares of named effects on a recorded motion: linear coefficients inside, shapes outside (variable
+projection).
+"""
 
 from __future__ import annotations
 
@@ -8,11 +10,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import least_squares
 
+from identify.core.arrays import Array, Mask
 from identify.explain.effects.base import MotionEffect, Shape
-from identify.explain.effects.scene import Array, Mask, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 _RANK = 1e-11
-"""Share of the largest eigenvalue of normalised normal equations below which a combination of columns is not determined."""
+"""Share of the largest eigenvalue of normalised normal equations below which a combination of columns is not
+determined.
+"""
 _STEP = 1e-6
 _EDGE = 0.005
 """Share of its range (of the logarithm where it is searched so) by which a shape is at an end of it."""
@@ -24,11 +29,12 @@ _KEPT = 250
 class Case:
     """One target of one record: what is to be explained (samples, joints) and the samples that count.
 
-    datum: whether every joint has a constant of its own that no effect need explain (the zeros of two encoders).
+    datum: whether every joint has a constant of its own that no effect need explain (the zeros of two
+    encoders).
     """
 
     name: str
-    scene: Scene
+    scene: RecordedMotion
     wanted: Array
     used: Mask
     datum: bool
@@ -37,7 +43,9 @@ class Case:
     """Shapes that were found, by effect and by what was there at its joint."""
 
     def columns(self, effect: MotionEffect, shape: Array) -> Array:
-        """Columns (samples, joints, coefficients) of an effect; those without shapes, and the latest with shapes, are kept."""
+        """Columns (samples, joints, coefficients) of an effect; those without shapes, and the latest with
+        shapes, are kept.
+        """
         key = type(effect), effect, shape.tobytes()
         if key not in self.remembered:
             if len(self.remembered) > _KEPT:
@@ -49,7 +57,8 @@ class Case:
 
 @dataclass(frozen=True)
 class Fit:
-    """Effects with their shapes, coefficients (all columns; the datum of each joint first where there is one) and the weights used.
+    """Effects with their shapes, coefficients (all columns; the datum of each joint first where there is one)
+    and the weights used.
 
     weights (joints,): one over the size of the residual that each joint was expected to leave.
     """
@@ -63,7 +72,9 @@ class Fit:
         """Coefficients of one effect, then its shapes."""
         number = self.effects.index(effect)
         first = len(self.coefficients) - sum(len(e.coefficients) for e in self.effects[number:])
-        return np.concatenate([self.coefficients[first : first + len(effect.coefficients)], self.shapes[number]])
+        return np.concatenate(
+            [self.coefficients[first : first + len(effect.coefficients)], self.shapes[number]]
+        )
 
     def replaced(self, effect: MotionEffect, coefficients: Array) -> Fit:
         """The same with other coefficients of one effect."""
@@ -91,8 +102,14 @@ class Fit:
 def design(case: Case, effects: Sequence[MotionEffect], shapes: Sequence[Array]) -> Array:
     """All columns (samples, joints, p), the datum first."""
     samples, joints = case.wanted.shape
-    datum = np.broadcast_to(np.eye(joints), (samples, joints, joints)) if case.datum else np.zeros((samples, joints, 0))
-    return np.concatenate([datum, *(case.columns(effect, shape) for effect, shape in zip(effects, shapes, strict=True))], axis=2)
+    datum = (
+        np.broadcast_to(np.eye(joints), (samples, joints, joints))
+        if case.datum
+        else np.zeros((samples, joints, 0))
+    )
+    return np.concatenate(
+        [datum, *(case.columns(effect, shape) for effect, shape in zip(effects, shapes, strict=True))], axis=2
+    )
 
 
 def solve(case: Case, effects: Sequence[MotionEffect], shapes: Sequence[Array], weights: Array) -> Fit:
@@ -103,19 +120,26 @@ def solve(case: Case, effects: Sequence[MotionEffect], shapes: Sequence[Array], 
     scale[scale == 0] = 1.0
     rows = rows / scale
     values, vectors = np.linalg.eigh(rows.T @ rows)
-    inverse = np.where(values > _RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0)
+    inverse = np.where(
+        values > _RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0
+    )
     coefficients = vectors @ (inverse * (vectors.T @ (rows.T @ wanted))) / scale
     return Fit(tuple(effects), tuple(shapes), coefficients, weights)
 
 
 def aligned(case: Case, fit: Fit) -> Fit:
-    """The fit with the phases of its waves turned to suit a record whose positions count from its own beginning; sizes stay."""
+    """The fit with the phases of its waves turned to suit a record whose positions count from its own
+    beginning; sizes stay.
+    """
     if not case.scene.relative:
         return fit
     residual = fit.residual(case)
     for number, effect in enumerate(fit.effects):
         if effect.wave:
-            coefficients, columns = fit.of(effect)[: len(effect.coefficients)], case.columns(effect, fit.shapes[number])
+            coefficients, columns = (
+                fit.of(effect)[: len(effect.coefficients)],
+                case.columns(effect, fit.shapes[number]),
+            )
             quarter = np.stack([-coefficients[1::2], coefficients[::2]], axis=1).ravel()
             wave, turned = (np.where(case.used, columns @ values, 0.0) for values in (coefficients, quarter))
             left = residual + wave
@@ -131,7 +155,9 @@ def loss(case: Case, fit: Fit) -> float:
 
 
 class Screen:
-    """A fit made ready to try further effects on: what is left, and the directions that are already explained."""
+    """A fit made ready to try further effects on: what is left, and the directions that are already
+    explained.
+    """
 
     def __init__(self, case: Case, fit: Fit, without: str = "") -> None:
         kept = [number for number, other in enumerate(fit.effects) if other.name != without]
@@ -146,11 +172,16 @@ class Screen:
         self._left = (self.residual * self.weights)[case.used]
 
     def remains(self, effect: MotionEffect, shape: Array) -> Array:
-        """What would be left (used samples,), weighted, with the effect's best coefficients beside those of the fit."""
+        """What would be left (used samples,), weighted, with the effect's best coefficients beside those of
+        the fit.
+        """
         columns = (self.case.columns(effect, shape) * self.weights[:, None])[self.case.used]
         columns = columns - self._explained @ (self._explained.T @ columns)
         gram = columns.T @ columns
-        return np.asarray(self._left - columns @ (np.linalg.pinv(gram, rcond=1e-9, hermitian=True) @ (columns.T @ self._left)))
+        return np.asarray(
+            self._left
+            - columns @ (np.linalg.pinv(gram, rcond=1e-9, hermitian=True) @ (columns.T @ self._left))
+        )
 
     def search(self, effect: MotionEffect) -> Array | None:
         """The best shapes of the effect, from the best of its starts; None where it has none to start from.
@@ -170,13 +201,17 @@ class Screen:
             losses = [float((self.remains(effect, start) ** 2).sum()) for start in starts]
             best = starts[int(np.argmin(losses))]
         bounds = effect.parameters(self.case.scene)
-        return best if best is None or not bounds else _searched(lambda shape: self.remains(effect, shape), best, bounds)
+        return (
+            best
+            if best is None or not bounds
+            else _searched(lambda shape: self.remains(effect, shape), best, bounds)
+        )
 
     def added(self, effect: MotionEffect) -> Fit | None:
         """The fit with the effect, the shapes of the others kept; None where it is not what it is called.
 
-        That is where it cannot start, has a sign that cannot be, or ends where its range ends: a wave that is slowest at the end of its
-        range stands for something slower.
+        That is where it cannot start, has a sign that cannot be, or ends where its range ends: a wave that is
+        slowest at the end of its range stands for something slower.
         """
         shape = self.search(effect)
         if shape is None or any(map(at_edge, effect.parameters(self.case.scene), shape)):
@@ -230,7 +265,9 @@ def _searched(left: Callable[[Array], Array], start: Array, bounds: Sequence[Sha
 
 
 def jacobian(case: Case, fit: Fit) -> Array:
-    """Derivatives of the prediction (samples, joints, datum + coefficients + shapes) in the order of `values`, shapes by differences."""
+    """Derivatives of the prediction (samples, joints, datum + coefficients + shapes) in the order of
+    `values`, shapes by differences.
+    """
     samples, joints = case.wanted.shape
     found = [np.eye(joints)[None].repeat(samples, axis=0) if case.datum else np.zeros((samples, joints, 0))]
     for effect, shape in zip(fit.effects, fit.shapes, strict=True):

@@ -10,13 +10,22 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.explain.candidates import candidates
-from identify.explain.cases import Known, curved, deflection_case, loaded, scene_of, torque_case, tracking_case
 from identify.explain.effects.base import MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
 from identify.explain.evaluate import evaluated
 from identify.explain.loop import Explanation, Report, conclude, grow
+from identify.explain.problem import (
+    Known,
+    curved,
+    deflection_case,
+    loaded,
+    scene_of,
+    torque_case,
+    tracking_case,
+)
+from identify.explain.recorded_motion import RecordedMotion
 from identify.explain.regression import Case, Fit
 from identify.explain.sentences import notes, unknown, verdict
 from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
@@ -30,8 +39,13 @@ from identify.robot.read import read_robot
 
 Progress = Callable[[str], None]
 _ROUNDS = 4
-"""How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each time."""
-_CASE: dict[Target, Callable[[Motion, Scene, Known], Case]] = {"deflection": deflection_case, "tracking": tracking_case}
+"""How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each
+time.
+"""
+_CASE: dict[Target, Callable[[Motion, RecordedMotion, Known], Case]] = {
+    "deflection": deflection_case,
+    "tracking": tracking_case,
+}
 
 
 @dataclass(frozen=True)
@@ -42,8 +56,11 @@ class _Pair:
     judge: Case
 
 
-def run_explain(config: Path, out: Path | None = None, progress: Progress | None = None) -> tuple[ExplainResult, Path]:
-    """Explain the records of a study, write the result and return it with its path; progress: told what was just found.
+def run_explain(
+    config: Path, out: Path | None = None, progress: Progress | None = None
+) -> tuple[ExplainResult, Path]:
+    """Explain the records of a study, write the result and return it with its path; progress: told what was
+    just found.
 
     InputError or InputErrors for whatever cannot be read, does not fit together or cannot be written.
     """
@@ -59,7 +76,10 @@ def run_explain(config: Path, out: Path | None = None, progress: Progress | None
         targets = explained(file.study, motions, known, progress)
     judge = motions[1].name
     inputs = [
-        (str(file.study.robot.urdf or file.study.robot.dh), sha256(file.resolve(file.study.robot.urdf or file.study.robot.dh or Path())))
+        (
+            str(file.study.robot.urdf or file.study.robot.dh),
+            sha256(file.resolve(file.study.robot.urdf or file.study.robot.dh or Path())),
+        )
     ]
     result = ExplainResult(
         layout=result_file.LAYOUT,
@@ -68,7 +88,9 @@ def run_explain(config: Path, out: Path | None = None, progress: Progress | None
         verdict=tuple(sentence for found in targets.values() for sentence in verdict(found, judge)),
         notes=tuple(sentence for found in targets.values() for sentence in notes(found)),
         unknown=tuple(sentence for found in targets.values() for sentence in unknown(found)),
-        conditioning=tuple(f"record {motion.name}: {sentence}" for motion in motions for sentence in motion.said),
+        conditioning=tuple(
+            f"record {motion.name}: {sentence}" for motion in motions for sentence in motion.said
+        ),
         seconds=time.perf_counter() - begun,
         targets=targets,
         provenance=provenance(file.path.name, file.text, inputs + [(r.source, r.sha256) for r in records]),
@@ -100,7 +122,15 @@ def known_of(study: ExplainStudy, robot: Robot) -> Known:
     else:
         payload = robot.links[-1].name, (0.0, 0.0, 0.0)
     slow = float(np.radians(study.standing_deg_per_s))
-    return Known(robot, np.array(study.drives.gear_ratio), np.array(inertia), joints, slow, payload, study.positions == "relative")
+    return Known(
+        robot,
+        np.array(study.drives.gear_ratio),
+        np.array(inertia),
+        joints,
+        slow,
+        payload,
+        study.positions == "relative",
+    )
 
 
 def read_records(file: ExplainFile, robot: Robot) -> list[MotionRecord]:
@@ -109,10 +139,17 @@ def read_records(file: ExplainFile, robot: Robot) -> list[MotionRecord]:
     zero = np.radians(study.joint_zero_deg or [0.0] * count)
     axis = study.time if study.time is not None else float(study.sample_rate_hz or 0)
     chosen = sorted(study.records, key=lambda record: record.use)
-    return [read_record(file.resolve(record.file), record.name or record.file.stem, study.signals, axis, count, zero) for record in chosen]
+    return [
+        read_record(
+            file.resolve(record.file), record.name or record.file.stem, study.signals, axis, count, zero
+        )
+        for record in chosen
+    ]
 
 
-def explained(study: ExplainStudy, motions: list[Motion], known: Known, progress: Progress | None = None) -> dict[str, TargetResult]:
+def explained(
+    study: ExplainStudy, motions: list[Motion], known: Known, progress: Progress | None = None
+) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
     scenes = [scene_of(motion, known) for motion in motions]
     pair = _Pair(*(torque_case(motion, scene, known) for motion, scene in zip(motions, scenes, strict=True)))
@@ -122,16 +159,22 @@ def explained(study: ExplainStudy, motions: list[Motion], known: Known, progress
     done = {"torque": evaluated("torque", pair.fitted, pair.judge, found, tried)}
     for target, case in _CASE.items():
         if all(_recorded(motion, target) for motion in motions):
-            cases = [case(motion, one.scene, known) for motion, one in zip(motions, (pair.fitted, pair.judge), strict=True)]
+            cases = [
+                case(motion, one.scene, known)
+                for motion, one in zip(motions, (pair.fitted, pair.judge), strict=True)
+            ]
             done[target] = _explained(target, _Pair(*cases), study, tell(target))
     return done
 
 
-def _torque_explained(pair: _Pair, tried: list[MotionEffect], report: Report | None) -> tuple[_Pair, Explanation]:
+def _torque_explained(
+    pair: _Pair, tried: list[MotionEffect], report: Report | None
+) -> tuple[_Pair, Explanation]:
     """Torques with the loads of the gears as they are known at the end, and their explanation.
 
-    What passes through the gears changes the loads of which other effects are made: a wrong torque constant first looks like a balancer,
-    whose torque is then taken for load.  So they are looked for in turn, until no effect depends on loads that have changed.
+    What passes through the gears changes the loads of which other effects are made: a wrong torque constant
+    first looks like a balancer, whose torque is then taken for load.  So they are looked for in turn, until
+    no effect depends on loads that have changed.
     """
     found = grow(pair.fitted, pair.judge, [effect for effect in tried if not effect.of_load], None, report)
     for _ in range(_ROUNDS):

@@ -1,4 +1,6 @@
-"""What an explained motion says in sentences: what was found, what to be warned of, and what the records cannot say."""
+"""What an explained motion says in sentences: what was found, what to be warned of, and what the records
+cannot say.
+"""
 
 from __future__ import annotations
 
@@ -17,25 +19,41 @@ _CLOSE = 2.0
 
 
 def verdict(found: TargetResult, judge: str) -> tuple[str, ...]:
-    """Two sentences on one target: how much is explained on the judging record, and by what, strongest evidence first."""
+    """Two sentences on one target: how much is explained on the judging record, and by what, strongest
+    evidence first.
+    """
     scale, unit = _SCALE[found.unit]
     joints = ", ".join(f"{joint}" for joint in found.joints)
-    before, after = (", ".join(f"{scale * value:.3g}" for value in values) for values in (found.rms_judge_start, found.rms_judge))
+    before, after = (
+        ", ".join(f"{scale * value:.3g}" for value in values)
+        for values in (found.rms_judge_start, found.rms_judge)
+    )
     taken = ", ".join(f"{100 * value:.3g}" for value in found.explained)
     if not found.effects.name:
-        return (f"{_OF[found.target]} of joints {joints}: nothing was found that explains more of record {judge} (RMS {before} {unit}).",)
-    said = f"{_OF[found.target]} of joints {joints}: RMS residual on record {judge} from {before} to {after} {unit}, "
+        return (
+            (
+                f"{_OF[found.target]} of joints {joints}: nothing was found that explains more of record"
+                f" {judge} (RMS {before} {unit})."
+            ),
+        )
+    said = (
+        f"{_OF[found.target]} of joints {joints}: RMS residual on record {judge} from {before} to {after}"
+        f" {unit}, "
+    )
     effects = "; ".join(found.effects.name)
     return (said + f"{taken} % of its squares explained.", f"In order of evidence: {effects}.")
 
 
 def notes(found: TargetResult) -> list[str]:
-    """Warnings: values at an end of their range, values that the two records disagree on, and a residual far above noise."""
+    """Warnings: values at an end of their range, values that the two records disagree on, and a residual far
+    above noise.
+    """
     said = []
     v = found.values
     for row in np.flatnonzero(v.at_edge):
         said.append(
-            f"{v.effect[row]}: {v.name[row]} is at an end of the range that was searched, so the effect may stand for something else"
+            f"{v.effect[row]}: {v.name[row]} is at an end of the range that was searched, so the effect may"
+            " stand for something else"
         )
     apart = np.flatnonzero((v.low_95 > v.other_high_95) | (v.high_95 < v.other_low_95))
     phases = ("cosine", "sine")
@@ -43,8 +61,8 @@ def notes(found: TargetResult) -> list[str]:
     if names:
         listed = ", ".join(names)
         said.append(
-            f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed}; intervals hold only as far as "
-            f"the model does"
+            f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
+            " intervals hold only as far as the model does"
         )
     return said
 
@@ -55,16 +73,24 @@ def unknown(found: TargetResult) -> list[str]:
     if found.target in ("torque", "deflection"):
         standing = [1 - curves.used.mean() for curves in found.curves.values()]
         said.append(
-            f"the {found.target} at rest: {100 * np.mean(standing):.0f} % of the samples, where a joint stands, are left out, because a "
-            f"standing joint's friction takes any value up to the one that breaks it loose"
+            f"the {found.target} at rest: {100 * np.mean(standing):.0f} % of the samples, where a joint"
+            " stands, are left out, because a standing joint's friction takes any value up to the one that"
+            " breaks it loose"
         )
     for name, rivals in zip(found.effects.name, found.effects.rivals, strict=True):
         if rivals:
-            said.append(f"whether it is {name} or {' or '.join(rivals.split(', '))}: these records do not tell them apart")
-    far = [f"joint {joint} ({gap:.2g})" for joint, gap in zip(found.joints, found.gap, strict=True) if gap > _CLOSE]
+            said.append(
+                f"whether it is {name} or {' or '.join(rivals.split(', '))}: these records do not tell them"
+                " apart"
+            )
+    far = [
+        f"joint {joint} ({gap:.2g})"
+        for joint, gap in zip(found.joints, found.gap, strict=True)
+        if gap > _CLOSE
+    ]
     if far:
         said.append(
-            f"what makes up the rest of the {found.target}: the residual is above the noise from sample to sample (gap, 1 is noise) at "
-            + ", ".join(far)
+            f"what makes up the rest of the {found.target}: the residual is above the noise from sample to"
+            " sample (gap, 1 is noise) at " + ", ".join(far)
         )
     return said

@@ -19,8 +19,12 @@ class Drives(Settings):
     """What is known of the drives, a number per joint."""
 
     gear_ratio: list[float] = Field(description="turns of the motor per turn of the joint")
-    rotor_inertia_kg_m2: list[float] | None = Field(None, description="at the motor; default: none, so that it is found as an effect")
-    torque_constant_nm_per_a: list[float] | None = Field(None, description="N m/A, for records of motor currents")
+    rotor_inertia_kg_m2: list[float] | None = Field(
+        None, description="at the motor; default: none, so that it is found as an effect"
+    )
+    torque_constant_nm_per_a: list[float] | None = Field(
+        None, description="N m/A, for records of motor currents"
+    )
 
 
 class Record(Settings):
@@ -32,7 +36,9 @@ class Record(Settings):
 
 
 class Payload(Settings):
-    """Where a payload would sit, for the effect `payload-mass`; default: where the robot's first payload is, else the last link's frame."""
+    """Where a payload would sit, for the effect `payload-mass`; default: where the robot's first payload is,
+    else the last link's frame.
+    """
 
     link: str
     centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -45,17 +51,27 @@ class ExplainStudy(Settings):
     name: str = Field(min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings
     drives: Drives
-    records: list[Record] = Field(min_length=2, description="one to fit, one with `use: validate` to judge by")
+    records: list[Record] = Field(
+        min_length=2, description="one to fit, one with `use: validate` to judge by"
+    )
     signals: dict[Quantity, SignalSettings]
     time: TimeAxis | None = Field(None, description="the time axis in the files")
     sample_rate_hz: float | None = Field(None, gt=0, description="where the files have no time axis")
-    joint_zero_deg: list[float] | None = Field(None, description="the robot's joint angles where the records count zero; default: zero")
-    positions: Literal["absolute", "relative"] = Field("absolute", description="`relative`: they count from where each record began")
+    joint_zero_deg: list[float] | None = Field(
+        None, description="the robot's joint angles where the records count zero; default: zero"
+    )
+    positions: Literal["absolute", "relative"] = Field(
+        "absolute", description="`relative`: they count from where each record began"
+    )
     joints: list[int] | None = Field(None, description="the joints to explain; default: all")
-    lowpass_hz: float = Field(20.0, gt=0, description="of the filter behind which speed and acceleration are taken")
+    lowpass_hz: float = Field(
+        20.0, gt=0, description="of the filter behind which speed and acceleration are taken"
+    )
     resample_hz: float | None = Field(None, gt=0, description="default: as recorded")
     standing_deg_per_s: float = Field(
-        0.1, gt=0, description="a joint below this speed stands; friction at rest is not determined, so it is left out"
+        0.1,
+        gt=0,
+        description="a joint below this speed stands; friction at rest is not determined, so it is left out",
     )
     payload_at: Payload | None = Field(None, description="where `payload-mass` puts its mass")
     effects: list[str] | None = Field(None, description="kinds of effects to try; default: all")
@@ -69,7 +85,9 @@ class ExplainStudy(Settings):
             raise ValueError("records: expected one with `use: fit` and one with `use: validate`")
         unknown = [kind for kind in self.effects or () if kind not in MOTION_EFFECTS.names()]
         if unknown:
-            raise ValueError(f"effects: unknown kind {unknown[0]!r}; expected some of {', '.join(MOTION_EFFECTS.names())}")
+            raise ValueError(
+                f"effects: unknown kind {unknown[0]!r}; expected some of {', '.join(MOTION_EFFECTS.names())}"
+            )
         return self
 
 
@@ -80,6 +98,7 @@ class ExplainFile(ConfigFile[ExplainStudy]):
 def read_explain_study(path: Path) -> ExplainFile:
     """The study of recorded motion to explain in a YAML file.
 
-    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
+    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is
+    wrong.
     """
     return ExplainFile.of(path, *read_settings(path, ExplainStudy, SCHEMA))

@@ -1,7 +1,7 @@
 """The fit loop, written once: several starts, each through the stages of the study; the best point is kept.
 
-What a fit says about itself afterwards (intervals, what the data do not determine) is in `identify.fitting.uncertainty`;
-what is kept of it on disk in `identify.results.fit`.
+What a fit says about itself afterwards (intervals, what the data do not determine) is in
+`identify.fitting.uncertainty`; what is kept of it on disk in `identify.results.fit`.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter, Scale
 from identify.core.thresholds import QUIET
@@ -22,8 +23,6 @@ from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Optimizer, Outcome, Search
 from identify.vibration.costs.base import parse_cost
-
-Array = NDArray[np.float64]
 
 _SAME = 1e-3
 """Relative difference of cost below which two starts are said to have found the same minimum."""
@@ -36,11 +35,15 @@ class FittedFile(Protocol):
 
     @property
     def study(self) -> Any:
-        """A study: `cost`, `stages`, `last_resort`, `starts`, `start_factor`, `target_cost` and `seed` are read of it."""
+        """A study: `cost`, `stages`, `last_resort`, `starts`, `start_factor`, `target_cost` and `seed` are
+        read of it.
+        """
 
 
 class Fittable(Protocol):
-    """What can be fitted: a study, its parameters, and what its cost compares (`identify.vibration.problem`, `identify.motion.problem`)."""
+    """What can be fitted: a study, its parameters, and what its cost compares (`identify.vibration.problem`,
+    `identify.motion.problem`).
+    """
 
     @property
     def file(self) -> FittedFile:
@@ -60,7 +63,9 @@ class Fittable(Protocol):
 
 @dataclass(frozen=True)
 class Start:
-    """One start and where it led: values of all parameters before and after, the cost after, and how its last stage ended."""
+    """One start and where it led: values of all parameters before and after, the cost after, and how its last
+    stage ended.
+    """
 
     initial: Array
     final: Array
@@ -73,7 +78,9 @@ class Start:
 
 @dataclass(frozen=True)
 class Fit:
-    """The outcome of a fit.  history rows: start, stage, evaluations in the stage, best cost in the stage, seconds since the beginning."""
+    """The outcome of a fit.  history rows: start, stage, evaluations in the stage, best cost in the stage,
+    seconds since the beginning.
+    """
 
     values: Array
     cost: float
@@ -103,8 +110,8 @@ class Stage:
 
 @dataclass
 class Progress:
-    """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations, best cost in the stage),
-    the journal remembers costs, rows are the history.
+    """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations,
+    best cost in the stage), the journal remembers costs, rows are the history.
     """
 
     show: Callable[[int, int, str, int, float], None] = lambda start, starts, kind, evaluations, best: None
@@ -130,16 +137,30 @@ def fit(problem: Fittable, progress: Progress | None = None) -> Fit:
             break
     if study.last_resort and len(starts) > 1 and not _settled(starts, study):
         x = scale.to_x(min(starts, key=lambda start: start.cost).final)
-        starts.append(_run(len(starts), x, _stages(study.last_resort, problem, objective), objective, scale, problem, progress))
+        starts.append(
+            _run(
+                len(starts),
+                x,
+                _stages(study.last_resort, problem, objective),
+                objective,
+                scale,
+                problem,
+                progress,
+            )
+        )
     winner = min(starts, key=lambda start: start.cost)
     if not np.isfinite(winner.cost):
-        raise InputError("effects", "the model has no solution at any start", "better start values", "set `initial`")
+        raise InputError(
+            "effects", "the model has no solution at any start", "better start values", "set `initial`"
+        )
     history = np.array(progress.rows).reshape(-1, 5)
     return Fit(winner.final, winner.cost, tuple(starts), history, time.perf_counter() - progress.began)
 
 
 def _stages(optimizers: Sequence[Optimizer], problem: Fittable, objective: Objective) -> list[Stage]:
-    """Each optimizer with its own cost or the study's, on its own measurements or all, for its own parameters or all."""
+    """Each optimizer with its own cost or the study's, on its own measurements or all, for its own parameters
+    or all.
+    """
     stages, names = [], [parameter.name for parameter in problem.parameters]
     for number, one in enumerate(optimizers):
         own = objective
@@ -147,20 +168,27 @@ def _stages(optimizers: Sequence[Optimizer], problem: Fittable, objective: Objec
             own = (one.cost or problem.file.study.cost).objective(problem.targets(names=one.measurements))
         moves = np.ones(len(names), dtype=bool)
         if one.parameters:
-            moves = np.array([any(fnmatchcase(name, pattern) for pattern in one.parameters) for name in names])
+            moves = np.array(
+                [any(fnmatchcase(name, pattern) for pattern in one.parameters) for name in names]
+            )
             if not any(p.free and moved for p, moved in zip(problem.parameters, moves, strict=True)):
                 found = f"no free parameter is called {' or '.join(one.parameters)}"
                 raise InputError(
-                    f"optimizer.{number}.parameters", found, "names such as " + ", ".join(names[:3]), "`*` stands for any part"
+                    f"optimizer.{number}.parameters",
+                    found,
+                    "names such as " + ", ".join(names[:3]),
+                    "`*` stands for any part",
                 )
         stages.append(Stage(one, own, moves))
     return stages
 
 
 def _settled(starts: Sequence[Start], study: Any) -> bool:
-    """Whether the best minimum is beyond doubt: at its target, or found by several starts, and no more than noise where that is known.
+    """Whether the best minimum is beyond doubt: at its target, or found by several starts, and no more than
+    noise where that is known.
 
-    A local minimum looks exactly like something missing from the model, so a gap above noise is not believed early.
+    A local minimum looks exactly like something missing from the model, so a gap above noise is not believed
+    early.
     """
     best = min(start.cost for start in starts)
     plausible = best <= QUIET or study.cost != parse_cost("frf-least-squares")
@@ -187,7 +215,9 @@ def _run(
     study = problem.file.study
     for position, stage in enumerate(stages):
 
-        def watch(count: int, best: float, position: int = position, kind: str = stage.optimizer.kind) -> None:
+        def watch(
+            count: int, best: float, position: int = position, kind: str = stage.optimizer.kind
+        ) -> None:
             progress.rows.append((number, position, count, best, time.perf_counter() - progress.began))
             progress.show(number, study.starts, kind, count, best)
 
@@ -195,13 +225,17 @@ def _run(
         part = _part(problem, stage, values)
         search = Search(stage.objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
         try:
-            outcome = stage.optimizer.minimize(search, part.to_x(values), np.random.default_rng([study.seed, number, position]))
+            outcome = stage.optimizer.minimize(
+                search, part.to_x(values), np.random.default_rng([study.seed, number, position])
+            )
         except Ended as end:
             outcome = Outcome(end.reached, end.reason)
         values = values if search.best_x is None else part.to_values(search.best_x)
         evaluations += search.evaluations
     cost = float(objective.costs(values[None])[0])
-    return Start(initial, values, cost, evaluations, time.perf_counter() - began, outcome.converged, outcome.sentence)
+    return Start(
+        initial, values, cost, evaluations, time.perf_counter() - began, outcome.converged, outcome.sentence
+    )
 
 
 def _part(problem: Fittable, stage: Stage, values: Array) -> Scale:
@@ -211,7 +245,9 @@ def _part(problem: Fittable, stage: Stage, values: Array) -> Scale:
 
 
 def starting_points(problem: Fittable, scale: Scale) -> list[Array]:
-    """The initial values, then a Latin hypercube: within the start factor on log scales, within the bounds on linear ones."""
+    """The initial values, then a Latin hypercube: within the start factor on log scales, within the bounds on
+    linear ones.
+    """
     from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
 
     study = problem.file.study
@@ -221,7 +257,10 @@ def starting_points(problem: Fittable, scale: Scale) -> list[Array]:
     lower, upper = scale.bounds()
     log = np.array([parameter.log for parameter in problem.parameters if parameter.free])
     reach = np.log(study.start_factor)
-    low, high = np.where(log, np.maximum(lower, first - reach), lower), np.where(log, np.minimum(upper, first + reach), upper)
+    low, high = (
+        np.where(log, np.maximum(lower, first - reach), lower),
+        np.where(log, np.minimum(upper, first + reach), upper),
+    )
     sampler = qmc.LatinHypercube(len(first), rng=np.random.default_rng([study.seed, 0x5747]))
     return [first, *(low + sampler.random(study.starts - 1) * (high - low))]
 
@@ -234,7 +273,16 @@ def check_moves(problem: Fittable, objective: Objective) -> None:
     if not np.isfinite(residuals).all():
         return
     moves = np.linalg.norm(slopes * scale.slope(scale.to_x(initial)), axis=0)
-    still = [problem.parameters[n].name for n, size in zip(scale.free, moves, strict=True) if size <= 1e-12 * moves.max(initial=0.0)]
+    still = [
+        problem.parameters[n].name
+        for n, size in zip(scale.free, moves, strict=True)
+        if size <= 1e-12 * moves.max(initial=0.0)
+    ]
     if still:
         fix = "set `fixed: true` for it, remove the effect, or measure where it moves"
-        raise InputError("effects", f"no measured data can move {', '.join(still)}", "free parameters that the data depend on", fix)
+        raise InputError(
+            "effects",
+            f"no measured data can move {', '.join(still)}",
+            "free parameters that the data depend on",
+            fix,
+        )

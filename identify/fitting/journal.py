@@ -1,7 +1,9 @@
-"""What makes a run resumable: every cost, and the gradients that are dear, in the order in which they were computed.
+"""What makes a run resumable: every cost, and the gradients that are dear, in the order in which they were
+computed.
 
-Optimizers are deterministic given their seed, so a run that is interrupted at any moment is resumed by running it again
-with the costs it had already: they are replayed in microseconds, and what follows is bit for bit what would have followed.
+Optimizers are deterministic given their seed, so a run that is interrupted at any moment is resumed by
+running it again with the costs it had already: they are replayed in microseconds, and what follows is bit for
+bit what would have followed.
 """
 
 from __future__ import annotations
@@ -11,15 +13,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from identify.core.arrays import Array
+
 _EVERY_S = 1.0
 
 
 @dataclass
 class Journal:
-    """Costs in order.  remembered (n,): those of an interrupted run; save is called with all costs every few seconds."""
+    """Costs in order.  remembered (n,): those of an interrupted run; save is called with all costs every few
+    seconds.
+    """
 
     remembered: Array = field(default_factory=lambda: np.zeros(0))
     save: Callable[[Array], None] | None = None

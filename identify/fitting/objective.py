@@ -5,11 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from identify.core.arrays import Array, Index
 
 
 class Objective(ABC):
@@ -20,8 +16,12 @@ class Objective(ABC):
 
     @abstractmethod
     def costs(self, candidates: Array) -> Array:
-        """(m,) costs of a whole population (m, parameters) at once; 0 is perfect, inf where a model has no solution."""
+        """(m,) costs of a whole population (m, parameters) at once; 0 is perfect, inf where a model has no
+        solution.
+        """
 
     @abstractmethod
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
-        """Residuals (r,) and their derivatives (r, free) at values (parameters,), for gradient methods; zero residuals mean zero cost."""
+        """Residuals (r,) and their derivatives (r, free) at values (parameters,), for gradient methods; zero
+        residuals mean zero cost.
+        """

@@ -1,4 +1,6 @@
-"""Runs that can be resumed: what makes two runs the same, what an interrupted one leaves on disk, and how it is taken up again."""
+"""Runs that can be resumed: what makes two runs the same, what an interrupted one leaves on disk, and how it
+is taken up again.
+"""
 
 from __future__ import annotations
 
@@ -32,11 +34,20 @@ F = TypeVar("F", bound=ConfigFile[Any])
 
 
 def resumable(
-    path: Path, key: str, kind: type[T], journal: Journal, compute: Callable[[], T], *, resume: bool = False, replace: bool = False
+    path: Path,
+    key: str,
+    kind: type[T],
+    journal: Journal,
+    compute: Callable[[], T],
+    *,
+    resume: bool = False,
+    replace: bool = False,
 ) -> T:
-    """What `compute` gives, a result of that kind with that key, written to `path`, which while it runs holds what `resume` needs.
+    """What `compute` gives, a result of that kind with that key, written to `path`, which while it runs holds
+    what `resume` needs.
 
-    resume: a finished run of that key is read instead, an interrupted one gone on with; replace: see `fit_study`.
+    resume: a finished run of that key is read instead, an interrupted one gone on with; replace: see
+    `fit_study`.
     """
     if resume:
         done = _finished(path, key, kind)
@@ -44,7 +55,9 @@ def resumable(
             return done
         journal.remembered = _remembered(path, key, replace)
     journal.save = lambda costs: result_file.write(result_file.unfinished(key, costs), path)
-    result_file.check_writable(path)  # now, not after an hour; an older result stays until this run has something to save
+    result_file.check_writable(
+        path
+    )  # now, not after an hour; an older result stays until this run has something to save
     try:
         result = compute()
     except KeyboardInterrupt:
@@ -62,7 +75,9 @@ def run_key(p: tables.Provenance, file: ConfigFile[Any]) -> str:
 
 
 def _remembered(path: Path, key: str, replace: bool) -> NDArray[np.float64]:
-    """The costs of the interrupted run at `path`; InputError where it is one of something else, unless that may be replaced."""
+    """The costs of the interrupted run at `path`; InputError where it is one of something else, unless that
+    may be replaced.
+    """
     if not path.exists() or (replace and result_file.kind_of(path) != result_file.UNFINISHED):
         return np.zeros(0)
     kept = result_file.read(path, result_file.Unfinished)
@@ -76,7 +91,12 @@ def check_key(path: Path, found: str, key: str) -> None:
     """Raise an InputError where the interrupted run at `path` is one of something else."""
     if found != key:
         different = "the interrupted run there had another config, data or version"
-        raise InputError(str(path), different, "the same study", "run without `--resume`, or choose another file with `--out`")
+        raise InputError(
+            str(path),
+            different,
+            "the same study",
+            "run without `--resume`, or choose another file with `--out`",
+        )
 
 
 def _finished(path: Path, key: str, kind: type[T]) -> T | None:
@@ -93,5 +113,11 @@ def override(file: F, overrides: dict[str, Any]) -> F:
     if not given:
         return file
     study, fields = file.study, type(file.study).model_fields
-    kept = {field.alias or name: getattr(study, name) for name, field in fields.items() if name in study.model_fields_set}
-    return file.model_copy(update={"study": type(study).model_validate({**kept, **given}), "overrides": given})
+    kept = {
+        field.alias or name: getattr(study, name)
+        for name, field in fields.items()
+        if name in study.model_fields_set
+    }
+    return file.model_copy(
+        update={"study": type(study).model_validate({**kept, **given}), "overrides": given}
+    )

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter, Scale
 from identify.fitting.fit import Fit
-from identify.fitting.uncertainty import Trust
+from identify.fitting.uncertainty import Uncertainty
 from identify.results import tables
 from identify.results.tables import ParameterTable
 
-Array = NDArray[np.float64]
 
-
-def parameter_table(p: Sequence[Parameter], fitted: Array, trusted: Trust, scale: Scale) -> tables.ParameterTable:
+def parameter_table(
+    p: Sequence[Parameter], fitted: Array, trusted: Uncertainty, scale: Scale
+) -> tables.ParameterTable:
     """All parameters with what the data say about the free ones; fitted (parameters,)."""
     free = scale.free
 

@@ -1,11 +1,13 @@
-"""How far a fit can be trusted: covariance and 95 % intervals, parameters that the data do not determine, structured residuals.
+"""How far a fit can be trusted: covariance and 95 % intervals, parameters that the data do not determine,
+structured residuals.
 
-All of it rests on residuals e in units of their noise at the optimum, whichever cost and optimizer found it, and on their
-derivatives J on the search scale (ln value for stiffness and damping).  Were the residuals independent, the covariance
-would be (J'J)^-1.  They are not: an exponential window smears noise over neighbouring lines, and noise on the force is
-common to all responses of a blow.  So the covariance is the sandwich A^-1 B A^-1 with A = J'J + P and B the variance of
-the scores J'e, never less than independence says.  P is what the bounds alone say: too weak to matter for a parameter
-that the data determine, enough to keep the others finite.
+All of it rests on residuals e in units of their noise at the optimum, whichever cost and optimizer found it,
+and on their derivatives J on the search scale (ln value for stiffness and damping).  Were the residuals
+independent, the covariance would be (J'J)^-1.  They are not: an exponential window smears noise over
+neighbouring lines, and noise on the force is common to all responses of a blow.  So the covariance is the
+sandwich A^-1 B A^-1 with A = J'J + P and B the variance of the scores J'e, never less than independence says.
+P is what the bounds alone say: too weak to matter for a parameter that the data determine, enough to keep the
+others finite.
 """
 
 from __future__ import annotations
@@ -13,28 +15,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.parameters import Scale
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.intp]
-
 _DETERMINED = np.log(2) / 2
-"""Standard deviation of ln value up to which the 95 % interval stays within a factor of two: the parameter is determined."""
+"""Standard deviation of ln value up to which the 95 % interval stays within a factor of two: the parameter is
+determined.
+"""
 _UNDETERMINED = 1.0
 """Above this (95 %: a factor of seven) the data do not determine it."""
 
 
 @dataclass(frozen=True)
-class Trust:
+class Uncertainty:
     """What the data say about the free parameters (f of them).
 
-    std (f,): standard deviation on the search scale; independent_std (f,): that for independent noise; low, high (f,):
-    95 % limits of the values, clipped to the bounds;
-    status (f,): determined, weak or not determined; correlation (f, f); singular_values (f,) of J and directions (f, f),
-    a row each; count: real numbers measured; notes: sentences of warning.
+    std (f,): standard deviation on the search scale; independent_std (f,): that for independent noise; low,
+    high (f,): 95 % limits of the values, clipped to the bounds; status (f,): determined, weak or not
+    determined; correlation (f, f); singular_values (f,) of J and directions (f, f), a row each; count: real
+    numbers measured; notes: sentences of warning.
     """
 
     std: Array
@@ -49,19 +49,25 @@ class Trust:
     notes: tuple[str, ...]
 
 
-def sandwich(information: Array, variance: Array, count: int, scale: Scale, values: Array, notes: tuple[str, ...] = ()) -> Trust:
-    """Trust from J'J and the variance of the scores J'e, both (free, free) on the search scale, of `count` residuals at values."""
+def sandwich(
+    information: Array, variance: Array, count: int, scale: Scale, values: Array, notes: tuple[str, ...] = ()
+) -> Uncertainty:
+    """Uncertainty from J'J and the variance of the scores J'e, both (free, free) on the search scale, of
+    `count` residuals at values.
+    """
     x, (lower, upper) = scale.to_x(values), scale.bounds()
     bread = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
     covariance = bread @ variance @ bread
-    blind = np.flatnonzero(np.diag(covariance) <= 0)  # the residuals say nothing of these, not even how they scatter
+    blind = np.flatnonzero(
+        np.diag(covariance) <= 0
+    )  # the residuals say nothing of these, not even how they scatter
     covariance[blind, blind] = np.diag(bread)[blind]
     widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
     covariance *= np.outer(widening, widening)
     std = np.sqrt(np.diag(covariance))
     limits = [scale.to_values(np.clip(x + sign * 1.96 * std, lower, upper))[scale.free] for sign in (-1, 1)]
     squares, directions = np.linalg.eigh(information)
-    return Trust(
+    return Uncertainty(
         std=std,
         independent_std=np.sqrt(np.diag(bread)),
         low=limits[0],
@@ -75,8 +81,10 @@ def sandwich(information: Array, variance: Array, count: int, scale: Scale, valu
     )
 
 
-def inseparable(trusted: Trust, names: list[str]) -> list[tuple[str, ...]]:
-    """What the data do not determine, alone or in combination: the parameters of each direction that J hardly moves."""
+def inseparable(trusted: Uncertainty, names: list[str]) -> list[tuple[str, ...]]:
+    """What the data do not determine, alone or in combination: the parameters of each direction that J hardly
+    moves.
+    """
     groups: list[tuple[str, ...]] = []
     for singular, direction in zip(trusted.singular_values, trusted.directions, strict=True):
         size = np.abs(direction)
@@ -87,8 +95,18 @@ def inseparable(trusted: Trust, names: list[str]) -> list[tuple[str, ...]]:
 
 
 def statuses(scale: Scale, values: Array, std: Array) -> tuple[str, ...]:
-    """determined, weak or not determined, per free parameter, from the standard deviation on the search scale."""
+    """determined, weak or not determined, per free parameter, from the standard deviation on the search
+    scale.
+    """
     parameters = [scale.parameters[number] for number in scale.free]
-    size = np.array([1.0 if p.log else abs(v) / (p.upper - p.lower) * 10 for p, v in zip(parameters, values[scale.free], strict=True)])
+    size = np.array(
+        [
+            1.0 if p.log else abs(v) / (p.upper - p.lower) * 10
+            for p, v in zip(parameters, values[scale.free], strict=True)
+        ]
+    )
     relative = std / np.maximum(size, 1e-12)
-    return tuple("determined" if r <= _DETERMINED else "weak" if r <= _UNDETERMINED else "not determined" for r in relative)
+    return tuple(
+        "determined" if r <= _DETERMINED else "weak" if r <= _UNDETERMINED else "not determined"
+        for r in relative
+    )

@@ -1,6 +1,7 @@
 """What a curve to identify is, and the registry of all kinds.
 
-A curve's settings say which run of which joint to read; with the bench, which knows drives, signals and robot, it gives its result.
+A curve's settings say which run of which joint to read; with the bench, which knows drives, signals and
+robot, it gives its result.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pydantic import Field
 
 from identify.core.config import Settings
 from identify.core.registry import Registry, parse_kind
-from identify.joints.bench import Bench
+from identify.joints.data import Bench
 from identify.results.joints import CurveResult
 
 CURVES = Registry(
@@ -33,7 +34,12 @@ class Curve(Settings):
     """One entry of `curves`."""
 
     kind: str
-    name: str | None = Field(None, min_length=1, pattern=r"^[^/\\]+$", description="names it in results; default: its kind and joint")
+    name: str | None = Field(
+        None,
+        min_length=1,
+        pattern=r"^[^/\\]+$",
+        description="names it in results; default: its kind and joint",
+    )
     files: list[Path] = Field(min_length=1, description="what was recorded, one file per run")
 
     @property

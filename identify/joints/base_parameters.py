@@ -1,7 +1,9 @@
-"""Rigid-body base parameters by least squares: torque of recorded motion against the columns of `identify.joints.base_set`.
+"""Rigid-body base parameters by least squares: torque of recorded motion against the columns of
+`identify.joints.base_set`.
 
-Joints are weighted by what is left of each (Gautier 1997) in a second pass; speed and acceleration come from behind the low-pass of the
-study, torques are as recorded.  Where a rotor's inertia cannot be told from a link's, it goes to the link's.
+Joints are weighted by what is left of each (Gautier 1997) in a second pass; speed and acceleration come from
+behind the low-pass of the study, torques are as recorded.  Where a rotor's inertia cannot be told from a
+link's, it goes to the link's.
 """
 
 from __future__ import annotations
@@ -14,23 +16,28 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.joints.base import Curve
 from identify.joints.base_set import UNITS, BaseSet, all_columns, of_robot, standard_values
-from identify.joints.bench import Array, Bench
-from identify.joints.intervals import Mask, in_time, symmetric, table
+from identify.joints.data import Bench
+from identify.joints.intervals import in_time, symmetric, table
 from identify.joints.separable import solve
 from identify.measured.conditioning import Motion
 from identify.results.joints import CurveResult, Panel, Series
 from identify.robot.description import Robot
 
 _WORSE = 1.5
-"""RMS of what is left of a run that was not fitted, over that of the fitted ones, from which a reader is warned."""
+"""RMS of what is left of a run that was not fitted, over that of the fitted ones, from which a reader is
+warned.
+"""
 
 
 @dataclass(frozen=True)
 class _Run:
-    """columns (samples, rows, base parameters); torque less that of known rotors, and samples that count, (samples, rows)."""
+    """columns (samples, rows, base parameters); torque less that of known rotors, and samples that count,
+    (samples, rows).
+    """
 
     motion: Motion
     columns: Array
@@ -44,48 +51,93 @@ class BaseParameters(Curve):
     kind: Literal["base-parameters"]
     joints: list[int] | None = Field(None, description="the joints whose torques are used; default: all")
     judge: list[Path] = Field([], description="runs that are not fitted, to judge by")
-    rotor_inertia_kg_m2: list[float] | None = Field(None, description="at the motor, where it is known; default: identified")
+    rotor_inertia_kg_m2: list[float] | None = Field(
+        None, description="at the motor, where it is known; default: identified"
+    )
 
     def identify(self, bench: Bench) -> CurveResult:
         """Base parameters, friction and offsets."""
         robot = bench.rigid(self.label)
         rows = [bench.checked(joint, self.label) for joint in self.joints or range(1, bench.joints + 1)]
         chosen = of_robot(robot, rows, rotors=self.rotor_inertia_kg_m2 is None)
-        runs, judges = ([self._run(bench, robot, rows, chosen, path) for path in paths] for paths in (self.files, self.judge))
-        columns, torque, used = (np.concatenate([getattr(run, what) for run in runs]) for what in ("columns", "torque", "used"))
+        runs, judges = (
+            [self._run(bench, robot, rows, chosen, path) for path in paths]
+            for paths in (self.files, self.judge)
+        )
+        columns, torque, used = (
+            np.concatenate([getattr(run, what) for run in runs]) for what in ("columns", "torque", "used")
+        )
         if not used.any(axis=0).all():
-            raise InputError(self.label, "a joint that stands all the time", "motion of every joint in use", "see `joints`")
+            raise InputError(
+                self.label, "a joint that stands all the time", "motion of every joint in use", "see `joints`"
+            )
         values, weights = _weighted(columns, torque, used)
         left = np.where(used, torque - columns @ values, 0.0)
         rows_used = (columns * weights[:, None])[used]
         _, half = in_time(columns * weights[None, :, None], left * weights, used)
         found = [
-            symmetric(chosen.names[n], UNITS[chosen.names[n].rsplit(".", 1)[1]], value, reach, expected=expected, meaning=meaning)
-            for n, value, reach, expected, meaning in zip(chosen.kept, values, half, _expected(robot, chosen), chosen.meanings, strict=True)
+            symmetric(
+                chosen.names[n],
+                UNITS[chosen.names[n].rsplit(".", 1)[1]],
+                value,
+                reach,
+                expected=expected,
+                meaning=meaning,
+            )
+            for n, value, reach, expected, meaning in zip(
+                chosen.kept, values, half, _expected(robot, chosen), chosen.meanings, strict=True
+            )
         ]
-        said = f"{len(values)} base parameters, {used.sum()} torques; condition of the columns {_condition(rows_used):.3g}"
+        said = (
+            f"{len(values)} base parameters, {used.sum()} torques; condition of the columns"
+            f" {_condition(rows_used):.3g}"
+        )
         judged = [(run, "") for run in runs] + [(run, ", not fitted") for run in judges]
-        panels = {f"{run.motion.name}, joint {row + 1}{how}": _panel(run, values, n) for run, how in judged for n, row in enumerate(rows)}
+        panels = {
+            f"{run.motion.name}, joint {row + 1}{how}": _panel(run, values, n)
+            for run, how in judged
+            for n, row in enumerate(rows)
+        }
         texts = (said, *(_rest(run, values, rows, how) for run, how in judged), *runs[0].motion.said)
         rms = float(np.sqrt((left[used] ** 2).mean()))
         notes = _warned(judges, values, rms)
-        return CurveResult("Rigid-body base parameters", self.kind, "N m", rms, int(used.sum()), table(found), panels, texts, notes)
+        return CurveResult(
+            "Rigid-body base parameters",
+            self.kind,
+            "N m",
+            rms,
+            int(used.sum()),
+            table(found),
+            panels,
+            texts,
+            notes,
+        )
 
     def _run(self, bench: Bench, robot: Robot, rows: Sequence[int], chosen: BaseSet, path: Path) -> _Run:
-        motion = bench.motion(path, ("motor_position", bench.torque_quantity()), range(bench.joints), self.label)
-        columns = all_columns(robot, rows, motion.position, motion.velocity, motion.acceleration)[:, :, list(chosen.kept)]
+        motion = bench.motion(
+            path, ("motor_position", bench.torque_quantity()), range(bench.joints), self.label
+        )
+        columns = all_columns(robot, rows, motion.position, motion.velocity, motion.acceleration)[
+            :, :, list(chosen.kept)
+        ]
         torque = motion.torque[:, rows].copy()
         if self.rotor_inertia_kg_m2 is not None:
             if len(self.rotor_inertia_kg_m2) != bench.joints:
                 found = f"{len(self.rotor_inertia_kg_m2)} numbers"
-                raise InputError(f"{self.label}, key rotor_inertia_kg_m2", found, f"{bench.joints}, one per joint")
-            torque -= (bench.gear_ratio**2 * np.array(self.rotor_inertia_kg_m2) * motion.acceleration)[:, rows]
+                raise InputError(
+                    f"{self.label}, key rotor_inertia_kg_m2", found, f"{bench.joints}, one per joint"
+                )
+            torque -= (bench.gear_ratio**2 * np.array(self.rotor_inertia_kg_m2) * motion.acceleration)[
+                :, rows
+            ]
         used = motion.inside[:, None] & (np.abs(motion.velocity[:, rows]) > bench.slow)
         return _Run(motion, columns, torque, used)
 
 
 def _weighted(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
-    """Values (b,), joints weighted by one over what the first pass leaves of each, and the weights (rows,)."""
+    """Values (b,), joints weighted by one over what the first pass leaves of each, and the weights
+    (rows,).
+    """
     weights = np.ones(torque.shape[1])
     for _ in range(2):
         values = solve((columns * weights[:, None])[used], (torque * weights)[used])
@@ -95,7 +147,9 @@ def _weighted(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
 
 
 def _expected(robot: Robot, chosen: BaseSet) -> Array:
-    """What the robot's description says of the base parameters; NaN where friction or a rotor that is not known is in them."""
+    """What the robot's description says of the base parameters; NaN where friction or a rotor that is not
+    known is in them.
+    """
     known = np.concatenate([standard_values(robot), np.full(len(chosen.names), np.nan)])[: len(chosen.names)]
     return np.array([np.sum(row[row != 0] * known[row != 0]) for row in chosen.regrouping])
 
@@ -121,11 +175,25 @@ def _warned(judges: Sequence[_Run], values: Array, rms: float) -> tuple[str, ...
     """A note for each run that is not foretold about as well as those that were fitted."""
     left = {run.motion.name: (run.torque - run.columns @ values)[run.used] for run in judges}
     worse = {name: float(np.sqrt((one**2).mean())) / rms for name, one in left.items()}
-    fix = "the fitted motion excites too little, and what looks like values there fits what is not in the model"
-    return tuple(f"{name}, not fitted, is foretold {ratio:.2g} times worse; {fix}" for name, ratio in worse.items() if ratio > _WORSE)
+    fix = (
+        "the fitted motion excites too little, and what looks like values there fits what is not in the model"
+    )
+    return tuple(
+        f"{name}, not fitted, is foretold {ratio:.2g} times worse; {fix}"
+        for name, ratio in worse.items()
+        if ratio > _WORSE
+    )
 
 
 def _panel(run: _Run, values: Array, place: int) -> Panel:
     used, time_s = run.used[:, place], run.motion.time_s
-    measured, model = (np.where(used, torque, np.nan) for torque in (run.torque[:, place], (run.columns @ values)[:, place]))
-    return Panel("Time", "s", "Torque", "N m", {"measured": Series("noisy", time_s, measured), "identified": Series("line", time_s, model)})
+    measured, model = (
+        np.where(used, torque, np.nan) for torque in (run.torque[:, place], (run.columns @ values)[:, place])
+    )
+    return Panel(
+        "Time",
+        "s",
+        "Torque",
+        "N m",
+        {"measured": Series("noisy", time_s, measured), "identified": Series("line", time_s, model)},
+    )

@@ -1,8 +1,10 @@
-"""Which combinations of inertial parameters the torques of a rigid arm depend on: base parameters by QR (Gautier 1991).
+"""Which combinations of inertial parameters the torques of a rigid arm depend on: base parameters by QR
+(Gautier 1991).
 
-Of each link, in its own frame: mass m, first moments mx, my, mz, inertia xx, xy, xz, yy, yz, zz about the frame's origin; of each joint
-inertia of the rotor (ia), viscous (fv) and Coulomb (fc) friction, an offset.  Torques are linear in all (Atkeson, An and Hollerbach 1986).
-Columns that depend on those before them are dropped, and what they stand for goes to those.
+Of each link, in its own frame: mass m, first moments mx, my, mz, inertia xx, xy, xz, yy, yz, zz about the
+frame's origin; of each joint inertia of the rotor (ia), viscous (fv) and Coulomb (fc) friction, an offset.
+Torques are linear in all (Atkeson, An and Hollerbach 1986). Columns that depend on those before them are
+dropped, and what they stand for goes to those.
 """
 
 from __future__ import annotations
@@ -11,13 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import qr
 
+from identify.core.arrays import Array
 from identify.robot.description import Link, Robot
 from identify.robot.inverse_dynamics import RigidArm
 
-Array = NDArray[np.float64]
 _TOLERANCE = 1e-9
 _STATES = 60
 _PAIRS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
@@ -37,7 +38,9 @@ def standard_columns(robot: Robot, position: Array, velocity: Array, acceleratio
     """(samples, joints, parameters): torque per unit of each inertial parameter."""
     arm = RigidArm(robot, position, velocity, acceleration)
     parts = {link.name: _of_link(arm, link.name) for link in robot.links[1:]}
-    return np.stack([parts[link][what] for link, what in (name.rsplit(".", 1) for name in standard_names(robot))], axis=2)
+    return np.stack(
+        [parts[link][what] for link, what in (name.rsplit(".", 1) for name in standard_names(robot))], axis=2
+    )
 
 
 def _of_link(arm: RigidArm, link: str) -> dict[str, Array]:
@@ -56,7 +59,9 @@ def standard_values(robot: Robot) -> Array:
     found: dict[str, float] = {}
     for link in robot.links[1:]:
         moment = link.mass * link.centre
-        inertia = link.inertia + link.mass * (link.centre @ link.centre * np.eye(3) - np.outer(link.centre, link.centre))
+        inertia = link.inertia + link.mass * (
+            link.centre @ link.centre * np.eye(3) - np.outer(link.centre, link.centre)
+        )
         found |= {f"{link.name}.{what}": float(inertia[pair]) for what, pair in _PAIRS.items()}
         found |= {f"{link.name}.m{axis}": float(value) for axis, value in zip("xyz", moment, strict=True)}
         found[f"{link.name}.m"] = link.mass
@@ -65,7 +70,9 @@ def standard_values(robot: Robot) -> Array:
 
 @dataclass(frozen=True)
 class BaseSet:
-    """kept: numbers (b,) of the parameters that stay; regrouping (b, parameters): base values from all parameters' values."""
+    """kept: numbers (b,) of the parameters that stay; regrouping (b, parameters): base values from all
+    parameters' values.
+    """
 
     names: tuple[str, ...]
     kept: tuple[int, ...]
@@ -77,7 +84,12 @@ class BaseSet:
         found = []
         for kept, row in zip(self.kept, self.regrouping, strict=True):
             terms = [(number, part) for number, part in enumerate(row) if abs(part) > 1e-6 and number != kept]
-            found.append(self.names[kept] + "".join(f" {'+' if part > 0 else '-'} {_times(abs(part))}{self.names[n]}" for n, part in terms))
+            found.append(
+                self.names[kept]
+                + "".join(
+                    f" {'+' if part > 0 else '-'} {_times(abs(part))}{self.names[n]}" for n, part in terms
+                )
+            )
         return found
 
 
@@ -88,10 +100,14 @@ def base_set(names: Sequence[str], columns: Array) -> BaseSet:
     triangle = qr(columns[:, seen] / scale[seen], mode="r", check_finite=False)[0][: len(seen)]
     kept: list[int] = []
     dropped: list[int] = []
-    for row, number in enumerate(seen):  # a column is new where something of it is left below what those before it span
+    for row, number in enumerate(
+        seen
+    ):  # a column is new where something of it is left below what those before it span
         (kept if abs(triangle[row, row]) > _TOLERANCE * len(columns) else dropped).append(number)
     basis = columns[:, np.array(kept)] / scale[kept]
-    links = np.linalg.lstsq(basis, columns[:, np.array(dropped, dtype=int)], rcond=None)[0] / scale[kept][:, None]
+    links = (
+        np.linalg.lstsq(basis, columns[:, np.array(dropped, dtype=int)], rcond=None)[0] / scale[kept][:, None]
+    )
     regrouping = np.zeros((len(kept), len(names)))
     regrouping[np.arange(len(kept)), kept] = 1.0
     regrouping[:, dropped] = np.where(np.abs(links) > 1e-8, links, 0.0)
@@ -106,7 +122,9 @@ def all_names(robot: Robot, rows: Sequence[int]) -> list[str]:
     return standard_names(robot) + [f"joint{row + 1}.{what}" for row in rows for what in OF_JOINT]
 
 
-def all_columns(robot: Robot, rows: Sequence[int], position: Array, velocity: Array, acceleration: Array) -> Array:
+def all_columns(
+    robot: Robot, rows: Sequence[int], position: Array, velocity: Array, acceleration: Array
+) -> Array:
     """(samples, rows, parameters) in the order of `all_names`: torque at the joints (from 0) in rows."""
     links = standard_columns(robot, position, velocity, acceleration)[:, list(rows), :]
     own = np.zeros((len(position), len(rows), len(rows), len(OF_JOINT)))
@@ -117,7 +135,9 @@ def all_columns(robot: Robot, rows: Sequence[int], position: Array, velocity: Ar
 
 
 def of_robot(robot: Robot, rows: Sequence[int], rotors: bool = True) -> BaseSet:
-    """What the torques of the joints (from 0) in rows depend on, by states at random; rotors: whether their inertias are to be found."""
+    """What the torques of the joints (from 0) in rows depend on, by states at random; rotors: whether their
+    inertias are to be found.
+    """
     rng, shape = np.random.default_rng(1), (_STATES, len(robot.joints))
     names = all_names(robot, rows)
     columns = all_columns(robot, rows, *(rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0)))

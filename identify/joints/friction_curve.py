@@ -1,4 +1,6 @@
-"""The friction curve of Nagoya Eq. 11, F_c + F_s exp(-|v| / v_s) with the sign of v, and F_v v: its columns and its values."""
+"""The friction curve of Nagoya Eq. 11, F_c + F_s exp(-|v| / v_s) with the sign of v, and F_v v: its columns
+and its values.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from identify.joints.bench import Array
+from identify.core.arrays import Array
 from identify.joints.intervals import Value, symmetric
 from identify.joints.separable import Fitted, separable
 from identify.motion.friction import friction_torque
@@ -24,14 +26,19 @@ def friction_columns(velocity: Array, shapes: Array) -> Array:
 
 
 def fit_friction(velocity: Array, torque: Array, model: Model, other: Array, weights: Array) -> Fitted:
-    """The friction at velocities (n,) beside other columns (n, m): coefficients F_c, F_v, (F_s), others; shape ln v_s.
+    """The friction at velocities (n,) beside other columns (n, m): coefficients F_c, F_v, (F_s), others;
+    shape ln v_s.
 
     v_s is searched from half the slowest velocity to half the fastest; weights (n,) multiply rows.
     """
     speed = np.abs(velocity)
     limits = np.log([0.5 * speed.min(), 0.5 * speed.max()]) if model == "stribeck" else np.zeros((2, 0))
     lower, upper = (np.atleast_1d(limit) for limit in limits)
-    starts = [np.array([value]) for value in np.linspace(lower[0], upper[0], _STARTS)] if len(lower) else [np.zeros(0)]
+    starts = (
+        [np.array([value]) for value in np.linspace(lower[0], upper[0], _STARTS)]
+        if len(lower)
+        else [np.zeros(0)]
+    )
 
     def columns(shapes: Array) -> Array:
         return np.column_stack([friction_columns(velocity, shapes), other]) * weights[:, None]
@@ -54,7 +61,9 @@ def friction_values(fitted: Fitted, half: Array) -> list[Value]:
         reach = half[-1] if half[2] < abs(c[2]) else np.inf
         shape = fitted.shapes[0]
         low, high = (float(np.exp(shape + side * reach)) for side in (-1, 1))
-        values.append(Value("stribeck_velocity", "rad/s", float(np.exp(shape)), low, high, meaning="v_s of Eq. 11"))
+        values.append(
+            Value("stribeck_velocity", "rad/s", float(np.exp(shape)), low, high, meaning="v_s of Eq. 11")
+        )
     return values
 
 

@@ -1,4 +1,6 @@
-"""95 % intervals of least-squares values by the scatter of what is left, and what they say: determined, weak, not determined."""
+"""95 % intervals of least-squares values by the scatter of what is left, and what they say: determined, weak,
+not determined.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from identify.core.arrays import Array, Mask
 from identify.core.correlated import covariance
 from identify.results.joints import ValueTable
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 _RANK = 1e-8
 """Singular value of a Jacobian with columns of length 1 below which a direction counts as not there."""
 _BLIND = 1e-4
@@ -25,7 +25,9 @@ DETERMINED, WEAK, ZERO, BLIND = "determined", "weak", "not told from zero", "not
 
 @dataclass(frozen=True)
 class Value:
-    """One value with its interval; plain: an angle or a constant that may well be zero, so its size says nothing about how sure it is."""
+    """One value with its interval; plain: an angle or a constant that may well be zero, so its size says
+    nothing about how sure it is.
+    """
 
     name: str
     unit: str
@@ -74,13 +76,18 @@ def blind(jacobian: Array) -> Mask:
     if len(jacobian) < jacobian.shape[1]:
         return np.ones(jacobian.shape[1], dtype=bool)
     _, sizes, directions = np.linalg.svd(jacobian / np.where(scale > 0, scale, 1.0), full_matrices=False)
-    return np.asarray((np.abs(directions[sizes < _RANK * max(sizes.max(initial=0.0), 1e-300)]) > _BLIND).any(axis=0) | (scale == 0))
+    return np.asarray(
+        (np.abs(directions[sizes < _RANK * max(sizes.max(initial=0.0), 1e-300)]) > _BLIND).any(axis=0)
+        | (scale == 0)
+    )
 
 
 def independent(jacobian: Array, residual: Array) -> tuple[Array, Array]:
-    """Covariance (p, p) and half intervals (p,) where rows (n, p) are independent and their residuals (n,) alike, of unknown size.
+    """Covariance (p, p) and half intervals (p,) where rows (n, p) are independent and their residuals (n,)
+    alike, of unknown size.
 
-    Student's t with n - p degrees of freedom; infinite where the rows do not determine a value, or are no more than the values.
+    Student's t with n - p degrees of freedom; infinite where the rows do not determine a value, or are no
+    more than the values.
     """
     rows, count = jacobian.shape
     freedom = rows - count
@@ -95,14 +102,18 @@ def independent(jacobian: Array, residual: Array) -> tuple[Array, Array]:
 
 
 def in_time(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, Array]:
-    """The same for histories: jacobian (samples, joints, p), residual and used (samples, joints), correlated in time."""
+    """The same for histories: jacobian (samples, joints, p), residual and used (samples, joints), correlated
+    in time.
+    """
     matrix, freedom = covariance(jacobian, residual, used)
     half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
     return matrix, np.where(blind(jacobian[used]), np.inf, half)
 
 
 def over_time(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, Array]:
-    """The same for one history of which only the samples that count are given: jacobian (n, p), residual (n,), used (samples,)."""
+    """The same for one history of which only the samples that count are given: jacobian (n, p), residual
+    (n,), used (samples,).
+    """
     whole, left = np.zeros((len(used), 1, jacobian.shape[1])), np.zeros((len(used), 1))
     whole[used, 0], left[used, 0] = jacobian, residual
     return in_time(whole, left, used[:, None])

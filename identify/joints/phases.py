@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.core.arrays import Array, Mask
 from identify.core.correlated import effective_samples
-from identify.joints.bench import Array
-from identify.joints.intervals import Mask
 from identify.measured.conditioning import Motion
 
 
@@ -21,7 +20,9 @@ class Phase:
     torque: Array
 
     def mean(self, lower: float, upper: float) -> tuple[float, float]:
-        """Mean torque between two angles, and its standard deviation from what scatters about a parabola over the angle; NaN for few."""
+        """Mean torque between two angles, and its standard deviation from what scatters about a parabola over
+        the angle; NaN for few.
+        """
         inside = (self.angle >= lower) & (self.angle <= upper)
         if inside.sum() < 8:
             return float("nan"), float("nan")
@@ -30,11 +31,15 @@ class Phase:
         left = torque - parabola(angle)
         whole = parabola.integ()
         mean = (whole(upper) - whole(lower)) / (upper - lower)
-        return float(mean), float(np.std(left) / np.sqrt(effective_samples(left, np.ones(len(left), dtype=bool))))
+        return float(mean), float(
+            np.std(left) / np.sqrt(effective_samples(left, np.ones(len(left), dtype=bool)))
+        )
 
 
 def steady(motion: Motion, joint: int, slow: float, tolerance: float, least_s: float) -> Mask:
-    """Samples (samples,) about which the mean velocities over `least_s` before and after are above `slow` and alike within `tolerance`."""
+    """Samples (samples,) about which the mean velocities over `least_s` before and after are above `slow` and
+    alike within `tolerance`.
+    """
     angle, half = motion.position[:, joint], max(1, round(least_s * motion.sample_rate_hz))
     found = np.zeros(len(angle), dtype=bool)
     if len(angle) > 2 * half:
@@ -44,9 +49,15 @@ def steady(motion: Motion, joint: int, slow: float, tolerance: float, least_s: f
     return found & motion.inside
 
 
-def constant_phases(motion: Motion, joint: int, slow: float, tolerance: float, least_s: float, settle_s: float) -> list[Phase]:
-    """Stretches of at least `least_s` with a steady velocity, without their first `settle_s`, in which the arm still swings."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], steady(motion, joint, slow, tolerance, least_s).astype(int), [0]])))
+def constant_phases(
+    motion: Motion, joint: int, slow: float, tolerance: float, least_s: float, settle_s: float
+) -> list[Phase]:
+    """Stretches of at least `least_s` with a steady velocity, without their first `settle_s`, in which the
+    arm still swings.
+    """
+    edges = np.flatnonzero(
+        np.diff(np.concatenate([[0], steady(motion, joint, slow, tolerance, least_s).astype(int), [0]]))
+    )
     found, settled = [], round(settle_s * motion.sample_rate_hz)
     for start, last in edges.reshape(-1, 2):
         first = start + settled

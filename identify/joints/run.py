@@ -1,4 +1,6 @@
-"""What `identify fit` does on a study of joints, without the terminal: runs in, curves with their intervals out."""
+"""What `identify fit` does on a study of joints, without the terminal: runs in, curves with their intervals
+out.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,9 @@ def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Pat
         seconds=time.perf_counter() - begun,
         curves=curves,
         provenance=provenance(
-            file.path.name, file.text, [*((str(one), sha256(file.path.parent / one)) for one in described), *bench.inputs.items()]
+            file.path.name,
+            file.text,
+            [*((str(one), sha256(file.path.parent / one)) for one in described), *bench.inputs.items()],
         ),
     )
     result_file.write(result, path)

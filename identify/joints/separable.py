@@ -1,4 +1,6 @@
-"""Least squares where most values are linear and a few shapes are not: variable projection (Golub and Pereyra 1973)."""
+"""Least squares where most values are linear and a few shapes are not: variable projection (Golub and Pereyra
+1973).
+"""
 
 from __future__ import annotations
 
@@ -6,16 +8,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-Array = NDArray[np.float64]
+from identify.core.arrays import Array
+
 _STEP = 1e-5
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """Coefficients (p,), shapes (s,), the derivatives (n, p + s) of the prediction with respect to both, and what is left (n,)."""
+    """Coefficients (p,), shapes (s,), the derivatives (n, p + s) of the prediction with respect to both, and
+    what is left (n,).
+    """
 
     coefficients: Array
     shapes: Array
@@ -30,8 +34,12 @@ def solve(columns: Array, wanted: Array) -> Array:
     return np.asarray(np.linalg.lstsq(columns / scale, wanted, rcond=1e-10)[0] / scale)
 
 
-def separable(columns: Callable[[Array], Array], wanted: Array, starts: Sequence[Array], lower: Array, upper: Array) -> Fitted:
-    """The best coefficients and shapes; the search goes from the best of the starts, each (s,), between lower and upper (s,)."""
+def separable(
+    columns: Callable[[Array], Array], wanted: Array, starts: Sequence[Array], lower: Array, upper: Array
+) -> Fitted:
+    """The best coefficients and shapes; the search goes from the best of the starts, each (s,), between lower
+    and upper (s,).
+    """
 
     def left(shapes: Array) -> Array:
         matrix = columns(shapes)
@@ -41,11 +49,20 @@ def separable(columns: Callable[[Array], Array], wanted: Array, starts: Sequence
     shapes = starts[int(np.argmin(losses))]
     if len(shapes):
         size = max(float(np.sqrt(min(losses))), 1e-300)
-        found = least_squares(lambda x: left(x) / size, shapes, bounds=(lower, upper), x_scale=(upper - lower) / 10, diff_step=1e-6)
+        found = least_squares(
+            lambda x: left(x) / size,
+            shapes,
+            bounds=(lower, upper),
+            x_scale=(upper - lower) / 10,
+            diff_step=1e-6,
+        )
         shapes = found.x
     matrix = columns(shapes)
     coefficients = solve(matrix, wanted)
-    slopes = [_slope(columns, shapes, number, (upper - lower)[number] * _STEP) @ coefficients for number in range(len(shapes))]
+    slopes = [
+        _slope(columns, shapes, number, (upper - lower)[number] * _STEP) @ coefficients
+        for number in range(len(shapes))
+    ]
     return Fitted(coefficients, shapes, np.column_stack([matrix, *slopes]), wanted - matrix @ coefficients)
 
 

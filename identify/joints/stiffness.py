@@ -1,9 +1,11 @@
-"""Joint stiffness from static loads: Nagoya Eq. 8, tau = A_1 theta + A_3 theta^3, and the width of its hysteresis.
+"""Joint stiffness from static loads: Nagoya Eq. 8, tau = A_1 theta + A_3 theta^3, and the width of its
+hysteresis.
 
-Each row of the file is a pose at rest, in the order in which it was taken: motor and link angle of the joint, and the torque that its
-gear carries, given, or from the weight of the robot and of disks at a place of a link, as in Nagoya section 4.1.  Going up and going
-down the torque differs by the width: theta = theta_0 + g(tau - s w / 2), with g the inverse of Eq. 8, s = 1 while the torque rises
-and -1 while it falls.  Rows less than twice the width after a turn are between the branches and left out.  The error is in the angles.
+Each row of the file is a pose at rest, in the order in which it was taken: motor and link angle of the joint,
+and the torque that its gear carries, given, or from the weight of the robot and of disks at a place of a
+link, as in Nagoya section 4.1.  Going up and going down the torque differs by the width: theta = theta_0 +
+g(tau - s w / 2), with g the inverse of Eq. 8, s = 1 while the torque rises and -1 while it falls.  Rows less
+than twice the width after a turn are between the branches and left out.  The error is in the angles.
 """
 
 from __future__ import annotations
@@ -15,9 +17,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from scipy.optimize import least_squares
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.joints.base import JointCurve
-from identify.joints.bench import Array, Bench
+from identify.joints.data import Bench
 from identify.joints.intervals import independent, symmetric, table
 from identify.joints.weights import Weights
 from identify.measured.record_files import RecordFile
@@ -33,7 +36,9 @@ class StiffnessStatic(JointCurve):
     """Static loads on one joint."""
 
     kind: Literal["stiffness-static"]
-    torque: SignalSettings | None = Field(None, description="the torque that the gear carries, a column of the file")
+    torque: SignalSettings | None = Field(
+        None, description="the torque that the gear carries, a column of the file"
+    )
     weights: Weights | None = Field(None, description="in its place: weight of the robot and of disks on it")
 
     @model_validator(mode="after")
@@ -54,14 +59,19 @@ class StiffnessStatic(JointCurve):
         file = RecordFile(bench.folder / str(path))
         bench.inputs[str(path)] = file.sha256
         where = f"{file.path}, {self.label}"
-        motor, link = (bench.column(file, bench.at(quantity, where), joint, where) for quantity in ("motor_position", "link_position"))
+        motor, link = (
+            bench.column(file, bench.at(quantity, where), joint, where)
+            for quantity in ("motor_position", "link_position")
+        )
         if self.torque is not None:
             torque = bench.column(file, self.torque, joint, where)
         else:
             assert self.weights is not None
             torque = self.weights.torque(file, bench, where)[:, joint]
         if len(torque) < _LEAST:
-            raise InputError(where, f"{len(torque)} loads", f"at least {_LEAST}, of which some more than once")
+            raise InputError(
+                where, f"{len(torque)} loads", f"at least {_LEAST}, of which some more than once"
+            )
         return motor - link, torque, _rising(torque)
 
 
@@ -91,12 +101,21 @@ def _predict(x: Array, torque: Array, rising: Array) -> tuple[Array, Array]:
     spring = GearSpring(one, x[0] * one, x[1] * one, 0 * one, ())
     theta = spring.windup(load)
     slope = x[0] + 3 * x[1] * theta**2
-    return theta + x[3], np.column_stack([-theta / slope, -(theta**3) / slope, -rising / slope, np.ones(len(torque))])
+    return theta + x[3], np.column_stack(
+        [-theta / slope, -(theta**3) / slope, -rising / slope, np.ones(len(torque))]
+    )
 
 
 def _fit(windup: Array, torque: Array, rising: Array, start: Array) -> Array:
     """The best A_1, A_3, half width and zero (4,) from a start."""
-    size = np.array([start[0], start[0] / max(float(np.abs(windup - start[3]).max()), 1e-12) ** 2, np.ptp(torque), np.ptp(windup)])
+    size = np.array(
+        [
+            start[0],
+            start[0] / max(float(np.abs(windup - start[3]).max()), 1e-12) ** 2,
+            np.ptp(torque),
+            np.ptp(windup),
+        ]
+    )
     scatter = max(float(np.std(windup)), 1e-300)
     found = least_squares(
         lambda x: (_predict(x * size, torque, rising)[0] - windup) / scatter,
@@ -108,12 +127,21 @@ def _fit(windup: Array, torque: Array, rising: Array, start: Array) -> Array:
 
 
 def _settled(windup: Array, torque: Array, rising: Array, where: str) -> tuple[Array, Array]:
-    """The fit without the rows that are between the branches, which depend on the width found; and which rows are kept."""
+    """The fit without the rows that are between the branches, which depend on the width found; and which rows
+    are kept.
+    """
     if np.ptp(torque) == 0 or np.ptp(windup) == 0:
-        raise InputError(where, "loads, or angles, that are all alike", "loads that wind the joint up", "load it in steps")
+        raise InputError(
+            where, "loads, or angles, that are all alike", "loads that wind the joint up", "load it in steps"
+        )
     slope, zero = np.polynomial.polynomial.polyfit(torque, windup, 1)[::-1]
     if slope <= 0:
-        raise InputError(where, "motor minus link angle that falls with the torque", "one that rises", "turn the torque's sign")
+        raise InputError(
+            where,
+            "motor minus link angle that falls with the torque",
+            "one that rises",
+            "turn the torque's sign",
+        )
     since, kept = _since_turn(torque, rising), np.ones(len(torque), dtype=bool)
     found = np.array([1 / slope, 0.0, 0.0, zero])
     for _ in range(_PASSES):
@@ -125,7 +153,9 @@ def _settled(windup: Array, torque: Array, rising: Array, where: str) -> tuple[A
     return found, kept
 
 
-def _result(curve: StiffnessStatic, windup: Array, torque: Array, rising: Array, found: Array, kept: Array) -> CurveResult:
+def _result(
+    curve: StiffnessStatic, windup: Array, torque: Array, rising: Array, found: Array, kept: Array
+) -> CurveResult:
     predicted, jacobian = _predict(found, torque, rising)
     left = (windup - predicted)[kept]
     both = bool((rising[kept] > 0).any() and (rising[kept] < 0).any())
@@ -136,20 +166,38 @@ def _result(curve: StiffnessStatic, windup: Array, torque: Array, rising: Array,
     values = (
         symmetric("stiffness", "N m/rad", found[0], reach[0], meaning="A_1 of Eq. 8"),
         symmetric("cubic_stiffness", "N m/rad^3", found[1], reach[1], meaning="A_3 of Eq. 8"),
-        symmetric("hysteresis_width", "N m", 2 * found[2], 2 * reach[2], meaning="torque going up less torque going down"),
-        symmetric("zero", "rad", found[3], reach[3], plain=True, meaning="motor minus link angle without load"),
+        symmetric(
+            "hysteresis_width",
+            "N m",
+            2 * found[2],
+            2 * reach[2],
+            meaning="torque going up less torque going down",
+        ),
+        symmetric(
+            "zero", "rad", found[3], reach[3], plain=True, meaning="motor minus link angle without load"
+        ),
     )
     loads = f"{kept.sum()} of {len(torque)} loads used, {torque.min():.4g} to {torque.max():.4g} N m"
     notes = () if both else ("the torque only rises, or only falls, so nothing is known of hysteresis",)
     rms, title = float(np.sqrt(np.mean(left**2))), f"Stiffness of joint {curve.joint}"
     panels = {"curve": _panel(windup, torque, rising, found)}
-    said = (loads if kept.all() else f"{loads}; the others are between the branches, just after a turn of the load",)
+    said = (
+        loads
+        if kept.all()
+        else f"{loads}; the others are between the branches, just after a turn of the load",
+    )
     return CurveResult(title, curve.kind, "rad", rms, int(kept.sum()), table(values), panels, said, notes)
 
 
 def _panel(windup: Array, torque: Array, rising: Array, found: Array) -> Panel:
     fine = np.linspace(torque.min(), torque.max(), 200)
     ways = {"rising": 1.0, "falling": -1.0}
-    measured = {f"measured, {n}": Series("points", (windup - found[3])[rising == s], torque[rising == s]) for n, s in ways.items()}
-    curves = {f"identified, {n}": Series("line", _predict(found, fine, s + 0 * fine)[0] - found[3], fine) for n, s in ways.items()}
+    measured = {
+        f"measured, {n}": Series("points", (windup - found[3])[rising == s], torque[rising == s])
+        for n, s in ways.items()
+    }
+    curves = {
+        f"identified, {n}": Series("line", _predict(found, fine, s + 0 * fine)[0] - found[3], fine)
+        for n, s in ways.items()
+    }
     return Panel("Windup", "rad", "Torque", "N m", {**measured, **curves})

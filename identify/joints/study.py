@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from identify.core.config import ConfigFile, Settings, read_settings
 from identify.core.errors import InputError
 from identify.joints.base import Curve, parse_curve
-from identify.joints.bench import Bench
+from identify.joints.data import Bench
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
@@ -20,28 +20,50 @@ SCHEMA = "identify-joints/1"
 
 
 class JointStudy(Settings):
-    """What one config describes: runs of single joints, or of the whole arm, and the curve to identify from each."""
+    """What one config describes: runs of single joints, or of the whole arm, and the curve to identify from
+    each.
+    """
 
     schema_: Literal["identify-joints/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("joints", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
-    robot: RobotSettings | None = Field(None, description="for base parameters, and for stiffness under weights")
-    gear_ratio: list[float] = Field(min_length=1, description="turns of the motor per turn of the joint, one per joint")
-    torque_at: Literal["motor", "joint"] = Field("joint", description="where recorded torques are meant; at the motor: times the ratio")
-    torque_constant_nm_per_a: list[float] | None = Field(None, description="N m/A at the motor, for records of motor currents")
-    signals: dict[Quantity, SignalSettings] = Field(description="where they stand in the files; positions count at the joint")
+    robot: RobotSettings | None = Field(
+        None, description="for base parameters, and for stiffness under weights"
+    )
+    gear_ratio: list[float] = Field(
+        min_length=1, description="turns of the motor per turn of the joint, one per joint"
+    )
+    torque_at: Literal["motor", "joint"] = Field(
+        "joint", description="where recorded torques are meant; at the motor: times the ratio"
+    )
+    torque_constant_nm_per_a: list[float] | None = Field(
+        None, description="N m/A at the motor, for records of motor currents"
+    )
+    signals: dict[Quantity, SignalSettings] = Field(
+        description="where they stand in the files; positions count at the joint"
+    )
     time: TimeAxis = Field(TimeAxis(at="time_s"), description="the time axis in the files")
     sample_rate_hz: float | None = Field(None, gt=0, description="where the files have no time axis")
-    joint_zero_deg: list[float] | None = Field(None, description="the robot's joint angles where the records count zero; default: zero")
-    lowpass_hz: float = Field(20.0, gt=0, description="of the filter behind which speed and acceleration are taken")
-    standing_deg_per_s: float = Field(0.1, gt=0, description="a joint below this speed stands, and its friction is not looked at")
-    curves: list[Annotated[Curve, BeforeValidator(parse_curve)]] = Field(min_length=1, description="what to identify, a kind each")
+    joint_zero_deg: list[float] | None = Field(
+        None, description="the robot's joint angles where the records count zero; default: zero"
+    )
+    lowpass_hz: float = Field(
+        20.0, gt=0, description="of the filter behind which speed and acceleration are taken"
+    )
+    standing_deg_per_s: float = Field(
+        0.1, gt=0, description="a joint below this speed stands, and its friction is not looked at"
+    )
+    curves: list[Annotated[Curve, BeforeValidator(parse_curve)]] = Field(
+        min_length=1, description="what to identify, a kind each"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> JointStudy:
         for key in ("torque_constant_nm_per_a", "joint_zero_deg"):
             values = getattr(self, key)
             if values is not None and len(values) != len(self.gear_ratio):
-                raise ValueError(f"{key}: {len(values)} numbers; expected {len(self.gear_ratio)}, one per gear ratio")
+                raise ValueError(
+                    f"{key}: {len(values)} numbers; expected {len(self.gear_ratio)}, one per gear ratio"
+                )
         labels = [curve.label for curve in self.curves]
         twice = [label for label in labels if labels.count(label) > 1]
         if twice:
@@ -56,18 +78,23 @@ class JointFile(ConfigFile[JointStudy]):
 def read_joint_study(path: Path) -> JointFile:
     """The study in a YAML file.
 
-    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
+    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is
+    wrong.
     """
     return JointFile.of(path, *read_settings(path, JointStudy, SCHEMA))
 
 
 def bench_of(file: JointFile) -> Bench:
-    """What the curves need to read their runs; InputError where the robot has other joints than the study has gears."""
+    """What the curves need to read their runs; InputError where the robot has other joints than the study has
+    gears.
+    """
     study = file.study
     robot = None if study.robot is None else read_robot(study.robot, file.path.parent)
     ratio = np.array(study.gear_ratio)
     if robot is not None and len(robot.joints) != len(ratio):
-        raise InputError("gear_ratio", f"{len(ratio)} numbers", f"{len(robot.joints)}, one per joint of {robot.name!r}")
+        raise InputError(
+            "gear_ratio", f"{len(ratio)} numbers", f"{len(robot.joints)}, one per joint of {robot.name!r}"
+        )
     constant = None if study.torque_constant_nm_per_a is None else np.array(study.torque_constant_nm_per_a)
     return Bench(
         folder=file.path.parent,

@@ -1,8 +1,10 @@
-"""Angular transmission error from slow motion (Nagoya Eq. 9): sum of A_i cos(i theta_m + phi_i) over the motor angle theta_m.
+"""Angular transmission error from slow motion (Nagoya Eq. 9): sum of A_i cos(i theta_m + phi_i) over the
+motor angle theta_m.
 
-Link less motor angle, at the joint, is the error, less what the gear winds up (Eq. 10), which is slow in the angle: a polynomial takes it
-out, and a constant for each direction takes out lost motion.  Orders i are found one after the other, the strongest first, as long as
-chance alone would not give as much; an order whose interval has a whole number in it is taken as that number, as in the paper.
+Link less motor angle, at the joint, is the error, less what the gear winds up (Eq. 10), which is slow in the
+angle: a polynomial takes it out, and a constant for each direction takes out lost motion.  Orders i are found
+one after the other, the strongest first, as long as chance alone would not give as much; an order whose
+interval has a whole number in it is taken as that number, as in the paper.
 """
 
 from __future__ import annotations
@@ -14,11 +16,12 @@ import numpy as np
 from pydantic import Field
 from scipy.special import fdtrc
 
+from identify.core.arrays import Array, Mask
 from identify.core.correlated import effective_samples
 from identify.core.errors import InputError
 from identify.joints.base import JointCurve
-from identify.joints.bench import Array, Bench
-from identify.joints.intervals import Mask, Value, over_time, symmetric, table
+from identify.joints.data import Bench
+from identify.joints.intervals import Value, over_time, symmetric, table
 from identify.joints.phases import steady
 from identify.joints.separable import Fitted, separable, solve
 from identify.results.joints import CurveResult, Panel, Series
@@ -30,7 +33,9 @@ _TURNS = 2.0
 
 @dataclass(frozen=True)
 class _Run:
-    """Motor angle (n,), rad at the motor; link less motor angle (n,) rad; what is slow (n, k); samples that count (n,)."""
+    """Motor angle (n,), rad at the motor; link less motor angle (n,) rad; what is slow (n, k); samples that
+    count (n,).
+    """
 
     angle: Array
     error: Array
@@ -50,7 +55,9 @@ class _Run:
 
 @dataclass(frozen=True)
 class _Waves:
-    """Orders (w,), numbers of the free ones, the fit (what is slow, cosine and sine of each, free orders), covariance, half intervals."""
+    """Orders (w,), numbers of the free ones, the fit (what is slow, cosine and sine of each, free orders),
+    covariance, half intervals.
+    """
 
     orders: Array
     free: list[int]
@@ -60,7 +67,9 @@ class _Waves:
 
     def reach(self, n: int) -> float:
         """Half the interval of an order, 0 where it is known."""
-        return float(self.half[len(self.half) - len(self.free) + self.free.index(n)]) if n in self.free else 0.0
+        return (
+            float(self.half[len(self.half) - len(self.free) + self.free.index(n)]) if n in self.free else 0.0
+        )
 
     def values(self, n: int) -> list[Value]:
         """Order, amplitude and phase of a wave; a phase that may be any angle is not determined."""
@@ -73,8 +82,16 @@ class _Waves:
         along, around = (quantile * float(np.sqrt(way @ matrix @ way)) for way in ways)
         what = f"wave {n + 1}"
         return [
-            symmetric(f"order.{n + 1}", "", self.orders[n], self.reach(n), meaning=f"waves per turn of the motor, {what}"),
-            symmetric(f"amplitude.{n + 1}", "rad", size, along, meaning=f"A of Eq. 9 at the gear output, {what}"),
+            symmetric(
+                f"order.{n + 1}",
+                "",
+                self.orders[n],
+                self.reach(n),
+                meaning=f"waves per turn of the motor, {what}",
+            ),
+            symmetric(
+                f"amplitude.{n + 1}", "rad", size, along, meaning=f"A of Eq. 9 at the gear output, {what}"
+            ),
             symmetric(
                 f"phase.{n + 1}",
                 "rad",
@@ -90,12 +107,23 @@ class TransmissionError(JointCurve):
     """Slow motion of one joint, motor and link angle recorded."""
 
     kind: Literal["transmission-error"]
-    orders: list[float] | None = Field(None, description="waves per turn of the motor that are known; default: found between the limits")
-    least_order: float = Field(0.5, gt=0, description="slowest wave that is looked for, per turn of the motor")
+    orders: list[float] | None = Field(
+        None, description="waves per turn of the motor that are known; default: found between the limits"
+    )
+    least_order: float = Field(
+        0.5, gt=0, description="slowest wave that is looked for, per turn of the motor"
+    )
     most_order: float = Field(8.5, gt=0, description="fastest wave that is looked for")
-    tolerance: float = Field(0.2, gt=0, lt=1, description="share by which the velocity may change and still count as steady")
+    tolerance: float = Field(
+        0.2, gt=0, lt=1, description="share by which the velocity may change and still count as steady"
+    )
     least_s: float = Field(0.3, gt=0, description="over how long it is looked at")
-    trend: int = Field(4, ge=0, le=12, description="degree of the polynomial over the angle that takes out what the gear winds up")
+    trend: int = Field(
+        4,
+        ge=0,
+        le=12,
+        description="degree of the polynomial over the angle that takes out what the gear winds up",
+    )
 
     def identify(self, bench: Bench) -> CurveResult:
         """Orders, amplitudes and phases."""
@@ -103,7 +131,12 @@ class TransmissionError(JointCurve):
         run = self._read(bench, joint)
         turns = float(np.ptp(run.angle[run.used])) / (2 * np.pi)
         if turns < _TURNS:
-            raise InputError(self.label, f"{turns:.2g} turns of the motor", f"at least {_TURNS:g}", "move the joint farther")
+            raise InputError(
+                self.label,
+                f"{turns:.2g} turns of the motor",
+                f"at least {_TURNS:g}",
+                "move the joint farther",
+            )
         orders, free = (np.array(self.orders), []) if self.orders is not None else self._found(run, turns)
         first = _fitted(run, orders, free)
         orders = first.orders.copy()
@@ -122,13 +155,22 @@ class TransmissionError(JointCurve):
         motor, error, velocity, used = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         if not used.any():
             raise InputError(
-                self.label, "no steady motion", "a joint that moves slowly at constant velocity", "see `standing_deg_per_s` and `tolerance`"
+                self.label,
+                "no steady motion",
+                "a joint that moves slowly at constant velocity",
+                "see `standing_deg_per_s` and `tolerance`",
             )
         centred = (motor - motor[used].mean()) / max(float(np.ptp(motor[used])) / 2, 1e-12)
-        ways = [velocity > 0] if (velocity[used] > 0).all() or (velocity[used] < 0).all() else [velocity > 0, velocity < 0]
+        ways = (
+            [velocity > 0]
+            if (velocity[used] > 0).all() or (velocity[used] < 0).all()
+            else [velocity > 0, velocity < 0]
+        )
         datum = [way.astype(float) for way in ways] if len(ways) > 1 else [np.ones(len(motor))]
         trend = [centred**power for power in range(1, self.trend + 1)]
-        return _Run(bench.gear_ratio[joint] * motor, error, np.column_stack([*datum, *trend]), used.astype(bool))
+        return _Run(
+            bench.gear_ratio[joint] * motor, error, np.column_stack([*datum, *trend]), used.astype(bool)
+        )
 
     def _found(self, run: _Run, turns: float) -> tuple[Array, list[int]]:
         """Orders that chance would not give, and their numbers, all free."""
@@ -141,7 +183,13 @@ class TransmissionError(JointCurve):
             losses = [float((run.left(np.array([*found, order])) ** 2).sum()) for order in far]
             best = int(np.argmin(losses))
             after = run.left(np.array([*found, far[best]]))
-            freedom = max(3.0, effective_samples(after, np.ones(len(after), dtype=bool)) - run.slow.shape[1] - 3 * len(found) - 3)
+            freedom = max(
+                3.0,
+                effective_samples(after, np.ones(len(after), dtype=bool))
+                - run.slow.shape[1]
+                - 3 * len(found)
+                - 3,
+            )
             gain = (float(before @ before) - losses[best]) / 3 / (losses[best] / freedom)
             if tries * fdtrc(3, freedom, gain) > _CHANCE:
                 break
@@ -151,7 +199,10 @@ class TransmissionError(JointCurve):
     def _result(self, run: _Run, waves: _Waves, turns: float) -> CurveResult:
         values = [value for n in range(len(waves.orders)) for value in waves.values(n)]
         count = int(run.used.sum())
-        said = [f"{turns:.3g} turns of the motor, {count} samples in motion; a polynomial of degree {self.trend} over the angle taken out"]
+        said = [
+            f"{turns:.3g} turns of the motor, {count} samples in motion; a polynomial of degree {self.trend}"
+            " over the angle taken out"
+        ]
         if len(waves.orders) > len(waves.free) and self.orders is None:
             said.append("orders whose interval has a whole number in it are taken as that number")
         notes = () if values else ("no wave stands out of the noise",)
@@ -170,7 +221,13 @@ def _fitted(run: _Run, orders: Array, free: list[int]) -> _Waves:
         return whole
 
     start = orders[free].astype(float)
-    fitted = separable(lambda shapes: run.columns(placed(shapes)), run.error[run.used], [start], start - 0.5 / turns, start + 0.5 / turns)
+    fitted = separable(
+        lambda shapes: run.columns(placed(shapes)),
+        run.error[run.used],
+        [start],
+        start - 0.5 / turns,
+        start + 0.5 / turns,
+    )
     return _Waves(placed(fitted.shapes), free, fitted, *over_time(fitted.jacobian, fitted.residual, run.used))
 
 

@@ -1,7 +1,8 @@
 """A fitted model at any posture: modes, static compliance and FRFs of a point, with intervals.
 
-The model is rebuilt from the result of a fit alone.  Intervals are by the delta method: exact sensitivities at the fitted values
-times the covariance of the fit.  They say what the noise of the fitted data leaves open, not what the model lacks.
+The model is rebuilt from the result of a fit alone.  Intervals are by the delta method: exact sensitivities
+at the fitted values times the covariance of the fit.  They say what the noise of the fitted data leaves open,
+not what the model lacks.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.config import parse_yaml, validated
 from identify.core.errors import InputError
 from identify.fitting.tables import scale_of
@@ -30,14 +32,13 @@ from identify.robot.points import Point, read_points
 from identify.robot.read import read_robot
 from identify.vibration.study import Study
 
-Array = NDArray[np.float64]
 _Z_95 = 1.96
 
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A model with its fitted parameters: values (p,), spread (p, f) with spread @ spread.T their covariance; posture (joints,), rad,
-    of the first measurement, and the band of the fit, Hz, where it had one.
+    """A model with its fitted parameters: values (p,), spread (p, f) with spread @ spread.T their covariance;
+    posture (joints,), rad, of the first measurement, and the band of the fit, Hz, where it had one.
     """
 
     robot: Robot
@@ -50,24 +51,35 @@ class FittedModel:
 
     def system(self, posture: Array) -> System:
         """The model at a posture (joints,), rad."""
-        return assemble(self.robot, build_site(self.robot, posture, self.effects, points=self.points), self.effects)
+        return assemble(
+            self.robot, build_site(self.robot, posture, self.effects, points=self.points), self.effects
+        )
 
 
 def fitted_model(result: FitResult, where: str) -> FittedModel:
-    """The model of a result; InputError where the result does not hold the robot, or holds another model than its config says."""
+    """The model of a result; InputError where the result does not hold the robot, or holds another model than
+    its config says.
+    """
     if result.description is None:
-        raise InputError(where, "without the robot's description", "a result of this version", "run the fit again")
+        raise InputError(
+            where, "without the robot's description", "a result of this version", "run the fit again"
+        )
     data = parse_yaml(Path(where), result.provenance.config)
     study = validated(Path(where), data, Study)
     robot, points = _described(study, result.description)
     first = next(iter(result.measurements.values()))
     posture = np.deg2rad(first.posture_deg)
     effects = [effect for effect in study.effects if not isinstance(effect, MeasurementEffect)]
-    known = tuple(p.name for p in list_parameters(robot, build_site(robot, posture, effects, points=points), effects))
+    known = tuple(
+        p.name for p in list_parameters(robot, build_site(robot, posture, effects, points=points), effects)
+    )
     kept = [row for row, name in enumerate(result.parameters.name) if name in known]
     if tuple(result.parameters.name[row] for row in kept) != known:
         raise InputError(
-            where, "other parameters than its config names", "a result of `identify fit`", "fit the study with all its effects"
+            where,
+            "other parameters than its config names",
+            "a result of `identify fit`",
+            "fit the study with all its effects",
         )
     values, spread = result.parameters.value, _spread(result)
     return FittedModel(robot, points, effects, values[kept], spread[kept], posture, study.band_hz)
@@ -97,17 +109,27 @@ def _spread(result: FitResult) -> Array:
 
 
 def tool_point(model: FittedModel, node: int | None) -> Point:
-    """The point with a node, or the last one, or the origin of the last link where there are no points; InputError for an unknown node."""
+    """The point with a node, or the last one, or the origin of the last link where there are no points;
+    InputError for an unknown node.
+    """
     if node is not None and node not in model.points:
-        raise InputError("--tool", f"no point {node}", "one of " + ", ".join(map(str, model.points)) if model.points else "no node")
+        raise InputError(
+            "--tool",
+            f"no point {node}",
+            "one of " + ", ".join(map(str, model.points)) if model.points else "no node",
+        )
     if model.points:
         return model.points[node] if node is not None else list(model.points.values())[-1]
     last = model.robot.links[-1].name
     return Point(0, "origin", last, np.zeros(3), np.eye(3), "")
 
 
-def map_postures(model: FittedModel, tool: Point, names: Sequence[str], postures: Array, line_hz: Array, modes: int) -> PostureRows:
-    """The model at postures (n, joints), rad, for a point, at frequencies (lines,), with the first `modes` modes."""
+def map_postures(
+    model: FittedModel, tool: Point, names: Sequence[str], postures: Array, line_hz: Array, modes: int
+) -> PostureRows:
+    """The model at postures (n, joints), rad, for a point, at frequencies (lines,), with the first `modes`
+    modes.
+    """
     rows = [_at(model, tool, posture, line_hz, modes) for posture in postures]
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     tool_m, frequency, damping, compliance, receptance, band = columns
@@ -128,8 +150,12 @@ def map_postures(model: FittedModel, tool: Point, names: Sequence[str], postures
     )
 
 
-def _at(model: FittedModel, tool: Point, posture: Array, line_hz: Array, modes: int) -> tuple[NDArray[Any], ...]:
-    """Tool position (3,), frequencies and damping with limits (3, modes), compliance (3, 3), receptance and half band (lines, 3, 3)."""
+def _at(
+    model: FittedModel, tool: Point, posture: Array, line_hz: Array, modes: int
+) -> tuple[NDArray[Any], ...]:
+    """Tool position (3,), frequencies and damping with limits (3, modes), compliance (3, 3), receptance and
+    half band (lines, 3, 3).
+    """
     system, number = model.system(posture), len(model.values)
     matrices = system.matrices(model.values)
     found = complex_modes(*matrices)
@@ -148,7 +174,9 @@ def _at(model: FittedModel, tool: Point, posture: Array, line_hz: Array, modes: 
 
 
 def _limits(values: Array, change: Array, count: int) -> Array:
-    """(3, count): values (m,) and their 95 % limits, on a logarithmic scale as they are positive; change (m, f); NaN beyond m."""
+    """(3, count): values (m,) and their 95 % limits, on a logarithmic scale as they are positive; change (m,
+    f); NaN beyond m.
+    """
     table = np.full((3, count), np.nan)
     shown = min(count, len(values))
     values, reach = values[:shown], _Z_95 * np.linalg.norm(change[:shown], axis=1) / np.abs(values[:shown])

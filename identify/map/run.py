@@ -1,4 +1,6 @@
-"""What `identify map` does, without the terminal: a fitted model over many postures, in parts, by the workers of a batch."""
+"""What `identify map` does, without the terminal: a fitted model over many postures, in parts, by the workers
+of a batch.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +16,16 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from identify import __version__
 from identify.batch.executor import open_executor
-from identify.batch.index import Entry, Index
+from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
 from identify.batch.loop import Watch, run_jobs
 from identify.batch.settings import posture_of, read_table
 from identify.core import atomic as whole
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.map.posture_map import FittedModel, fitted_model, map_postures, tool_point
 from identify.results import file as result_file
@@ -32,7 +34,6 @@ from identify.results.fit import FitResult
 from identify.results.map import MapPart, MapResult, PostureRows
 from identify.results.provenance import provenance, sha256
 
-Array = NDArray[np.float64]
 PART = 50
 """Postures in a part: what a worker does at a time, about half a second."""
 _PART = "identify.map.run:map_part"
@@ -43,8 +44,9 @@ _WITHOUT_BAND_HZ = (1.0, 100.0)
 
 @dataclass(frozen=True)
 class MapOptions:
-    """What is mapped: postures from a table (`name`, `joint1_deg`, ...) or a grid (joint number: first, last, how many; the other joints as
-    in the first fitted posture); for the point with a node (default: the last); lines over a band, Hz; how many modes.
+    """What is mapped: postures from a table (`name`, `joint1_deg`, ...) or a grid (joint number: first, last,
+    how many; the other joints as in the first fitted posture); for the point with a node (default: the last);
+    lines over a band, Hz; how many modes.
     """
 
     postures: Path | None = None
@@ -61,7 +63,9 @@ def parse_grid(text: str) -> tuple[int, float, float, int]:
         joint, first, last, count = text.split(":")
         return int(joint), float(first), float(last), int(count)
     except ValueError as error:
-        raise InputError("--grid", f"{text!r}", "JOINT:FIRST:LAST:COUNT, degrees, such as 2:-60:60:9") from error
+        raise InputError(
+            "--grid", f"{text!r}", "JOINT:FIRST:LAST:COUNT, degrees, such as 2:-60:60:9"
+        ) from error
 
 
 def run_map(
@@ -74,10 +78,11 @@ def run_map(
     resume: bool = False,
     watch: Watch | None = None,
 ) -> tuple[MapResult, list[Path]]:
-    """Map a fitted model and write `<name>_map.h5` and a CSV beside it; workers, cluster, resume and watch as for `run_batch`.
+    """Map a fitted model and write `<name>_map.h5` and a CSV beside it; workers, cluster, resume and watch as
+    for `run_batch`.
 
-    Returns the map and what was written, the HDF5 file first.  Raises InputError for a file that is no fit, for postures or a point that
-    the robot does not have, and for a full disk.
+    Returns the map and what was written, the HDF5 file first.  Raises InputError for a file that is no fit,
+    for postures or a point that the robot does not have, and for a full disk.
     """
     begun = time.perf_counter()
     fit: results.FitResult = result_file.read(model, FitResult)
@@ -88,24 +93,45 @@ def run_map(
     line_hz = _lines(fitted, options)
     tool_point(fitted, options.tool)  # an unknown point is refused now
     folder = path.with_name(f"{path.stem}_parts")
-    asked = {"model": str(model.resolve()), "tool": options.tool, "lines": line_hz.tolist(), "modes": options.modes}
+    asked = {
+        "model": str(model.resolve()),
+        "tool": options.tool,
+        "lines": line_hz.tolist(),
+        "modes": options.modes,
+    }
     parts = [slice(first, first + PART) for first in range(0, len(names), PART)]
     files = [folder / f"part{number:05d}.h5" for number in range(1, len(parts) + 1)]
     key = _key(sha256(model), names, postures, asked)
     jobs = (
-        Job(file.stem, _PART, {**asked, "names": names[part], "postures": postures[part].tolist(), "key": key, "out": str(file.resolve())})
+        Job(
+            file.stem,
+            _PART,
+            {
+                **asked,
+                "names": names[part],
+                "postures": postures[part].tolist(),
+                "key": key,
+                "out": str(file.resolve()),
+            },
+        )
         for file, part in zip(files, parts, strict=True)
     )
     if not resume:
         shutil.rmtree(folder, ignore_errors=True)
     with open_executor(workers, cluster) as executor:
-        index = Index(folder / "index.json", {"map": fit.name, "workers": executor.about}, {f.stem: Entry(result=f.name) for f in files})
+        index = BatchIndex(
+            folder / "index.json",
+            {"map": fit.name, "workers": executor.about},
+            {f.stem: Entry(result=f.name) for f in files},
+        )
         run_jobs(jobs, executor, index, _LIMIT_S, watch or (lambda index: None))
         about = executor.about
     rows = _joined(index, files, key)
     result = _result(fit, fitted, model, rows, line_hz, options.tool, about, time.perf_counter() - begun)
     result_file.write(result, path)
-    whole.write_whole(path.with_suffix(".csv"), lambda aside: aside.write_text(table_of(rows), encoding="utf-8"), _ELSEWHERE)
+    whole.write_whole(
+        path.with_suffix(".csv"), lambda aside: aside.write_text(table_of(rows), encoding="utf-8"), _ELSEWHERE
+    )
     shutil.rmtree(folder, ignore_errors=True)
     return result, [path, path.with_suffix(".csv")]
 
@@ -140,7 +166,9 @@ def _result(
         joints=tuple(joint.name for joint in fitted.robot.joints),
         line_hz=line_hz,
         rows=rows,
-        provenance=provenance(fit.provenance.config_path, fit.provenance.config, [(model.name, sha256(model))]),
+        provenance=provenance(
+            fit.provenance.config_path, fit.provenance.config, [(model.name, sha256(model))]
+        ),
     )
 
 
@@ -161,7 +189,9 @@ def map_part(
         return {"kept": True}
     with threadpool_limits(1):
         fitted = _model(model, Path(model).stat().st_mtime_ns)
-        rows = map_postures(fitted, tool_point(fitted, tool), names, np.array(postures), np.array(lines), modes)
+        rows = map_postures(
+            fitted, tool_point(fitted, tool), names, np.array(postures), np.array(lines), modes
+        )
     result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows), path)
     return {"kept": False}
 
@@ -179,14 +209,22 @@ def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, obj
 def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Array]:
     """Names and postures (n, joints), rad, of the table or the grid."""
     if (options.postures is None) == (not options.grid):
-        raise InputError("identify map", "neither or both of a table and a grid", "`--postures table.csv` or `--grid 2:-60:60:9`")
+        raise InputError(
+            "identify map",
+            "neither or both of a table and a grid",
+            "`--postures table.csv` or `--grid 2:-60:60:9`",
+        )
     joints = len(fitted.robot.joints)
     if options.postures is not None:
         return _tabled(options.postures, joints)
     axes = [np.rad2deg(fitted.posture)[joint : joint + 1] for joint in range(joints)]
     for joint, first, last, count in options.grid:
         if not 1 <= joint <= joints or count < 1:
-            raise InputError("--grid", f"joint {joint} in {count} steps", f"a joint from 1 to {joints} and at least one step")
+            raise InputError(
+                "--grid",
+                f"joint {joint} in {count} steps",
+                f"a joint from 1 to {joints} and at least one step",
+            )
         axes[joint - 1] = np.linspace(first, last, count)
     found = np.deg2rad(np.array(list(itertools.product(*axes))))
     return [f"p{number:0{len(str(len(found)))}d}" for number in range(1, len(found) + 1)], found
@@ -196,8 +234,14 @@ def _tabled(path: Path, joints: int) -> tuple[list[str], Array]:
     names, found = [], []
     for line, row in read_table(path):
         angles = posture_of(row)
-        if len(angles) != joints or not all(isinstance(angle, (int, float)) and np.isfinite(angle) for angle in angles):
-            raise InputError(f"{path} line {line}", f"angles {angles}", f"numbers in the columns joint1_deg to joint{joints}_deg")
+        if len(angles) != joints or not all(
+            isinstance(angle, (int, float)) and np.isfinite(angle) for angle in angles
+        ):
+            raise InputError(
+                f"{path} line {line}",
+                f"angles {angles}",
+                f"numbers in the columns joint1_deg to joint{joints}_deg",
+            )
         names.append(str(row.get("name", f"line{line}")))
         found.append(angles)
     return names, np.deg2rad(np.array(found, dtype=float))
@@ -206,39 +250,57 @@ def _tabled(path: Path, joints: int) -> tuple[list[str], Array]:
 def _lines(fitted: FittedModel, options: MapOptions) -> Array:
     low, high = options.band_hz or fitted.band_hz or _WITHOUT_BAND_HZ
     if not 0 <= low < high or options.lines < 2:
-        raise InputError("--band", f"{options.lines} lines from {low:g} to {high:g} Hz", "the lower frequency first and two lines or more")
+        raise InputError(
+            "--band",
+            f"{options.lines} lines from {low:g} to {high:g} Hz",
+            "the lower frequency first and two lines or more",
+        )
     return np.linspace(low, high, options.lines)
 
 
-def _joined(index: Index, files: Sequence[Path], key: str) -> PostureRows:
+def _joined(index: BatchIndex, files: Sequence[Path], key: str) -> PostureRows:
     """All parts as one; InputError where one is missing."""
     failed = [entry.error for entry in index.jobs.values() if entry.state != "done"]
     if failed:
         raise InputError(
-            str(index.path), f"{len(failed)} of {len(files)} parts failed: {failed[0].rstrip('.')}", fix="go on with `--resume`"
+            str(index.path),
+            f"{len(failed)} of {len(files)} parts failed: {failed[0].rstrip('.')}",
+            fix="go on with `--resume`",
         )
     parts = [result_file.read(file, MapPart).rows for file in files]
     names = tuple(name for part in parts for name in part.name)
-    arrays = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(PostureRows) if f.name != "name"}
+    arrays = {
+        f.name: np.concatenate([getattr(part, f.name) for part in parts])
+        for f in fields(PostureRows)
+        if f.name != "name"
+    }
     return PostureRows(name=names, **arrays)
 
 
 def _verdict(rows: PostureRows, seconds: float, about: str) -> tuple[str, ...]:
-    first, damping, peak = rows.frequency_hz[:, 0], 100 * rows.damping_ratio[:, 0], rows.peak_m_per_n.max(axis=1)
+    first, damping, peak = (
+        rows.frequency_hz[:, 0],
+        100 * rows.damping_ratio[:, 0],
+        rows.peak_m_per_n.max(axis=1),
+    )
     weak = int(np.argmax(peak))
     done = f"{len(rows.name)} postures were mapped in {seconds:.1f} s on {about}."
     between = (
-        f"The first mode lies between {np.nanmin(first):.2f} and {np.nanmax(first):.2f} Hz, its damping between {np.nanmin(damping):.2g} "
+        f"The first mode lies between {np.nanmin(first):.2f} and {np.nanmax(first):.2f} Hz, its damping"
+        f" between {np.nanmin(damping):.2g} "
     )
     softest = (
-        f"The tool is most compliant at {rows.name[weak]}: {1e6 * peak[weak]:.3g} µm/N at a resonance, along the softest axis of the base."
+        f"The tool is most compliant at {rows.name[weak]}: {1e6 * peak[weak]:.3g} µm/N at a resonance, along"
+        " the softest axis of the base."
     )
     return done, f"{between}and {np.nanmax(damping):.2g} %.", softest
 
 
 def _notes(fit: results.FitResult) -> tuple[str, ...]:
     said = [f"of the fit: {note}" for note in fit.notes]
-    said.append("intervals say what the noise of the fitted data leaves open; what the model lacks is not in them")
+    said.append(
+        "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them"
+    )
     return tuple(said)
 
 
@@ -264,6 +326,10 @@ def table_of(rows: PostureRows) -> str:
     )
     of_modes = np.stack(mode_columns, axis=2).reshape(len(rows.name), -1)
     diagonal = rows.compliance_m_per_n[:, range(3), range(3)]
-    for name, numbers in zip(rows.name, np.hstack([rows.posture_deg, rows.tool_m, of_modes, diagonal, rows.peak_m_per_n]), strict=True):
+    for name, numbers in zip(
+        rows.name,
+        np.hstack([rows.posture_deg, rows.tool_m, of_modes, diagonal, rows.peak_m_per_n]),
+        strict=True,
+    ):
         writer.writerow([name, *("" if np.isnan(value) else f"{value:.9g}" for value in numbers)])
     return stream.getvalue()

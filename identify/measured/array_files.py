@@ -1,8 +1,9 @@
 """FRFs kept as named arrays, the common part of `hdf5` and `mat`.
 
-Names, which `variables` may map to others: frequency_hz (L,), frf (L, outputs, inputs) complex or frf_real and frf_imag, coherence
-(like frf), outputs and inputs (channels such as `12:+Z`), and quantity, unit, averages, window_decay_per_s.  Instead of frf,
-single pairs may be mapped, such as `{"frequency_hz": "H1_2[:,0]", "12:+Z/1:+X": "H1_2[:,1]", "12:+Z/1:+X coherence": "C1_2[:,1]"}`.
+Names, which `variables` may map to others: frequency_hz (L,), frf (L, outputs, inputs) complex or frf_real
+and frf_imag, coherence (like frf), outputs and inputs (channels such as `12:+Z`), and quantity, unit,
+averages, window_decay_per_s.  Instead of frf, single pairs may be mapped, such as `{"frequency_hz":
+"H1_2[:,0]", "12:+Z/1:+X": "H1_2[:,1]", "12:+Z/1:+X coherence": "C1_2[:,1]"}`.
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords
-from identify.measured.frf_set import Complex, Float, Quantity
+from identify.measured.frf_set import Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
 
 _ARRAYS = ("frequency_hz", "frf", "frf_real", "frf_imag", "coherence", "outputs", "inputs")
@@ -35,16 +37,26 @@ class Arrays:
         self.get, self.options, self.where = get, options, where
 
     def value(self, name: str) -> Any:
-        """What the file keeps under the name, or where `variables` says; None where there is nothing and nothing was said."""
+        """What the file keeps under the name, or where `variables` says; None where there is nothing and
+        nothing was said.
+        """
         asked = self.options.variables.get(name)
         match = _PATH.fullmatch(asked or name)
         value = None if match is None else self.get(match[1].strip())
         if asked is not None and value is None:
-            raise InputError(f"{self.where}, key variables", f"{name} should be at {asked!r}, where nothing is", "a variable of the file")
+            raise InputError(
+                f"{self.where}, key variables",
+                f"{name} should be at {asked!r}, where nothing is",
+                "a variable of the file",
+            )
         if match is not None and match[2] is not None:
             array, column = np.asarray(value), int(match[2])
             if array.ndim != 2 or column >= array.shape[1]:
-                raise InputError(f"{self.where}, {asked}", f"an array of shape {array.shape}", f"two dimensions and a column {column}")
+                raise InputError(
+                    f"{self.where}, {asked}",
+                    f"an array of shape {array.shape}",
+                    f"two dimensions and a column {column}",
+                )
             return array[:, column]
         return value
 
@@ -83,7 +95,9 @@ def read_arrays(arrays: Arrays) -> FrfRecords:
         fix = "say where it is with the key variables, such as {frequency_hz: f}"
         raise InputError(arrays.where, "no real frequency_hz", "the frequencies in Hz under this name", fix)
     frequency_hz = np.asarray(frequency.real, dtype=np.float64).ravel()
-    pairs = [name for name in arrays.options.variables if name not in NAMES and not name.endswith(" coherence")]
+    pairs = [
+        name for name in arrays.options.variables if name not in NAMES and not name.endswith(" coherence")
+    ]
     records = [_mapped(arrays, pair, len(frequency_hz)) for pair in pairs] or _cube(arrays, len(frequency_hz))
     averages = arrays.number("averages")
     if averages is not None and averages != int(averages):
@@ -115,7 +129,12 @@ def _unit(arrays: Arrays) -> FrfUnit | None:
         return None
     unit = parse_frf_unit("".join(unit_text), f"{arrays.where}, unit")
     if quantity is not None and unit.quantity != quantity[0]:
-        raise InputError(arrays.where, f"quantity {quantity[0]} with unit {unit_text[0]}", "no disagreement", "correct the file")
+        raise InputError(
+            arrays.where,
+            f"quantity {quantity[0]} with unit {unit_text[0]}",
+            "no disagreement",
+            "correct the file",
+        )
     return unit
 
 
@@ -143,7 +162,10 @@ def _cube(arrays: Arrays, lines: int) -> list[FrfRecord]:
     if frf is None:
         fix = "say where it is with the key variables, such as {frf: H}"
         raise InputError(arrays.where, "no frf, and no frf_real and frf_imag", "FRFs under these names", fix)
-    outputs, inputs = _channels(arrays, "outputs", arrays.options.outputs), _channels(arrays, "inputs", arrays.options.inputs)
+    outputs, inputs = (
+        _channels(arrays, "outputs", arrays.options.outputs),
+        _channels(arrays, "inputs", arrays.options.inputs),
+    )
     shape = (lines, len(outputs), len(inputs))
     cube = _shaped(frf, shape, f"{arrays.where}, frf")
     coherence = arrays.numbers("coherence")
@@ -153,38 +175,59 @@ def _cube(arrays: Arrays, lines: int) -> list[FrfRecord]:
         for j, input_ in enumerate(inputs):
             where = f"{arrays.where}, {output}/{input_}"
             if not np.isnan(cube[:, i, j]).all():
-                own = None if coherences is None or np.isnan(coherences[:, i, j]).all() else _real(coherences[:, i, j], where)
+                own = (
+                    None
+                    if coherences is None or np.isnan(coherences[:, i, j]).all()
+                    else _real(coherences[:, i, j], where)
+                )
                 records.append(FrfRecord(output, input_, cube[:, i, j].astype(complex), where, coherence=own))
     return records
 
 
 def _shaped(array: NDArray[Any], shape: tuple[int, int, int], where: str) -> NDArray[Any]:
-    """The array as (lines, outputs, inputs), where only axes of length 1 may be missing; no other order is guessed."""
+    """The array as (lines, outputs, inputs), where only axes of length 1 may be missing; no other order is
+    guessed.
+    """
     if array.shape != shape and [n for n in array.shape if n > 1] != [n for n in shape if n > 1]:
-        raise InputError(where, f"shape {array.shape}", f"(lines, outputs, inputs) = {shape}", "bring its axes into this order")
+        raise InputError(
+            where,
+            f"shape {array.shape}",
+            f"(lines, outputs, inputs) = {shape}",
+            "bring its axes into this order",
+        )
     return array.reshape(shape)
 
 
-def _real(coherence: NDArray[Any], where: str) -> Float:
+def _real(coherence: NDArray[Any], where: str) -> Array:
     """Coherence as real numbers."""
     if np.any(coherence.imag):
         raise InputError(where, "a coherence with imaginary part", "real numbers")
-    real: Complex | Float = coherence.real.astype(np.float64)
+    real: Complex | Array = coherence.real.astype(np.float64)
     return np.asarray(real, dtype=np.float64).ravel()
 
 
 def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channel]:
-    """The channels that file or option name; InputError where neither does, where one comes twice, or where one is asked for in vain.
+    """The channels that file or option name; InputError where neither does, where one comes twice, or where
+    one is asked for in vain.
 
     Where the file names its channels, those of the option are a choice among them, which the caller makes.
     """
     texts = arrays.texts(name)
     if texts is None and asked is None:
-        raise InputError(arrays.where, f"no {name}", "channels such as 12:+Z", f"name them with the key {name}, in the order of frf")
+        raise InputError(
+            arrays.where,
+            f"no {name}",
+            "channels such as 12:+Z",
+            f"name them with the key {name}, in the order of frf",
+        )
     channels = [Channel.parse(text, f"{arrays.where}, {name}") for text in texts or asked or []]
-    if texts is not None and not {Channel.parse(text, f"key {name}") for text in asked or []} <= set(channels):
+    if texts is not None and not {Channel.parse(text, f"key {name}") for text in asked or []} <= set(
+        channels
+    ):
         found = "a channel that the file does not name"
-        raise InputError(f"{arrays.where}, key {name}", found, "some of its own", "use the key channels to rename")
+        raise InputError(
+            f"{arrays.where}, key {name}", found, "some of its own", "use the key channels to rename"
+        )
     if len(set(channels)) < len(channels):
         raise InputError(f"{arrays.where}, {name}", "a channel that comes twice", "each once")
     return channels

@@ -1,4 +1,6 @@
-"""A channel: a measurement point and a signed direction, written `12:+Z` and coded as in universal files (58)."""
+"""A channel: a measurement point and a signed direction, written `12:+Z` and coded as in universal files
+(58).
+"""
 
 from __future__ import annotations
 

@@ -1,15 +1,17 @@
-"""Normalised responses from a fast chirp: an offset mass on the spindle sweeps through the band in some seconds while the robot moves.
+"""Normalised responses from a fast chirp: an offset mass on the spindle sweeps through the band in some
+seconds while the robot moves.
 
-The mass m at radius r pushes with F_x = A sin theta, F_y = A sin(theta - pi/2), A = m r omega^2 (fast chirp, Eq. 1).  At a positive
-frequency F_y = -j F_x, so what a response X divided by F_x shows is
+The mass m at radius r pushes with F_x = A sin theta, F_y = A sin(theta - pi/2), A = m r omega^2 (fast chirp,
+Eq. 1).  At a positive frequency F_y = -j F_x, so what a response X divided by F_x shows is
 
     X/A = H_xx + H_xy e^(-j pi/2),   Y/A = H_yx + H_yy e^(-j pi/2),   Z/A = H_zx + H_zy e^(-j pi/2)
 
-(Eq. 2, all with the phase of F_x; the printed one has H_yy for H_xy in its first row and refers its second to F_y).  Of a measured
-force only the part that turns with the mass counts: A = (F_x + j F_y) / 2.
+(Eq. 2, all with the phase of F_x; the printed one has H_yy for H_xy in its first row and refers its second to
+F_y).  Of a measured force only the part that turns with the mass counts: A = (F_x + j F_y) / 2.
 
-The force comes from Eq. 1 with the measured angle of the spindle, from a load cell between robot and spindle, corrected by the inertia
-of the spindle beyond it (Eq. 9), or from Eq. 1 below a frequency and from the load cell above.
+The force comes from Eq. 1 with the measured angle of the spindle, from a load cell between robot and spindle,
+corrected by the inertia of the spindle beyond it (Eq. 9), or from Eq. 1 below a frequency and from the load
+cell above.
 """
 
 from __future__ import annotations
@@ -19,9 +21,10 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.frf_set import Complex, Float, FrfSet
+from identify.measured.frf_set import FrfSet
 from identify.measured.time_history import TimeHistory
 
 _LAG = (1.0 + 0.0j, 0.0 - 1.0j)
@@ -33,16 +36,22 @@ class Chirp(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     angle: str = Field(description="channel of the spindle's angle in rad, such as 14:+RZ")
-    acts_at: tuple[str, str] = Field(description="channels along which F_x and F_y act, such as ['14:+X', '14:+Y']")
+    acts_at: tuple[str, str] = Field(
+        description="channels along which F_x and F_y act, such as ['14:+X', '14:+Y']"
+    )
     offset_kg: float = Field(gt=0, description="offset mass")
     radius_m: float = Field(gt=0, description="its distance from the spindle's axis")
     force: Literal["formula", "load-cell", "blend"] = Field(
         "formula", description="`blend`: formula below `blend_hz`, load cell from there"
     )
     blend_hz: float = Field(24.0, gt=0, description="where the load cell takes over")
-    load_cell: tuple[str, str] | None = Field(None, description="its channels along F_x and F_y: the force that the robot feels")
+    load_cell: tuple[str, str] | None = Field(
+        None, description="its channels along F_x and F_y: the force that the robot feels"
+    )
     spindle_kg: float = Field(0.0, ge=0, description="what hangs beyond the load cell: spindle, holder, tool")
-    accelerometer: tuple[str, str] | None = Field(None, description="its channels along F_x and F_y, for the spindle's inertia")
+    accelerometer: tuple[str, str] | None = Field(
+        None, description="its channels along F_x and F_y, for the spindle's inertia"
+    )
 
     @model_validator(mode="after")
     def _complete(self) -> Chirp:
@@ -52,23 +61,34 @@ class Chirp(BaseModel):
 
 
 def frf_from_chirp(history: TimeHistory, chirp: Chirp) -> FrfSet:
-    """Receptances X/A (lines, responses, 1 of 2 inputs) of each block, averaged over blocks with the power of the force as weight (H1).
+    """Receptances X/A (lines, responses, 1 of 2 inputs) of each block, averaged over blocks with the power of
+    the force as weight (H1).
 
-    The set's `together` says that the forces act at once.  InputError for channels that the record lacks, or a chirp that does not
-    turn one way.
+    The set's `together` says that the forces act at once.  InputError for channels that the record lacks, or
+    a chirp that does not turn one way.
     """
     angle = history.data[:, :, _signal(history, chirp.angle, "rad")]
     frequency_hz = np.fft.rfftfreq(history.data.shape[1], 1 / history.sample_rate_hz)[1:]
     force = _formula(angle, chirp, history)
     if chirp.force != "formula":
         measured = _measured(history, chirp)
-        force = measured if chirp.force == "load-cell" else np.where(frequency_hz < chirp.blend_hz, force, measured)
+        force = (
+            measured
+            if chirp.force == "load-cell"
+            else np.where(frequency_hz < chirp.blend_hz, force, measured)
+        )
     responses = [n for n, unit in enumerate(history.units) if unit == "m/s^2"]
     if not responses:
-        raise InputError(history.source or "time history", "no acceleration", "responses in m/s^2, g or the like")
+        raise InputError(
+            history.source or "time history", "no acceleration", "responses in m/s^2, g or the like"
+        )
     spectra = np.fft.rfft(history.data[:, :, responses], axis=1)[:, 1:]
-    with np.errstate(divide="ignore", invalid="ignore"):  # lines without force come out as NaN, which the study refuses in its band
-        ratio = np.sum(spectra * force.conj()[:, :, None], axis=0) / np.sum(np.abs(force) ** 2, axis=0)[:, None]
+    with np.errstate(
+        divide="ignore", invalid="ignore"
+    ):  # lines without force come out as NaN, which the study refuses in its band
+        ratio = (
+            np.sum(spectra * force.conj()[:, :, None], axis=0) / np.sum(np.abs(force) ** 2, axis=0)[:, None]
+        )
     frf = np.full((len(frequency_hz), len(responses), 2), np.nan, dtype=complex)
     frf[:, :, 0] = ratio / (2j * np.pi * frequency_hz[:, None]) ** 2
     return FrfSet(
@@ -83,11 +103,15 @@ def frf_from_chirp(history: TimeHistory, chirp: Chirp) -> FrfSet:
     )
 
 
-def _formula(angle: Float, chirp: Chirp, history: TimeHistory) -> Complex:
+def _formula(angle: Array, chirp: Chirp, history: TimeHistory) -> Complex:
     """A (blocks, lines) by Eq. 1 from the angle (blocks, samples), rad."""
     speed = np.gradient(angle, axis=1) * history.sample_rate_hz
     if np.abs(speed).max() < 1.0 or np.median(speed) < 0:
-        raise InputError(history.source or "time history", "a spindle that stands still or turns backwards", "a positive rising angle")
+        raise InputError(
+            history.source or "time history",
+            "a spindle that stands still or turns backwards",
+            "a positive rising angle",
+        )
     size = chirp.offset_kg * chirp.radius_m * speed**2
     return _turning(size * np.sin(angle), size * np.sin(angle - np.pi / 2))
 
@@ -101,8 +125,10 @@ def _measured(history: TimeHistory, chirp: Chirp) -> Complex:
     return _turning(along_x, along_y)
 
 
-def _turning(along_x: Float, along_y: Float) -> Complex:
-    """The part of a force (blocks, samples) that turns from x to y, as spectrum (blocks, lines) with the phase of its x component."""
+def _turning(along_x: Array, along_y: Array) -> Complex:
+    """The part of a force (blocks, samples) that turns from x to y, as spectrum (blocks, lines) with the
+    phase of its x component.
+    """
     x, y = (np.fft.rfft(force, axis=1)[:, 1:] for force in (along_x, along_y))
     return np.asarray((x + 1j * y) / 2)
 

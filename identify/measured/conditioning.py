@@ -1,8 +1,8 @@
 """From a record to a motion: resampled, differentiated behind a zero-phase low-pass, and said so.
 
-Speed and acceleration come from the recorded speed where there is one, else from the position; both through a Butterworth filter of
-fourth order run forwards and backwards (eighth order in all, no phase), then by central differences.  Positions and torques are not
-filtered, so that what is explained is what was measured.
+Speed and acceleration come from the recorded speed where there is one, else from the position; both through a
+Butterworth filter of fourth order run forwards and backwards (eighth order in all, no phase), then by central
+differences.  Positions and torques are not filtered, so that what is explained is what was measured.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
 
+from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
-from identify.explain.effects.scene import Array, Mask
 from identify.measured.records import MotionRecord
 
 _ORDER = 4
@@ -22,9 +22,11 @@ _ORDER = 4
 
 @dataclass(frozen=True)
 class Motion:
-    """A conditioned record, arrays (samples, joints), SI; inside: samples (samples,) that the ends of the filter do not reach.
+    """A conditioned record, arrays (samples, joints), SI; inside: samples (samples,) that the ends of the
+    filter do not reach.
 
-    link_position and command_position are None where they were not recorded; said: what was done to the record, in sentences.
+    link_position and command_position are None where they were not recorded; said: what was done to the
+    record, in sentences.
     """
 
     name: str
@@ -40,26 +42,41 @@ class Motion:
     said: tuple[str, ...]
 
 
-def condition(record: MotionRecord, lowpass_hz: float, resample_hz: float | None = None, torque_constant: Array | None = None) -> Motion:
+def condition(
+    record: MotionRecord,
+    lowpass_hz: float,
+    resample_hz: float | None = None,
+    torque_constant: Array | None = None,
+) -> Motion:
     """The motion of a record; torque_constant (joints,), N m/A, turns a motor current into a torque.
 
-    InputError where the low-pass is not below half the sample rate, or neither torque nor current with its constant is there.
+    InputError where the low-pass is not below half the sample rate, or neither torque nor current with its
+    constant is there.
     """
     said = []
     time_s, signals, rate = record.time_s, dict(record.signals), record.sample_rate_hz
     if resample_hz is not None:
         time_s, signals = _resampled(record, resample_hz)
-        said.append(f"resampled from {rate:g} to {resample_hz:g} Hz by cubic splines{_guard(rate, resample_hz)}")
+        said.append(
+            f"resampled from {rate:g} to {resample_hz:g} Hz by cubic splines{_guard(rate, resample_hz)}"
+        )
         rate = resample_hz
     if not 0 < lowpass_hz < rate / 2:
-        raise InputError("lowpass_hz", f"{lowpass_hz:g} Hz at {rate:g} samples a second", f"a frequency below {rate / 2:g} Hz")
+        raise InputError(
+            "lowpass_hz",
+            f"{lowpass_hz:g} Hz at {rate:g} samples a second",
+            f"a frequency below {rate / 2:g} Hz",
+        )
     position = record.signal("motor_position") if resample_hz is None else signals["motor_position"]
     measured = signals.get("motor_velocity")
     origin = "the recorded motor speed" if measured is not None else "the motor position, differentiated"
-    velocity = _lowpass(measured if measured is not None else np.gradient(position, 1 / rate, axis=0), lowpass_hz, rate)
+    velocity = _lowpass(
+        measured if measured is not None else np.gradient(position, 1 / rate, axis=0), lowpass_hz, rate
+    )
     said.append(
-        f"speed from {origin}, and acceleration as its central differences, behind a zero-phase Butterworth low-pass of {lowpass_hz:g} Hz "
-        f"(fourth order, forwards and backwards); positions and torques unfiltered"
+        f"speed from {origin}, and acceleration as its central differences, behind a zero-phase Butterworth"
+        f" low-pass of {lowpass_hz:g} Hz (fourth order, forwards and backwards); positions and torques"
+        " unfiltered"
     )
     reach = int(np.ceil(rate / lowpass_hz))
     inside = np.zeros(len(time_s), dtype=bool)

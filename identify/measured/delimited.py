@@ -1,13 +1,16 @@
 """CSV files: FRFs in a long or a wide layout, and time histories.
 
-All are comma-separated with a point in numbers and one header line; `# unit: m/s^2/N`, `# averages: 4` and `# window_decay_per_s: 0.69`
-may stand before it, other lines that begin with # are comments.
+All are comma-separated with a point in numbers and one header line; `# unit: m/s^2/N`, `# averages: 4` and `#
+window_decay_per_s: 0.69` may stand before it, other lines that begin with # are comments.
 
-- long: `frequency_hz,output,input,real,imag[,coherence]`, one line per frequency and pair, channels written `12:+Z`;
+- long: `frequency_hz,output,input,real,imag[,coherence]`, one line per frequency and pair, channels written
+`12:+Z`;
   coherence may be empty for a whole pair;
-- wide: `frequency_hz` and for each pair `12:+Z/1:+X real` and `12:+Z/1:+X imag`, or `... magnitude` and `... phase_deg`,
+- wide: `frequency_hz` and for each pair `12:+Z/1:+X real` and `12:+Z/1:+X imag`, or `... magnitude` and `...
+phase_deg`,
   and optionally `... coherence`;
-- time history: `time_s` and for each signal `12:+Z [m/s^2]` or `1:+X [N]`; a first column `block` numbers the hits.
+- time history: `time_s` and for each signal `12:+Z [m/s^2]` or `1:+X [N]`; a first column `block` numbers the
+hits.
 """
 
 from __future__ import annotations
@@ -22,10 +25,11 @@ from pathlib import Path
 
 import numpy as np
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
-from identify.measured.frf_set import UNIT, Complex, Float, FrfSet
+from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.time_history import Signal, Units, sample_rate
 from identify.measured.units import parse_frf_unit, parse_signal_unit
 
@@ -45,8 +49,10 @@ class Table:
     lines: list[int]
     notes: dict[str, str]
 
-    def numbers(self, column: int, rows: list[int] | None = None) -> Float:
-        """One column, all of it or some rows, as finite numbers; InputError naming the line of the first cell that is none."""
+    def numbers(self, column: int, rows: list[int] | None = None) -> Array:
+        """One column, all of it or some rows, as finite numbers; InputError naming the line of the first cell
+        that is none.
+        """
         chosen = range(len(self.rows)) if rows is None else rows
         values = np.empty(len(chosen))
         for i, row in enumerate(chosen):
@@ -57,7 +63,9 @@ class Table:
                 values[i] = np.nan
             if not isfinite(values[i]):
                 found = f"{cell!r} in column {self.header[column]!r}"
-                raise InputError(f"{self.name}, line {self.lines[row]}", found, "a finite number with a decimal point")
+                raise InputError(
+                    f"{self.name}, line {self.lines[row]}", found, "a finite number with a decimal point"
+                )
         return values
 
     def note(self, key: str, convert: Callable[[str], float]) -> float | None:
@@ -88,7 +96,12 @@ def read_table(path: Path) -> Table:
     for row, line_number in zip(rows, lines, strict=True):
         if len(row) != len(rows[0]):
             found = f"{len(row)} cells, {len(rows[0])} in the header"
-            raise InputError(f"{path}, line {line_number}", found, "as many cells as columns", "separate by commas, with a decimal point")
+            raise InputError(
+                f"{path}, line {line_number}",
+                found,
+                "as many cells as columns",
+                "separate by commas, with a decimal point",
+            )
     header = [cell if ":" in cell else cell.lower() for cell in rows[0]]
     if len(set(header)) < len(header):
         raise InputError(f"{path}, line {lines[0]}", "a column name that comes twice", "each column once")
@@ -96,7 +109,9 @@ def read_table(path: Path) -> Table:
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
-    """FRFs in the long or the wide layout, whichever the header says; InputError with the line of whatever does not fit."""
+    """FRFs in the long or the wide layout, whichever the header says; InputError with the line of whatever
+    does not fit.
+    """
     del options  # a CSV file names its channels itself
     table = read_table(path)
     if table.header[:5] == _LONG and table.header[5:] in ([], ["coherence"]):
@@ -105,7 +120,9 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
         frequency_hz, records = _wide(table)
     else:
         expected = f"{','.join(_LONG)}[,coherence], or frequency_hz and columns such as 12:+Z/1:+X real"
-        raise InputError(str(path), f"the columns {', '.join(table.header[:6])}", expected, "name the columns so")
+        raise InputError(
+            str(path), f"the columns {', '.join(table.header[:6])}", expected, "name the columns so"
+        )
     averages = table.note("averages", int)
     return FrfRecords(
         frequency_hz=frequency_hz,
@@ -123,17 +140,25 @@ def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
     first = 1 if table.header[0] == "block" else 0
     names = table.header[first + 1 :]
     if not names or table.header[first] != "time_s":
-        raise InputError(str(path), f"the columns {', '.join(table.header[:6])}", "time_s and signals such as 12:+Z [m/s^2]")
+        raise InputError(
+            str(path),
+            f"the columns {', '.join(table.header[:6])}",
+            "time_s and signals such as 12:+Z [m/s^2]",
+        )
     blocks: dict[str, list[int]] = {}
     for index, row in enumerate(table.rows):
         blocks.setdefault(row[0] if first else "", []).append(index)
-    time_s = common_axis(((f"{path}, block {name or 1}", table.numbers(first, rows)) for name, rows in blocks.items()), "time")
+    time_s = common_axis(
+        ((f"{path}, block {name or 1}", table.numbers(first, rows)) for name, rows in blocks.items()), "time"
+    )
     signals: list[Signal] = []
     for column, name in enumerate(names, start=first + 1):
         where = f"{path}, column {name!r}"
         match = _SIGNAL.fullmatch(name)
         if match is None:
-            raise InputError(where, "no channel with its unit", "such as 12:+Z [m/s^2]", "add the unit in brackets")
+            raise InputError(
+                where, "no channel with its unit", "such as 12:+Z [m/s^2]", "add the unit in brackets"
+            )
         channel, unit = Channel.parse(match[1], where), parse_signal_unit(match[2], where)
         signals.extend(Signal(channel, unit, table.numbers(column, rows), where) for rows in blocks.values())
     return sample_rate(time_s, str(path)), signals
@@ -141,18 +166,30 @@ def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
 
 def write_frf(path: Path, frf_set: FrfSet) -> None:
     """Write the measured pairs of an FRF set in the long layout, in SI units, with every digit."""
-    notes = {"unit": UNIT[frf_set.quantity], "averages": frf_set.averages, "window_decay_per_s": frf_set.window_decay_per_s}
+    notes = {
+        "unit": UNIT[frf_set.quantity],
+        "averages": frf_set.averages,
+        "window_decay_per_s": frf_set.window_decay_per_s,
+    }
     lines = [f"# {key}: {value}" for key, value in notes.items() if value is not None]
     lines.append(",".join(_LONG) + (",coherence" if frf_set.coherence is not None else ""))
     for i, j in product(range(len(frf_set.outputs)), range(len(frf_set.inputs))):
         if frf_set.measured[i, j]:
-            for line, (frequency, value) in enumerate(zip(frf_set.frequency_hz.tolist(), frf_set.frf[:, i, j].tolist(), strict=True)):
-                coherence = "" if frf_set.coherence is None else f",{float(frf_set.coherence[line, i, j])!r}".replace("nan", "")
-                lines.append(f"{frequency!r},{frf_set.outputs[i]},{frf_set.inputs[j]},{value.real!r},{value.imag!r}{coherence}")
+            for line, (frequency, value) in enumerate(
+                zip(frf_set.frequency_hz.tolist(), frf_set.frf[:, i, j].tolist(), strict=True)
+            ):
+                coherence = (
+                    ""
+                    if frf_set.coherence is None
+                    else f",{float(frf_set.coherence[line, i, j])!r}".replace("nan", "")
+                )
+                lines.append(
+                    f"{frequency!r},{frf_set.outputs[i]},{frf_set.inputs[j]},{value.real!r},{value.imag!r}{coherence}"
+                )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _long(table: Table) -> tuple[Float, list[FrfRecord]]:
+def _long(table: Table) -> tuple[Array, list[FrfRecord]]:
     """Frequencies and records of the long layout; the lines may stand in any order."""
     frequency, real, imag = (table.numbers(column) for column in (0, 3, 4))
     groups: dict[tuple[str, str], list[int]] = {}
@@ -165,7 +202,11 @@ def _long(table: Table) -> tuple[Float, list[FrfRecord]]:
         same = np.flatnonzero(np.diff(frequency[order]) == 0)
         if len(same):
             twice = table.lines[order[same[0] + 1]]
-            raise InputError(f"{table.name}, line {twice}", f"a frequency of {output}/{input_} that comes twice", "each once")
+            raise InputError(
+                f"{table.name}, line {twice}",
+                f"a frequency of {output}/{input_} that comes twice",
+                "each once",
+            )
         axes.append((where, frequency[order]))
         channels = (Channel.parse(output, where), Channel.parse(input_, where))
         has_coherence = len(table.header) == 6 and any(table.rows[i][5] for i in members)
@@ -174,14 +215,18 @@ def _long(table: Table) -> tuple[Float, list[FrfRecord]]:
     return common_axis(axes, "frequency"), records
 
 
-def _wide(table: Table) -> tuple[Float, list[FrfRecord]]:
+def _wide(table: Table) -> tuple[Array, list[FrfRecord]]:
     """Frequencies and records of the wide layout."""
-    parts: dict[tuple[Channel, Channel], dict[str, Float]] = {}
+    parts: dict[tuple[Channel, Channel], dict[str, Array]] = {}
     for column, name in enumerate(table.header[1:], start=1):
         match = _PAIR.fullmatch(name)
         where = f"{table.name}, column {name!r}"
         if match is None:
-            raise InputError(where, "no pair and part", "such as 12:+Z/1:+X real (or imag, magnitude, phase_deg, coherence)")
+            raise InputError(
+                where,
+                "no pair and part",
+                "such as 12:+Z/1:+X real (or imag, magnitude, phase_deg, coherence)",
+            )
         pair = (Channel.parse(match[1], where), Channel.parse(match[2], where))
         if match[3] in parts.setdefault(pair, {}):
             raise InputError(where, f"{match[3]} of {pair[0]}/{pair[1]} a second time", "each once")
@@ -194,11 +239,17 @@ def _wide(table: Table) -> tuple[Float, list[FrfRecord]]:
     return table.numbers(0), records
 
 
-def _complex(columns: dict[str, Float], where: str) -> Complex:
+def _complex(columns: dict[str, Array], where: str) -> Complex:
     """Values from real and imag, or from magnitude and phase_deg."""
     names = set(columns) - {"coherence"}
     if names == {"real", "imag"}:
         return columns["real"] + 1j * columns["imag"]
     if names == {"magnitude", "phase_deg"}:
-        return np.asarray(columns["magnitude"] * np.exp(1j * np.deg2rad(columns["phase_deg"])), dtype=np.complex128)
-    raise InputError(where, "the parts " + (" and ".join(sorted(names)) or "coherence alone"), "real and imag, or magnitude and phase_deg")
+        return np.asarray(
+            columns["magnitude"] * np.exp(1j * np.deg2rad(columns["phase_deg"])), dtype=np.complex128
+        )
+    raise InputError(
+        where,
+        "the parts " + (" and ".join(sorted(names)) or "coherence alone"),
+        "real and imag, or magnitude and phase_deg",
+    )

@@ -1,7 +1,9 @@
-"""What every FRF file comes down to: one record per output and input, and how records and options become an `FrfSet`.
+"""What every FRF file comes down to: one record per output and input, and how records and options become an
+`FrfSet`.
 
-Readers (`uff`, `delimited`, `array_files`) only say what is in a file; whatever all formats have in common is checked here, once:
-units asked for where a file is silent and refused where file and option disagree, doubled pairs, NaN, channel names.
+Readers (`uff`, `delimited`, `array_files`) only say what is in a file; whatever all formats have in common is
+checked here, once: units asked for where a file is silent and refused where file and option disagree, doubled
+pairs, NaN, channel names.
 """
 
 from __future__ import annotations
@@ -14,9 +16,10 @@ from typing import TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.frf_set import Complex, Float, FrfSet, Quantity
+from identify.measured.frf_set import FrfSet, Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
 
 _Number = TypeVar("_Number", int, float)
@@ -27,22 +30,37 @@ class FrfFileOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    format: str | None = Field(None, description="file format: uff, csv, hdf5, mat; without it the suffix decides")
+    format: str | None = Field(
+        None, description="file format: uff, csv, hdf5, mat; without it the suffix decides"
+    )
     quantity: Quantity | None = Field(None, description="receptance, mobility or accelerance")
-    unit: str | None = Field(None, description="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")
+    unit: str | None = Field(
+        None, description="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say"
+    )
     averages: int | None = Field(None, ge=1, description="averages behind each FRF and coherence")
-    window_decay_per_s: float | None = Field(None, ge=0, description="decay sigma of exp(-sigma t) put on force and response")
-    outputs: list[str] | None = Field(None, description="output channels in the order of an array file that does not name them")
-    inputs: list[str] | None = Field(None, description="input channels in the order of an array file that does not name them")
-    variables: dict[str, str] = Field({}, description="where an array file keeps frequency_hz, frf, coherence or a pair such as 12:+Z/1:+X")
-    channels: dict[str, str] = Field({}, description="new names for channels of the file, such as {'14:+X': '12:-Z'}")
+    window_decay_per_s: float | None = Field(
+        None, ge=0, description="decay sigma of exp(-sigma t) put on force and response"
+    )
+    outputs: list[str] | None = Field(
+        None, description="output channels in the order of an array file that does not name them"
+    )
+    inputs: list[str] | None = Field(
+        None, description="input channels in the order of an array file that does not name them"
+    )
+    variables: dict[str, str] = Field(
+        {}, description="where an array file keeps frequency_hz, frf, coherence or a pair such as 12:+Z/1:+X"
+    )
+    channels: dict[str, str] = Field(
+        {}, description="new names for channels of the file, such as {'14:+X': '12:-Z'}"
+    )
 
 
 @dataclass(frozen=True)
 class FrfRecord:
     """One measured FRF as it stands in a file: values (L,) in `unit`, coherence (L,) or None.
 
-    unit is None where the file does not say it for this pair; quantity may be known without it (type codes); where names the place.
+    unit is None where the file does not say it for this pair; quantity may be known without it (type codes);
+    where names the place.
     """
 
     output: Channel
@@ -51,17 +69,19 @@ class FrfRecord:
     where: str
     unit: FrfUnit | None = None
     quantity: Quantity | None = None
-    coherence: Float | None = None
+    coherence: Array | None = None
 
 
 @dataclass(frozen=True)
 class FrfRecords:
-    """The FRFs of one file on their common frequency_hz (L,); unit, averages and window decay where the file states them for all.
+    """The FRFs of one file on their common frequency_hz (L,); unit, averages and window decay where the file
+    states them for all.
 
-    unit is that of a translation over a force; a rotation is then in rad, a moment in N m, and only SI may be meant.
+    unit is that of a translation over a force; a rotation is then in rad, a moment in N m, and only SI may be
+    meant.
     """
 
-    frequency_hz: Float
+    frequency_hz: Array
     records: list[FrfRecord]
     unit: FrfUnit | None = None
     averages: int | None = None
@@ -69,7 +89,9 @@ class FrfRecords:
 
 
 def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: str) -> FrfSet:
-    """The FrfSet in SI units, outputs and inputs in the order of the file; InputError wherever data or options do not hold together."""
+    """The FrfSet in SI units, outputs and inputs in the order of the file; InputError wherever data or
+    options do not hold together.
+    """
     if not file.records:
         raise InputError(source, "no FRF in the file", "at least one FRF")
     _check_frequency(file.frequency_hz, source)
@@ -92,14 +114,19 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         quantity=quantity,
         coherence=None if np.isnan(coherence).all() else coherence,
         averages=_agreed("averages", file.averages, options.averages, source),
-        window_decay_per_s=_agreed("window_decay_per_s", file.window_decay_per_s, options.window_decay_per_s, source) or 0.0,
+        window_decay_per_s=_agreed(
+            "window_decay_per_s", file.window_decay_per_s, options.window_decay_per_s, source
+        )
+        or 0.0,
         source=source,
         sha256=sha256,
     )
 
 
-def common_axis(axes: Iterable[tuple[str, Float]], what: str) -> Float:
-    """The axis that all (where, axis) share to a ten-thousandth of their spacing; InputError naming the first that differs."""
+def common_axis(axes: Iterable[tuple[str, Array]], what: str) -> Array:
+    """The axis that all (where, axis) share to a ten-thousandth of their spacing; InputError naming the first
+    that differs.
+    """
     first_where, first = "", np.empty(0)
     for where, axis in axes:
         if not first_where:
@@ -113,12 +140,14 @@ def common_axis(axes: Iterable[tuple[str, Float]], what: str) -> Float:
     return first
 
 
-def _check_frequency(frequency_hz: Float, source: str) -> None:
+def _check_frequency(frequency_hz: Array, source: str) -> None:
     """At least one line; finite, rising, not negative."""
     if len(frequency_hz) == 0:
         raise InputError(source, "no frequency line", "at least one")
     if not np.isfinite(frequency_hz).all() or frequency_hz[0] < 0 or np.any(np.diff(frequency_hz) <= 0):
-        raise InputError(source, "frequencies that are negative, not finite or not rising", "rising frequencies in Hz")
+        raise InputError(
+            source, "frequencies that are negative, not finite or not rising", "rising frequencies in Hz"
+        )
 
 
 def _rename(records: list[FrfRecord], options: FrfFileOptions, source: str) -> list[FrfRecord]:
@@ -128,8 +157,14 @@ def _rename(records: list[FrfRecord], options: FrfFileOptions, source: str) -> l
     known = {channel for record in records for channel in (record.output, record.input)}
     for channel in names:
         if channel not in known:
-            raise InputError(where, f"channel {channel} is not in the file", "one of " + ", ".join(str(c) for c in sorted(known)))
-    return [replace(r, output=names.get(r.output, r.output), input=names.get(r.input, r.input)) for r in records]
+            raise InputError(
+                where,
+                f"channel {channel} is not in the file",
+                "one of " + ", ".join(str(c) for c in sorted(known)),
+            )
+    return [
+        replace(r, output=names.get(r.output, r.output), input=names.get(r.input, r.input)) for r in records
+    ]
 
 
 def _units(file: FrfRecords, options: FrfFileOptions, source: str) -> tuple[Quantity, list[float]]:
@@ -141,12 +176,19 @@ def _units(file: FrfRecords, options: FrfFileOptions, source: str) -> tuple[Quan
     quantities = {unit.quantity: record.where for record, unit in zip(file.records, units, strict=True)}
     if len(quantities) > 1:
         found = " and ".join(f"{quantity} ({where})" for quantity, where in quantities.items())
-        raise InputError(source, f"FRFs of different quantities: {found}", "one quantity in a set", "export them as one quantity")
+        raise InputError(
+            source,
+            f"FRFs of different quantities: {found}",
+            "one quantity in a set",
+            "export them as one quantity",
+        )
     return units[0].quantity, [unit.factor for unit in units]
 
 
 def _unit(record: FrfRecord, asked: FrfUnit | None, options: FrfFileOptions) -> FrfUnit:
-    """The unit of one record, from the file or else from the option; InputError where they disagree or neither speaks."""
+    """The unit of one record, from the file or else from the option; InputError where they disagree or
+    neither speaks.
+    """
     turns = (abs(record.output.direction) > 3, abs(record.input.direction) > 3)
     unit = record.unit
     if unit is None:
@@ -159,7 +201,9 @@ def _unit(record: FrfRecord, asked: FrfUnit | None, options: FrfFileOptions) -> 
         unit = replace(asked, rotation=turns[0], moment=turns[1])
     elif (unit.rotation, unit.moment) != turns:
         found = f"a unit of {_words(unit.rotation, unit.moment)} at {record.output}/{record.input}"
-        raise InputError(record.where, found, f"one of {_words(*turns)}", "correct the direction or the unit in the file")
+        raise InputError(
+            record.where, found, f"one of {_words(*turns)}", "correct the direction or the unit in the file"
+        )
     elif asked is not None and (asked.rotation, asked.moment) == turns and not _same(asked, unit):
         raise _disagreement(record.where, unit, asked)
     _check_quantity(record, unit, options)
@@ -168,14 +212,25 @@ def _unit(record: FrfRecord, asked: FrfUnit | None, options: FrfFileOptions) -> 
 
 def _check_quantity(record: FrfRecord, unit: FrfUnit, options: FrfFileOptions) -> None:
     """Raise an InputError where file or option name another quantity than the unit."""
-    for says, quantity in (("the file's type codes say", record.quantity), ("the key quantity says", options.quantity)):
+    for says, quantity in (
+        ("the file's type codes say", record.quantity),
+        ("the key quantity says", options.quantity),
+    ):
         if quantity is not None and quantity != unit.quantity:
-            raise InputError(record.where, f"{says} {quantity}, the unit says {unit.quantity}", "no disagreement", "correct the wrong one")
+            raise InputError(
+                record.where,
+                f"{says} {quantity}, the unit says {unit.quantity}",
+                "no disagreement",
+                "correct the wrong one",
+            )
 
 
 def _disagreement(where: str, stated: FrfUnit, asked: FrfUnit) -> InputError:
     """File and key unit mean different things."""
-    found = f"the file says {stated.quantity} with factor {stated.factor:g} to SI, the key unit says {asked.quantity} with {asked.factor:g}"
+    found = (
+        f"the file says {stated.quantity} with factor {stated.factor:g} to SI, the key unit says"
+        f" {asked.quantity} with {asked.factor:g}"
+    )
     return InputError(where, found, "no disagreement", "remove the key unit or correct it")
 
 
@@ -195,28 +250,46 @@ def _pairs(records: list[FrfRecord], factors: list[float]) -> dict[tuple[Channel
     for record, factor in zip(records, factors, strict=True):
         if not np.isfinite(record.values).all():
             line = int(np.argmin(np.isfinite(record.values))) + 1
-            raise InputError(record.where, f"FRF {record.output}/{record.input} is not finite in line {line}", "numbers", "export it again")
+            raise InputError(
+                record.where,
+                f"FRF {record.output}/{record.input} is not finite in line {line}",
+                "numbers",
+                "export it again",
+            )
         scaled = replace(record, values=factor * record.values)
         first = pairs.setdefault((record.output, record.input), scaled)
         if first is not scaled and not _identical(first, scaled):
-            found = f"FRF {record.output}/{record.input} stands there again with other values than in {first.where}"
-            raise InputError(record.where, found, "each pair once", "rename a channel with the key channels or remove one of them")
+            found = (
+                f"FRF {record.output}/{record.input} stands there again with other values than in"
+                f" {first.where}"
+            )
+            raise InputError(
+                record.where,
+                found,
+                "each pair once",
+                "rename a channel with the key channels or remove one of them",
+            )
     return pairs
 
 
 def _identical(a: FrfRecord, b: FrfRecord) -> bool:
     """Same values and same coherence."""
-    same = a.coherence is b.coherence or (a.coherence is not None and b.coherence is not None and np.array_equal(a.coherence, b.coherence))
+    same = a.coherence is b.coherence or (
+        a.coherence is not None and b.coherence is not None and np.array_equal(a.coherence, b.coherence)
+    )
     return same and np.array_equal(a.values, b.values)
 
 
-def _checked_coherence(record: FrfRecord) -> Float:
+def _checked_coherence(record: FrfRecord) -> Array:
     """The coherence, which lies between 0 and 1 but for rounding."""
     coherence = record.coherence
     assert coherence is not None
     bad = ~((coherence >= -1e-6) & (coherence <= 1 + 1e-6))
     if bad.any():
-        found = f"coherence {coherence[bad][0]:g} of {record.output}/{record.input} at line {int(np.argmax(bad)) + 1}"
+        found = (
+            f"coherence {coherence[bad][0]:g} of {record.output}/{record.input} at line"
+            f" {int(np.argmax(bad)) + 1}"
+        )
         raise InputError(record.where, found, "0 to 1", "export the data again")
     return np.clip(coherence, 0.0, 1.0)
 

@@ -8,10 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.measured.channel import Channel
 
-Float = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Quantity = Literal["receptance", "mobility", "accelerance"]
 
 POWER: dict[str, int] = {"receptance": 0, "mobility": 1, "accelerance": 2}
@@ -26,21 +25,21 @@ class FrfSet:
     """H_ij = X_i / F_j with time convention e^{+j omega t}.
 
     frequency_hz (L,), rising; frf (L, outputs, inputs), complex128, SI, NaN where a pair was not measured;
-    coherence like frf or None; noise like frf or None: known standard deviation of real or imaginary part; averages behind
-    each FRF or None; window_decay_per_s is the decay sigma of an
-    exponential window e^{-sigma t} that was put on force and response (0: none), so that the set samples
-    H(sigma + j omega); together (inputs,): phasors of forces that act at once, such as 1 and -j of one that rotates: the FRFs of
-    the first input are then the responses to all of them, and those of the others are NaN; source says which file it came from,
-    sha256 what was in it.
+    coherence like frf or None; noise like frf or None: known standard deviation of real or imaginary part;
+    averages behind each FRF or None; window_decay_per_s is the decay sigma of an exponential window e^{-sigma
+    t} that was put on force and response (0: none), so that the set samples H(sigma + j omega); together
+    (inputs,): phasors of forces that act at once, such as 1 and -j of one that rotates: the FRFs of the first
+    input are then the responses to all of them, and those of the others are NaN; source says which file it
+    came from, sha256 what was in it.
     """
 
-    frequency_hz: Float
+    frequency_hz: Array
     frf: Complex
     outputs: tuple[Channel, ...]
     inputs: tuple[Channel, ...]
     quantity: Quantity
-    coherence: Float | None = None
-    noise: Float | None = None
+    coherence: Array | None = None
+    noise: Array | None = None
     averages: int | None = None
     window_decay_per_s: float = 0.0
     together: tuple[complex, ...] | None = None
@@ -69,7 +68,9 @@ class FrfSet:
     def lines(self, keep: NDArray[np.bool_]) -> FrfSet:
         """The same set on some of its frequency lines."""
         coherence, noise = (None if array is None else array[keep] for array in (self.coherence, self.noise))
-        return replace(self, frequency_hz=self.frequency_hz[keep], frf=self.frf[keep], coherence=coherence, noise=noise)
+        return replace(
+            self, frequency_hz=self.frequency_hz[keep], frf=self.frf[keep], coherence=coherence, noise=noise
+        )
 
     def band(self, low_hz: float, high_hz: float) -> FrfSet:
         """The lines with low <= f <= high."""

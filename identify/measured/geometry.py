@@ -5,37 +5,39 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.measured.modal_table import ModalTable
-
-Float = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """nodes: their numbers (n); position_m (n, 3), in the common frame; axes (n, 3, 3): rows are the directions of the channels X, Y
-    and Z of each node in the common frame; lines: runs of node numbers to be joined.
+    """nodes: their numbers (n); position_m (n, 3), in the common frame; axes (n, 3, 3): rows are the
+    directions of the channels X, Y and Z of each node in the common frame; lines: runs of node numbers to be
+    joined.
     """
 
     nodes: tuple[int, ...]
-    position_m: Float
-    axes: Float
+    position_m: Array
+    axes: Array
     lines: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.nodes)
         if self.position_m.shape != (count, 3) or self.axes.shape != (count, 3, 3):
-            raise ValueError(f"position_m {self.position_m.shape} and axes {self.axes.shape} do not fit {count} nodes")
+            raise ValueError(
+                f"position_m {self.position_m.shape} and axes {self.axes.shape} do not fit {count} nodes"
+            )
         if len(set(self.nodes)) != count:
             raise ValueError("a node has two positions")
 
 
 def displacements(geometry: Geometry, table: ModalTable) -> Complex:
-    """Shapes as vectors in the common frame, (modes, nodes, 3): the translations that were measured, others 0; NaN at nodes without any.
+    """Shapes as vectors in the common frame, (modes, nodes, 3): the translations that were measured, others
+    0; NaN at nodes without any.
 
-    A channel against an axis counts negative; rotations are left out, and channels of nodes the geometry does not have.
+    A channel against an axis counts negative; rotations are left out, and channels of nodes the geometry does
+    not have.
     """
     if table.shapes is None:
         raise ValueError("the modal table has no shapes")

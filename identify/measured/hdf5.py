@@ -1,6 +1,8 @@
-"""FRF sets in HDF5: datasets frequency_hz, frf, outputs, inputs, coherence; attributes quantity, unit, averages, window_decay_per_s.
+"""FRF sets in HDF5: datasets frequency_hz, frf, outputs, inputs, coherence; attributes quantity, unit,
+averages, window_decay_per_s.
 
-What else a file may hold, and under which names, is said in `array_files`; `variables` may lead into groups (`group/name`).
+What else a file may hold, and under which names, is said in `array_files`; `variables` may lead into groups
+(`group/name`).
 """
 
 from __future__ import annotations
@@ -22,7 +24,12 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     try:
         file = h5py.File(path, "r")
     except OSError as error:
-        raise InputError(str(path), "no readable HDF5 file, or a truncated one", "an HDF5 file", "transfer or export it again") from error
+        raise InputError(
+            str(path),
+            "no readable HDF5 file, or a truncated one",
+            "an HDF5 file",
+            "transfer or export it again",
+        ) from error
     with file:
         return read_arrays(Arrays(lambda name: _get(file, name), options, str(path)))
 
@@ -44,14 +51,18 @@ def write_frf(path: Path, frf_set: FrfSet) -> None:
 
 
 def _get(file: h5py.File, name: str) -> Any:
-    """A dataset or, where there is none, an attribute of that name; complex numbers may be pairs (r, i) or (real, imag)."""
+    """A dataset or, where there is none, an attribute of that name; complex numbers may be pairs (r, i) or
+    (real, imag).
+    """
     found = file.get(name)
     if not isinstance(found, h5py.Dataset):
         return file.attrs.get(name)
     try:
         value = found[()]
     except OSError as error:
-        raise InputError(f"{file.filename}, {name}", "data that cannot be read", "a whole file", "transfer it again") from error
+        raise InputError(
+            f"{file.filename}, {name}", "data that cannot be read", "a whole file", "transfer it again"
+        ) from error
     fields = np.asarray(value).dtype.names
     if fields is not None and len(fields) == 2:
         return value[fields[0]] + 1j * value[fields[1]]

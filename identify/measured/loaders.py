@@ -1,7 +1,9 @@
-"""FRF files and time histories of any format, found by suffix or by name in one registry; third parties add readers to `identify.loaders`.
+"""FRF files and time histories of any format, found by suffix or by name in one registry; third parties add
+readers to `identify.loaders`.
 
-A reader is a function `(path: Path, options: FrfFileOptions) -> FrfRecords`; what all formats share is done in `frf_records`.
-A reader of time histories is `(path: Path, units: Units) -> (sample rate in Hz, list of Signal)`, see `time_history`.
+A reader is a function `(path: Path, options: FrfFileOptions) -> FrfRecords`; what all formats share is done
+in `frf_records`. A reader of time histories is `(path: Path, units: Units) -> (sample rate in Hz, list of
+Signal)`, see `time_history`.
 """
 
 from __future__ import annotations
@@ -16,7 +18,14 @@ from identify.measured.frf_records import FrfFileOptions, to_frf_set
 from identify.measured.frf_set import FrfSet
 from identify.measured.time_history import TimeHistory, Units, to_time_history
 
-__all__ = ["FORMAT_OF_SUFFIX", "LOADERS", "TIME_LOADERS", "FrfFileOptions", "load_frf_set", "load_time_history"]
+__all__ = [
+    "FORMAT_OF_SUFFIX",
+    "LOADERS",
+    "TIME_LOADERS",
+    "FrfFileOptions",
+    "load_frf_set",
+    "load_time_history",
+]
 
 LOADERS = Registry(
     "FRF file format",
@@ -49,7 +58,8 @@ FORMAT_OF_SUFFIX = {
 def load_frf_set(path: Path, options: FrfFileOptions | None = None) -> FrfSet:
     """The FRFs of a file in SI units, with the path as source and the sha256 of the file.
 
-    InputError for a missing file, an unknown format, anything unreadable, and whatever the file leaves open and the options do not say.
+    InputError for a missing file, an unknown format, anything unreadable, and whatever the file leaves open
+    and the options do not say.
     """
     options = options or FrfFileOptions()
     reader, sha256 = _open(path, options.format, LOADERS)
@@ -57,7 +67,8 @@ def load_frf_set(path: Path, options: FrfFileOptions | None = None) -> FrfSet:
 
 
 def load_time_history(path: Path, units: Units | None = None, format: str | None = None) -> TimeHistory:
-    """The signals of a file in SI units, in blocks; units say what the file leaves open, such as {"acceleration": "g"}.
+    """The signals of a file in SI units, in blocks; units say what the file leaves open, such as
+    {"acceleration": "g"}.
 
     InputError as for `load_frf_set`.
     """
@@ -70,9 +81,16 @@ def _open(path: Path, name: str | None, registry: Registry) -> tuple[Any, str]:
     """The reader for a file, and the file's sha256."""
     name = name or FORMAT_OF_SUFFIX.get(path.suffix.lower())
     if name is None:
-        raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(FORMAT_OF_SUFFIX), "add the key format")
+        raise InputError(
+            str(path),
+            f"suffix {path.suffix!r}",
+            "one of " + ", ".join(FORMAT_OF_SUFFIX),
+            "add the key format",
+        )
     reader = registry.get(name, where=f"{path}, key format")
     try:
         return reader, hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:
-        raise InputError(str(path), f"the file cannot be read ({error.strerror})", "a measured file", "check the path") from error
+        raise InputError(
+            str(path), f"the file cannot be read ({error.strerror})", "a measured file", "check the path"
+        ) from error

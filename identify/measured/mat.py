@@ -1,4 +1,6 @@
-"""FRF sets in MATLAB files, v5 and v7.3: the names of `array_files` as variables; `variables` may lead into structures (`test.H`)."""
+"""FRF sets in MATLAB files, v5 and v7.3: the names of `array_files` as variables; `variables` may lead into
+structures (`test.H`).
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,18 @@ from identify.core.errors import InputError
 from identify.measured.array_files import Arrays, read_arrays
 from identify.measured.frf_records import FrfFileOptions, FrfRecords
 
-_DAMAGED = (OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError, MemoryError, struct.error, zlib.error, MatReadError)
+_DAMAGED = (
+    OSError,
+    EOFError,
+    ValueError,
+    TypeError,
+    LookupError,
+    RuntimeError,
+    MemoryError,
+    struct.error,
+    zlib.error,
+    MatReadError,
+)
 """What scipy and h5py raise on damaged files."""
 
 

@@ -12,8 +12,8 @@ from identify.measured.channel import Channel
 
 @dataclass(frozen=True)
 class ModalTable:
-    """frequency_hz (m,): |lambda|/2 pi, rising; damping_ratio (m,): -Re lambda/|lambda| (0.04, not 4 %), NaN where unknown;
-    shapes (m, channels) complex, or None; *_std are standard deviations, or None.
+    """frequency_hz (m,): |lambda|/2 pi, rising; damping_ratio (m,): -Re lambda/|lambda| (0.04, not 4 %), NaN
+    where unknown; shapes (m, channels) complex, or None; *_std are standard deviations, or None.
     """
 
     frequency_hz: NDArray[np.float64]
@@ -30,7 +30,9 @@ class ModalTable:
         if self.damping_ratio.shape != (modes,):
             raise ValueError(f"damping_ratio has shape {self.damping_ratio.shape}, expected ({modes},)")
         if self.shapes is not None and self.shapes.shape != (modes, len(self.channels)):
-            raise ValueError(f"shapes have shape {self.shapes.shape}, expected ({modes}, {len(self.channels)})")
+            raise ValueError(
+                f"shapes have shape {self.shapes.shape}, expected ({modes}, {len(self.channels)})"
+            )
         if np.any(np.diff(self.frequency_hz) < 0):
             raise ValueError("frequency_hz must rise")
 

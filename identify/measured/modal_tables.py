@@ -1,8 +1,9 @@
 """Modal tables read from and written to YAML and CSV.
 
-YAML: `modes:`, a list of `{frequency_hz, damping_ratio | damping_percent, shape: {"12:+Z": 0.3+0.1j}, frequency_std_hz,
-damping_std_ratio | damping_std_percent}`, of which only frequency_hz must be there.  CSV: one line a mode with the same columns and
-`mode`, a number; shapes in a second file with the columns `mode,channel,real,imag`.
+YAML: `modes:`, a list of `{frequency_hz, damping_ratio | damping_percent, shape: {"12:+Z": 0.3+0.1j},
+frequency_std_hz, damping_std_ratio | damping_std_percent}`, of which only frequency_hz must be there.  CSV:
+one line a mode with the same columns and `mode`, a number; shapes in a second file with the columns
+`mode,channel,real,imag`.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.delimited import Table, read_table
-from identify.measured.frf_set import Float
 from identify.measured.modal_table import ModalTable
 
 _SCALES = {"damping_ratio": 1.0, "damping_percent": 0.01}
@@ -33,8 +34,9 @@ _KEYS = ("frequency_hz", *_SCALES, "frequency_std_hz", *_STD_SCALES)
 def read_modal_table(path: Path, shapes: Path | None = None) -> ModalTable:
     """A modal table from .yaml, .yml or .csv, sorted by frequency; shapes is the second file of a CSV table.
 
-    InputError with file and line for a missing or broken file, unknown keys, values that are no numbers or out of range, modes without
-    frequency, damping given twice, and shapes that not all modes have at all channels.
+    InputError with file and line for a missing or broken file, unknown keys, values that are no numbers or
+    out of range, modes without frequency, damping given twice, and shapes that not all modes have at all
+    channels.
     """
     suffix = path.suffix.lower()
     if suffix not in (".yaml", ".yml", ".csv"):
@@ -42,7 +44,9 @@ def read_modal_table(path: Path, shapes: Path | None = None) -> ModalTable:
     try:
         sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:
-        raise InputError(str(path), f"the file cannot be read ({error.strerror})", "a modal table", "check the path") from error
+        raise InputError(
+            str(path), f"the file cannot be read ({error.strerror})", "a modal table", "check the path"
+        ) from error
     modes = _csv_modes(path, shapes) if suffix == ".csv" else _yaml_modes(path)
     return parse_modes(modes, str(path), sha256)
 
@@ -76,11 +80,15 @@ def parse_modes(modes: list[tuple[str, Mapping[str, Any]]], source: str, sha256:
 
 
 def write_modal_table(path: Path, table: ModalTable, shapes: Path | None = None) -> None:
-    """Write a modal table as .yaml, .yml or .csv, with every digit; shapes go into the YAML file or, with CSV, into the file `shapes`."""
+    """Write a modal table as .yaml, .yml or .csv, with every digit; shapes go into the YAML file or, with
+    CSV, into the file `shapes`.
+    """
     modes = [_mode(table, index) for index in range(len(table))]
     if path.suffix.lower() == ".csv":
         columns = list(dict.fromkeys(key for mode in modes for key in mode if key != "shape"))
-        rows = [[number, *(mode.get(key, "") for key in columns)] for number, mode in enumerate(modes, start=1)]
+        rows = [
+            [number, *(mode.get(key, "") for key in columns)] for number, mode in enumerate(modes, start=1)
+        ]
         _write_csv(path, ["mode", *columns], rows)
         if shapes is not None and table.shapes is not None:
             lines = [
@@ -102,7 +110,11 @@ def _mode(table: ModalTable, index: int) -> dict[str, Any]:
         "frequency_std_hz": table.frequency_std_hz,
         "damping_std_ratio": table.damping_std,
     }
-    mode: dict[str, Any] = {key: float(array[index]) for key, array in values.items() if array is not None and not np.isnan(array[index])}
+    mode: dict[str, Any] = {
+        key: float(array[index])
+        for key, array in values.items()
+        if array is not None and not np.isnan(array[index])
+    }
     if table.shapes is not None:
         pairs = zip(table.channels, table.shapes[index].tolist(), strict=True)
         mode["shape"] = {str(channel): repr(value).strip("()") for channel, value in pairs}
@@ -125,8 +137,14 @@ def _yaml_modes(path: Path) -> list[tuple[str, Mapping[str, Any]]]:
         raise InputError(f"{path}, line {line}", f"broken YAML ({error.problem})", "a YAML file") from error
     except (YAMLError, UnicodeDecodeError, ValueError) as error:
         raise InputError(str(path), f"broken YAML ({error})", "a YAML file in UTF-8") from error
-    if not isinstance(content, Mapping) or set(content) != {"modes"} or not isinstance(content["modes"], CommentedSeq):
-        raise InputError(str(path), "no list under the key modes, or other keys beside it", "modes: and a list of modes")
+    if (
+        not isinstance(content, Mapping)
+        or set(content) != {"modes"}
+        or not isinstance(content["modes"], CommentedSeq)
+    ):
+        raise InputError(
+            str(path), "no list under the key modes, or other keys beside it", "modes: and a list of modes"
+        )
     modes = []
     for index, mode in enumerate(content["modes"]):
         where = f"{path}, line {content['modes'].lc.item(index)[0] + 1}"
@@ -140,7 +158,11 @@ def _csv_modes(path: Path, shapes: Path | None) -> list[tuple[str, Mapping[str, 
     """The modes of a CSV file and its shapes with their lines."""
     table = read_table(path)
     if "mode" not in table.header or "frequency_hz" not in table.header:
-        raise InputError(str(path), "the columns " + ", ".join(table.header), "mode, frequency_hz and others such as damping_percent")
+        raise InputError(
+            str(path),
+            "the columns " + ", ".join(table.header),
+            "mode, frequency_hz and others such as damping_percent",
+        )
     modes: dict[str, tuple[str, dict[str, Any]]] = {}
     for row, line in zip(table.rows, table.lines, strict=True):
         cells = {key: cell for key, cell in zip(table.header, row, strict=True) if cell}
@@ -161,7 +183,11 @@ def _add_shapes(table: Table, modes: Mapping[str, tuple[str, dict[str, Any]]]) -
     for row, line, value in zip(table.rows, table.lines, values.tolist(), strict=True):
         where = f"{table.name}, line {line}"
         if row[0] not in modes:
-            raise InputError(where, f"mode {row[0]!r}, which the table of modes does not have", "one of " + ", ".join(modes))
+            raise InputError(
+                where,
+                f"mode {row[0]!r}, which the table of modes does not have",
+                "one of " + ", ".join(modes),
+            )
         shape = modes[row[0]][1].setdefault("shape", {})
         if row[1] in shape:
             raise InputError(where, f"channel {row[1]} of mode {row[0]} a second time", "each once")
@@ -169,9 +195,15 @@ def _add_shapes(table: Table, modes: Mapping[str, tuple[str, dict[str, Any]]]) -
 
 
 def _column(
-    modes: list[tuple[str, Mapping[str, Any]]], scales: Mapping[str, float], expected: str, low: float, high: float = np.inf
-) -> Float:
-    """One quantity of all modes, NaN where not given, under any of its keys, of which a mode has at most one."""
+    modes: list[tuple[str, Mapping[str, Any]]],
+    scales: Mapping[str, float],
+    expected: str,
+    low: float,
+    high: float = np.inf,
+) -> Array:
+    """One quantity of all modes, NaN where not given, under any of its keys, of which a mode has at most
+    one.
+    """
     column = np.full(len(modes), np.nan)
     for index, (where, mode) in enumerate(modes):
         given = [key for key in scales if key in mode]
@@ -187,7 +219,9 @@ def _column(
 def _number(value: Any, where: str) -> float:
     """A finite number."""
     try:
-        number = float(value) if isinstance(value, (int, float, str)) and not isinstance(value, bool) else np.nan
+        number = (
+            float(value) if isinstance(value, (int, float, str)) and not isinstance(value, bool) else np.nan
+        )
     except ValueError:
         number = np.nan
     if not np.isfinite(number):
@@ -195,8 +229,12 @@ def _number(value: Any, where: str) -> float:
     return number
 
 
-def _shapes(modes: list[tuple[str, Mapping[str, Any]]]) -> tuple[tuple[Channel, ...], np.ndarray[Any, np.dtype[np.complex128]] | None]:
-    """Channels in the order of the first mode, and shapes (modes, channels), or nothing where no mode has one."""
+def _shapes(
+    modes: list[tuple[str, Mapping[str, Any]]],
+) -> tuple[tuple[Channel, ...], np.ndarray[Any, np.dtype[np.complex128]] | None]:
+    """Channels in the order of the first mode, and shapes (modes, channels), or nothing where no mode has
+    one.
+    """
     shaped = [(where, mode["shape"]) for where, mode in modes if "shape" in mode]
     if not shaped:
         return (), None
@@ -204,12 +242,23 @@ def _shapes(modes: list[tuple[str, Mapping[str, Any]]]) -> tuple[tuple[Channel, 
     for where, shape in shaped:
         if not isinstance(shape, Mapping) or not shape:
             raise InputError(where, f"shape {shape!r}", "values by channel such as {12:+Z: 0.3+0.1j}")
-        rows.append({Channel.parse(str(name), where): _complex(value, f"{where}, {name}") for name, value in shape.items()})
+        rows.append(
+            {
+                Channel.parse(str(name), where): _complex(value, f"{where}, {name}")
+                for name, value in shape.items()
+            }
+        )
         if len(rows[-1]) < len(shape) or set(rows[-1]) != set(rows[0]):
-            raise InputError(where, "a shape with other channels than the first one, or a channel twice", "the same channels for all modes")
+            raise InputError(
+                where,
+                "a shape with other channels than the first one, or a channel twice",
+                "the same channels for all modes",
+            )
     if len(shaped) < len(modes):
         missing = next(where for where, mode in modes if "shape" not in mode)
-        raise InputError(missing, "a mode without shape beside modes with shape", "shapes for all modes or for none")
+        raise InputError(
+            missing, "a mode without shape beside modes with shape", "shapes for all modes or for none"
+        )
     return tuple(rows[0]), np.array([[row[channel] for channel in rows[0]] for row in rows], dtype=complex)
 
 

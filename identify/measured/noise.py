@@ -1,13 +1,14 @@
 """Standard deviation of measured FRFs, from coherence and number of averages or from repeated measurements.
 
-One line tells little: with four averages its variance estimate has six degrees of freedom and scatters by 58 %.  So neighbouring lines
-are pooled by a model of how the noise comes about.  X = H F + n_x is measured with the force F + n_f, so the variance of H_ij is
+One line tells little: with four averages its variance estimate has six degrees of freedom and scatters by 58
+%.  So neighbouring lines are pooled by a model of how the noise comes about.  X = H F + n_x is measured with
+the force F + n_f, so the variance of H_ij is
 
     var = alpha_ij(f) + beta_j(f) |H_ij|^2,
 
-alpha = S_nx / S_ff being noise of the response and beta = S_nf / S_ff noise of the force, common to all outputs of an input, both per
-number of averages and smooth over frequency.  The line estimates are gamma distributed around it; alpha and beta are piecewise linear
-and found by maximum likelihood.
+alpha = S_nx / S_ff being noise of the response and beta = S_nf / S_ff noise of the force, common to all
+outputs of an input, both per number of averages and smooth over frequency.  The line estimates are gamma
+distributed around it; alpha and beta are piecewise linear and found by maximum likelihood.
 """
 
 from __future__ import annotations
@@ -18,45 +19,58 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.special import chdtri
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.measured.frf_set import Float, FrfSet
+from identify.measured.frf_set import FrfSet
 
 _POOLED_FREEDOM = 120
 _ROUNDS, _ITERATIONS, _SETTLED = 3, 200, 1e-3
 _FLOOR, _TINY = 1e-14, 1e-150
 _RARE = 1e-3
 _PRINTED = 5e-7
-"""Files of single precision print a coherence to six digits: a 1 stands for anything above 1 - 5e-7, and half of that is assumed."""
+"""Files of single precision print a coherence to six digits: a 1 stands for anything above 1 - 5e-7, and half
+of that is assumed.
+"""
 _Bases = tuple[csr_array, csr_array]
 
 
-def noise_std(frf_set: FrfSet) -> Float:
-    """Standard deviation (lines, outputs, inputs) of the real part, and equally of the imaginary part, of each FRF value; NaN where none.
+def noise_std(frf_set: FrfSet) -> Array:
+    """Standard deviation (lines, outputs, inputs) of the real part, and equally of the imaginary part, of
+    each FRF value; NaN where none.
 
-    From each line's |H|^2 (1 - g2) / (g2 (n - 1)), the unbiased variance of the complex H1 from n averages with coherence g2 (Bendat and
-    Piersol, Random Data, 4th ed., section 9.2, with the n - 1 of a regression on n independent averages), pooled as said above.
-    InputError where coherence or averages are missing or averages < 2.
+    From each line's |H|^2 (1 - g2) / (g2 (n - 1)), the unbiased variance of the complex H1 from n averages
+    with coherence g2 (Bendat and Piersol, Random Data, 4th ed., section 9.2, with the n - 1 of a regression
+    on n independent averages), pooled as said above. InputError where coherence or averages are missing or
+    averages < 2.
     """
     where, averages, coherence = frf_set.source or "FRF set", frf_set.averages, frf_set.coherence
     if coherence is None:
-        raise InputError(where, "no coherence", "coherences or repeated measurements", "noise cannot be known without")
+        raise InputError(
+            where, "no coherence", "coherences or repeated measurements", "noise cannot be known without"
+        )
     if averages is None or averages < 2:
-        raise InputError(where, f"averages: {averages}", "the number of averages, at least 2", "add the key averages")
+        raise InputError(
+            where, f"averages: {averages}", "the number of averages, at least 2", "add the key averages"
+        )
     lacking = np.argwhere(frf_set.measured & np.isnan(coherence).any(axis=0))
     if len(lacking):
         i, j = lacking[0]
-        raise InputError(where, f"FRF {frf_set.outputs[i]}/{frf_set.inputs[j]} has no coherence", "a coherence for each FRF")
+        raise InputError(
+            where,
+            f"FRF {frf_set.outputs[i]}/{frf_set.inputs[j]} has no coherence",
+            "a coherence for each FRF",
+        )
     power = np.abs(frf_set.frf) ** 2
     lost = np.maximum(1 - coherence, _PRINTED / 2)
     line_variance = power * lost / (np.maximum(coherence, 1e-9) * (averages - 1))
     return np.sqrt(pooled_variance(power, line_variance, 2 * (averages - 1)) / 2)
 
 
-def noise_std_from_repeats(sets: list[FrfSet]) -> Float:
+def noise_std_from_repeats(sets: list[FrfSet]) -> Array:
     """Standard deviation (lines, outputs, inputs) of the real part of the mean of repeated measurements.
 
-    From their scatter, pooled likewise.  InputError where there are fewer than two, or they differ in channels, quantity, window or
-    frequencies.
+    From their scatter, pooled likewise.  InputError where there are fewer than two, or they differ in
+    channels, quantity, window or frequencies.
     """
     mean = mean_of_repeats(sets)
     scatter = np.sum([np.abs(one.frf - mean.frf) ** 2 for one in sets], axis=0)
@@ -65,7 +79,8 @@ def noise_std_from_repeats(sets: list[FrfSet]) -> Float:
 
 
 def mean_of_repeats(sets: list[FrfSet]) -> FrfSet:
-    """The mean FRFs of repeated measurements of the same thing; its coherence is dropped, since the scatter says more.
+    """The mean FRFs of repeated measurements of the same thing; its coherence is dropped, since the scatter
+    says more.
 
     InputError as for `noise_std_from_repeats`.
     """
@@ -73,19 +88,34 @@ def mean_of_repeats(sets: list[FrfSet]) -> FrfSet:
         raise InputError("repeats", f"{len(sets)} measurement", "at least two")
     first = sets[0]
     for other in sets[1:]:
-        alike = all(getattr(other, name) == getattr(first, name) for name in ("outputs", "inputs", "quantity", "window_decay_per_s"))
-        if not alike or other.frf.shape != first.frf.shape or not np.allclose(other.frequency_hz, first.frequency_hz, rtol=1e-6):
+        alike = all(
+            getattr(other, name) == getattr(first, name)
+            for name in ("outputs", "inputs", "quantity", "window_decay_per_s")
+        )
+        if (
+            not alike
+            or other.frf.shape != first.frf.shape
+            or not np.allclose(other.frequency_hz, first.frequency_hz, rtol=1e-6)
+        ):
             found = f"channels, quantity, window or frequencies other than in {first.source or 'the first'}"
             raise InputError(other.source or "repeats", found, "repeats of one measurement")
     sources = " + ".join(one.source for one in sets)
-    return replace(first, frf=np.mean([one.frf for one in sets], axis=0), coherence=None, averages=None, source=sources, sha256="")
+    return replace(
+        first,
+        frf=np.mean([one.frf for one in sets], axis=0),
+        coherence=None,
+        averages=None,
+        source=sources,
+        sha256="",
+    )
 
 
-def pooled_variance(power: Float, line_variance: Float, freedom: int) -> Float:
-    """Variance (lines, outputs, inputs) smoothed by alpha + beta |H|^2 from single-line estimates with `freedom` degrees of freedom each.
+def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
+    """Variance (lines, outputs, inputs) smoothed by alpha + beta |H|^2 from single-line estimates with
+    `freedom` degrees of freedom each.
 
-    power is |H|^2; NaN in either marks what was not measured.  A line that stands out beyond chance (mains hum) keeps its own estimate
-    and stays out of its neighbours'.
+    power is |H|^2; NaN in either marks what was not measured.  A line that stands out beyond chance (mains
+    hum) keeps its own estimate and stays out of its neighbours'.
     """
     known = np.isfinite(power) & np.isfinite(line_variance)
     power, line_variance = np.where(known, power, 0.0), np.where(known, line_variance, 0.0)
@@ -99,11 +129,15 @@ def pooled_variance(power: Float, line_variance: Float, freedom: int) -> Float:
     return np.where(known, np.where(use, model, np.maximum(model, line_variance)), np.nan)
 
 
-def _fit(power: Float, variance: Float, bases: _Bases, start: tuple[Float, Float] | None) -> tuple[Float, tuple[Float, Float]]:
-    """alpha + beta power (lines, outputs, inputs) of greatest gamma likelihood, and the coefficients of alpha and beta.
+def _fit(
+    power: Array, variance: Array, bases: _Bases, start: tuple[Array, Array] | None
+) -> tuple[Array, tuple[Array, Array]]:
+    """alpha + beta power (lines, outputs, inputs) of greatest gamma likelihood, and the coefficients of alpha
+    and beta.
 
-    NaN in variance marks lines to leave out.  Multiplicative updates for the positive parts of a gamma-distributed sum never lower the
-    likelihood and keep the parts positive (Fevotte and Idier, Neural Computation 23 (2011), algorithm MM for Itakura-Saito divergence).
+    NaN in variance marks lines to leave out.  Multiplicative updates for the positive parts of a
+    gamma-distributed sum never lower the likelihood and keep the parts positive (Fevotte and Idier, Neural
+    Computation 23 (2011), algorithm MM for Itakura-Saito divergence).
     """
     use = np.isfinite(variance).astype(float)
     variance = np.where(use > 0, variance, 0.0)
@@ -114,7 +148,10 @@ def _fit(power: Float, variance: Float, bases: _Bases, start: tuple[Float, Float
         before = model
         pull, push = variance / model**2, use / model
         alpha = alpha * np.sqrt(_share(_project(bases[0], pull), _project(bases[0], push)))
-        pulls, pushes = _project(bases[1], (power * pull).sum(axis=1)), _project(bases[1], (power * push).sum(axis=1))
+        pulls, pushes = (
+            _project(bases[1], (power * pull).sum(axis=1)),
+            _project(bases[1], (power * push).sum(axis=1)),
+        )
         beta = beta * np.sqrt(_share(pulls, pushes))
         model = _model(alpha, beta, bases, power) + floor
         if np.max(np.abs(model / before - 1)) < _SETTLED:
@@ -122,7 +159,7 @@ def _fit(power: Float, variance: Float, bases: _Bases, start: tuple[Float, Float
     return model, (alpha, beta)
 
 
-def _start(power: Float, variance: Float, use: Float, bases: _Bases) -> tuple[Float, Float]:
+def _start(power: Array, variance: Array, use: Array, bases: _Bases) -> tuple[Array, Array]:
     """Half of the variance from either source."""
     ratio = np.divide(variance, power, out=np.zeros_like(variance), where=power > 0)
     alpha = _share(_project(bases[0], variance), _project(bases[0], use)) / 2
@@ -130,19 +167,19 @@ def _start(power: Float, variance: Float, use: Float, bases: _Bases) -> tuple[Fl
     return alpha, beta
 
 
-def _model(alpha: Float, beta: Float, bases: _Bases, power: Float) -> Float:
+def _model(alpha: Array, beta: Array, bases: _Bases, power: Array) -> Array:
     """alpha(f) + beta(f) power from coefficients (knots, outputs, inputs) and (knots, inputs)."""
     lines, outputs, inputs = power.shape
     smooth = (bases[0] @ alpha.reshape(len(alpha), -1)).reshape(lines, outputs, inputs)
     return np.asarray(smooth + (bases[1] @ beta)[:, None, :] * power)
 
 
-def _project(basis: csr_array, values: Float) -> Float:
+def _project(basis: csr_array, values: Array) -> Array:
     """Sum over the lines (axis 0) of values, weighted by each hat."""
     return np.asarray((basis.T @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:]))
 
 
-def _share(a: Float, b: Float) -> Float:
+def _share(a: Array, b: Array) -> Array:
     """a / b, and 0 where there is nothing to divide."""
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0)
 

@@ -1,4 +1,6 @@
-"""`check` looks at an FRF set before a fit and says what an engineer would say; the single checks are beside this file."""
+"""`check` looks at an FRF set before a fit and says what an engineer would say; the single checks are beside
+this file.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +18,39 @@ from identify.measured.frf_set import FrfSet
 _ORDER = {"fail": 0, "warn": 1, "info": 2}
 
 
-def check(frf_set: FrfSet, points: Mapping[int, str], band_hz: tuple[float, float] | None = None) -> list[Finding]:
+def check(
+    frf_set: FrfSet, points: Mapping[int, str], band_hz: tuple[float, float] | None = None
+) -> list[Finding]:
     """What is wrong (fail), doubtful (warn) or worth knowing (info) about a set, in this order.
 
-    points maps node numbers to names of points on the robot; band_hz (Hz) limits what is looked at.  Bad data make findings, not errors.
+    points maps node numbers to names of points on the robot; band_hz (Hz) limits what is looked at.  Bad data
+    make findings, not errors.
     """
     chosen = frf_set if band_hz is None else frf_set.band(*band_hz)
     if len(chosen.frequency_hz) == 0:
         low, high = band_hz or (0.0, 0.0)
-        span = f"{frf_set.frequency_hz[0]:.4g} to {frf_set.frequency_hz[-1]:.4g} Hz" if len(frf_set.frequency_hz) else "no line at all"
+        span = (
+            f"{frf_set.frequency_hz[0]:.4g} to {frf_set.frequency_hz[-1]:.4g} Hz"
+            if len(frf_set.frequency_hz)
+            else "no line at all"
+        )
         sentence = f"No line lies in the band from {low:.4g} to {high:.4g} Hz: the data have {span}."
         return [Finding("fail", "no-data-in-band", (), sentence, 0)]
-    findings = [*channels.points_explain(chosen, points), *channels.frequency_axis(chosen), *channels.pairs_complete(chosen)]
+    findings = [
+        *channels.points_explain(chosen, points),
+        *channels.frequency_axis(chosen),
+        *channels.pairs_complete(chosen),
+    ]
     usable = _whole(chosen)
     if usable.measured.any():
-        for one in (channels.doubled, channels.dead, physics.coherence, physics.drive_points, physics.reciprocity, physics.size):
+        for one in (
+            channels.doubled,
+            channels.dead,
+            physics.coherence,
+            physics.drive_points,
+            physics.reciprocity,
+            physics.size,
+        ):
             findings.extend(one(usable))
     else:
         findings.append(Finding("fail", "no-data", (), "No FRF has a number at every line of the band.", 0))
@@ -38,7 +58,11 @@ def check(frf_set: FrfSet, points: Mapping[int, str], band_hz: tuple[float, floa
 
 
 def _whole(frf_set: FrfSet) -> FrfSet:
-    """The FRFs that are numbers at every line, with the outputs and inputs that have any; the others have findings of their own."""
+    """The FRFs that are numbers at every line, with the outputs and inputs that have any; the others have
+    findings of their own.
+    """
     broken: NDArray[np.bool_] = np.asarray(np.isnan(frf_set.frf).any(axis=0))
     whole = replace(frf_set, frf=np.where(broken, np.nan, frf_set.frf))
-    return whole.pairs(np.flatnonzero(~broken.all(axis=1)).tolist(), np.flatnonzero(~broken.all(axis=0)).tolist())
+    return whole.pairs(
+        np.flatnonzero(~broken.all(axis=1)).tolist(), np.flatnonzero(~broken.all(axis=0)).tolist()
+    )

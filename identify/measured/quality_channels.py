@@ -19,11 +19,16 @@ def points_explain(frf_set: FrfSet, points: Mapping[int, str]) -> Iterator[Findi
     strange = [channel for channel in channels if channel.node not in points]
     if strange:
         known = f"points {min(points)} to {max(points)}" if points else "no points"
-        sentence = f"No point explains {listing(strange)}: the list of points has {known}; add the points or rename the channels."
+        sentence = (
+            f"No point explains {listing(strange)}: the list of points has {known}; add the points or rename"
+            " the channels."
+        )
         yield Finding("fail", "unknown-point", tuple(strange), sentence, len(strange))
     silent = [node for node in points if node not in {channel.node for channel in channels}]
     if silent:
-        yield Finding("info", "unused-point", (), f"Nothing was measured at point {listing(silent)}.", len(silent))
+        yield Finding(
+            "info", "unused-point", (), f"Nothing was measured at point {listing(silent)}.", len(silent)
+        )
 
 
 def pairs_complete(frf_set: FrfSet) -> Iterator[Finding]:
@@ -31,9 +36,19 @@ def pairs_complete(frf_set: FrfSet) -> Iterator[Finding]:
     for i, j in np.argwhere(np.isnan(frf_set.frf).any(axis=0)).tolist():
         pair = (frf_set.outputs[i], frf_set.inputs[j])
         if frf_set.measured[i, j]:
-            yield Finding("fail", "not-a-number", pair, f"FRF {pair[0]}/{pair[1]} has values that are not numbers; export it again.")
+            yield Finding(
+                "fail",
+                "not-a-number",
+                pair,
+                f"FRF {pair[0]}/{pair[1]} has values that are not numbers; export it again.",
+            )
         else:
-            yield Finding("warn", "missing-pair", pair, f"FRF {pair[0]}/{pair[1]} was not measured, though both channels were.")
+            yield Finding(
+                "warn",
+                "missing-pair",
+                pair,
+                f"FRF {pair[0]}/{pair[1]} was not measured, though both channels were.",
+            )
     axes = defaultdict(set)
     for output in frf_set.outputs:
         axes[output.node].add(abs(output.direction))
@@ -41,7 +56,10 @@ def pairs_complete(frf_set: FrfSet) -> Iterator[Finding]:
     poor = [node for node, directions in axes.items() if len(directions) < usual]
     if poor:
         channels = tuple(output for output in frf_set.outputs if output.node in poor)
-        sentence = f"Most points were measured in {usual} directions, point {listing(poor)} in fewer: is a channel missing?"
+        sentence = (
+            f"Most points were measured in {usual} directions, point {listing(poor)} in fewer: is a channel"
+            " missing?"
+        )
         yield Finding("warn", "missing-direction", channels, sentence, len(poor))
 
 
@@ -50,11 +68,19 @@ def doubled(frf_set: FrfSet) -> Iterator[Finding]:
     for kind, channels in (("output", frf_set.outputs), ("input", frf_set.inputs)):
         for a, b in combinations(channels, 2):
             if (a.node, abs(a.direction)) == (b.node, abs(b.direction)):
-                yield Finding("warn", "doubled-channel", (a, b), f"{a} and {b} are the same {kind} with opposite signs: keep one of them.")
+                yield Finding(
+                    "warn",
+                    "doubled-channel",
+                    (a, b),
+                    f"{a} and {b} are the same {kind} with opposite signs: keep one of them.",
+                )
     for (i, a), (k, b) in combinations(enumerate(frf_set.outputs), 2):
         both = frf_set.measured[i] & frf_set.measured[k]
         if both.any() and _same(frf_set, i, k, both):
-            sentence = f"{a} and {b} have the same values at every line: one of the two channels is a copy of the other."
+            sentence = (
+                f"{a} and {b} have the same values at every line: one of the two channels is a copy of the"
+                " other."
+            )
             yield Finding("fail", "identical-channels", (a, b), sentence)
 
 
@@ -70,9 +96,13 @@ def dead(frf_set: FrfSet) -> Iterator[Finding]:
     for kind, channels, axis in (("Output", frf_set.outputs, 2), ("Input", frf_set.inputs, 1)):
         spread = np.nanmax(np.abs(np.diff(frf_set.frf, axis=0)), axis=0, initial=0.0)
         still = np.nanmax(spread, axis=axis - 1, initial=0.0) == 0
-        found: list[Channel] = [channel for channel, flat in zip(channels, still.tolist(), strict=True) if flat]
+        found: list[Channel] = [
+            channel for channel, flat in zip(channels, still.tolist(), strict=True) if flat
+        ]
         if found and len(frf_set.frequency_hz) > 1:
-            sentence = f"{kind} {listing(found)} is zero or constant at every line: a dead channel or an open cable."
+            sentence = (
+                f"{kind} {listing(found)} is zero or constant at every line: a dead channel or an open cable."
+            )
             yield Finding("fail", "dead-channel", tuple(found), sentence, len(found))
 
 

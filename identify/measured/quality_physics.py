@@ -8,9 +8,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.measured.channel import Channel
 from identify.measured.finding import Finding, Level, listing
-from identify.measured.frf_set import POWER, Complex, Float, FrfSet
+from identify.measured.frf_set import POWER, FrfSet
 
 LOW_COHERENCE = 0.8
 """Below it half of an FRF's lines count as badly measured (a common rule in modal testing)."""
@@ -26,20 +27,33 @@ STATIC_STIFFNESS_N_PER_M = (1e3, 1e10)
 def coherence(frf_set: FrfSet) -> Iterator[Finding]:
     """Low coherence, told apart from channels that hardly move, and what is missing to know the noise."""
     if frf_set.coherence is None:
-        yield Finding("warn", "no-coherence", (), "There is no coherence: the noise can only come from repeated measurements.")
+        yield Finding(
+            "warn",
+            "no-coherence",
+            (),
+            "There is no coherence: the noise can only come from repeated measurements.",
+        )
         return
     if frf_set.averages is None:
-        sentence = "The number of averages is not known, so the coherence does not give the noise: say averages."
+        sentence = (
+            "The number of averages is not known, so the coherence does not give the noise: say averages."
+        )
         yield Finding("warn", "no-averages", (), sentence)
     median = np.array([_median(frf_set.coherence[:, i]) for i in range(len(frf_set.outputs))])
     level = np.sqrt(np.nanmean(np.abs(frf_set.frf) ** 2, axis=(0, 2)))
     low, quiet = median < LOW_COHERENCE, level < QUIET * np.nanmax(level)
     grades: list[tuple[NDArray[np.bool_], Level, str]] = [
-        (low & ~quiet, "warn", "though it moves: look for loose sensors, double hits, overload or nonlinearity"),
+        (
+            low & ~quiet,
+            "warn",
+            "though it moves: look for loose sensors, double hits, overload or nonlinearity",
+        ),
         (low & quiet, "info", "where hardly anything moves: it tells only that the point stands still"),
     ]
     for chosen, grade, words in grades:
-        channels = [channel for channel, is_low in zip(frf_set.outputs, chosen.tolist(), strict=True) if is_low]
+        channels = [
+            channel for channel, is_low in zip(frf_set.outputs, chosen.tolist(), strict=True) if is_low
+        ]
         if channels:
             worst = float(np.min(median[chosen]))
             where = f"{listing(channels)} (lowest median {worst:.2f})"
@@ -51,17 +65,19 @@ def coherence(frf_set: FrfSet) -> Iterator[Finding]:
         yield Finding("fail", "coherence", (), sentence, overall)
 
 
-def _median(values: Float) -> float:
+def _median(values: Array) -> float:
     """Median of what is known, 1 where nothing is."""
     known = values[~np.isnan(values)]
     return float(np.median(known)) if len(known) else 1.0
 
 
 def drive_points(frf_set: FrfSet) -> Iterator[Finding]:
-    """A passive structure takes power in at its drive points: the real part of each drive-point mobility is not negative.
+    """A passive structure takes power in at its drive points: the real part of each drive-point mobility is
+    not negative.
 
-    That holds at any s with Re s >= 0, so with exponential windows too.  Measured by the share of negative real parts in sum |Re Y|^2,
-    lines of larger response counting more.  The imaginary part of a drive-point receptance is then negative, of an accelerance positive.
+    That holds at any s with Re s >= 0, so with exponential windows too.  Measured by the share of negative
+    real parts in sum |Re Y|^2, lines of larger response counting more.  The imaginary part of a drive-point
+    receptance is then negative, of an accelerance positive.
     """
     found = False
     mobility = _mobility(frf_set)
@@ -73,7 +89,9 @@ def drive_points(frf_set: FrfSet) -> Iterator[Finding]:
         name = f"Drive point {pair[0]}/{pair[1]}"
         share = f"({100 * negative:.0f} % of its real part squared)"
         if negative > 0.9:
-            sentence = f"{name} gives power back at nearly all lines: sensor or hammer has the wrong sign there."
+            sentence = (
+                f"{name} gives power back at nearly all lines: sensor or hammer has the wrong sign there."
+            )
             yield Finding("fail", "drive-point", pair, sentence, negative)
         elif negative > 0.2:
             sentence = f"{name} gives power back {share}: wrong channel, direction, quantity or time delay."
@@ -82,14 +100,21 @@ def drive_points(frf_set: FrfSet) -> Iterator[Finding]:
             sentence = f"{name} has a phase that a passive structure cannot have at some lines {share}."
             yield Finding("warn", "drive-point", pair, sentence, negative)
     if not found:
-        sentence = "There is no drive point (response and force at one place and axis): signs and sizes cannot be checked."
+        sentence = (
+            "There is no drive point (response and force at one place and axis): signs and sizes cannot be"
+            " checked."
+        )
         yield Finding("info", "no-drive-point", (), sentence)
 
 
 def reciprocity(frf_set: FrfSet) -> Iterator[Finding]:
-    """H_ij against H_ji (Maxwell, Betti) wherever both were measured, as the norm of the difference over the mean norm."""
+    """H_ij against H_ji (Maxwell, Betti) wherever both were measured, as the norm of the difference over the
+    mean norm.
+    """
     place = {_place(channel): i for i, channel in enumerate(frf_set.outputs)}
-    at_inputs = [(j, place[_place(channel)]) for j, channel in enumerate(frf_set.inputs) if _place(channel) in place]
+    at_inputs = [
+        (j, place[_place(channel)]) for j, channel in enumerate(frf_set.inputs) if _place(channel) in place
+    ]
     for (a, at_a), (b, at_b) in combinations(at_inputs, 2):
         pairs = (frf_set.outputs[at_a], frf_set.inputs[b]), (frf_set.outputs[at_b], frf_set.inputs[a])
         good = _good(frf_set, at_a, b) & _good(frf_set, at_b, a)
@@ -105,14 +130,25 @@ def reciprocity(frf_set: FrfSet) -> Iterator[Finding]:
             sentence = f"{names} are equal with opposite signs: one channel has the wrong polarity."
             yield Finding("fail", "reciprocity", channels, sentence, same)
         elif same > 0.7:
-            sentence = f"{names} differ by {100 * same:.0f} % and should be equal: wrong channel, direction or gain, or nonlinear."
+            sentence = (
+                f"{names} differ by {100 * same:.0f} % and should be equal: wrong channel, direction or gain,"
+                " or nonlinear."
+            )
             yield Finding("fail", "reciprocity", channels, sentence, same)
         elif same > 0.2:
-            yield Finding("warn", "reciprocity", channels, f"{names} differ by {100 * same:.0f} %, though they should be equal.", same)
+            yield Finding(
+                "warn",
+                "reciprocity",
+                channels,
+                f"{names} differ by {100 * same:.0f} %, though they should be equal.",
+                same,
+            )
 
 
 def size(frf_set: FrfSet) -> Iterator[Finding]:
-    """Apparent mass at the top of the band and stiffness at its bottom, at the drive points: units off by a thousand show here."""
+    """Apparent mass at the top of the band and stiffness at its bottom, at the drive points: units off by a
+    thousand show here.
+    """
     s = frf_set.s[:, None, None]
     receptance = frf_set.frf / s ** POWER[frf_set.quantity]
     quarter = max(1, len(frf_set.frequency_hz) // 4)
@@ -128,7 +164,10 @@ def size(frf_set: FrfSet) -> Iterator[Finding]:
         ):
             value = 1 / inverse if inverse > 0 else np.nan  # dead channels have a finding of their own
             if value < limits[0] or value > limits[1]:
-                sentence = f"Drive point {pair[0]}/{pair[1]} has {what} of {value:.2g} {unit}: is the unit of the FRFs right?"
+                sentence = (
+                    f"Drive point {pair[0]}/{pair[1]} has {what} of {value:.2g} {unit}: is the unit of the"
+                    " FRFs right?"
+                )
                 yield Finding("warn", "size", pair, sentence, value)
 
 

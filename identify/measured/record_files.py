@@ -1,7 +1,8 @@
 """Arrays of a recorded motion as they stand in files: MATLAB (v5, v7.3), HDF5, CSV and universal files (58).
 
-A name leads to an array: a variable or structure field (`rec.act_pos_deg`), a dataset (`run1/position`), a column of a CSV file, or a
-channel of a universal file (`12:+RZ`).  With `{joint}` in it, it names one array per joint.
+A name leads to an array: a variable or structure field (`rec.act_pos_deg`), a dataset (`run1/position`), a
+column of a CSV file, or a channel of a universal file (`12:+RZ`).  With `{joint}` in it, it names one array
+per joint.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.explain.effects.scene import Array
 from identify.measured import mat
 from identify.measured.delimited import Table, read_table
 from identify.measured.loaders import FORMAT_OF_SUFFIX, load_time_history
@@ -39,7 +40,9 @@ class RecordFile:
             self.sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
         except OSError as error:
             fix = "put the data there, or say in `records` where they are"
-            raise InputError(str(path), f"the file cannot be read ({error.strerror})", "a recorded motion", fix) from error
+            raise InputError(
+                str(path), f"the file cannot be read ({error.strerror})", "a recorded motion", fix
+            ) from error
         self.in_si = form == "uff"
         self._lookup = _READERS[form](path)
 
@@ -49,12 +52,23 @@ class RecordFile:
         value = self._lookup(written, unit)
         where = f"{self.path}, {written}"
         if value is None:
-            raise InputError(where, "nothing of that name is in the file", "the name of an array", "correct `signals`")
+            raise InputError(
+                where, "nothing of that name is in the file", "the name of an array", "correct `signals`"
+            )
         array = np.asarray(value)
         if array.dtype.kind not in "fiu" or array.ndim not in (1, 2):
-            raise InputError(where, f"{array.dtype} of {array.ndim} dimensions", "real numbers over time, for one or all joints")
+            raise InputError(
+                where,
+                f"{array.dtype} of {array.ndim} dimensions",
+                "real numbers over time, for one or all joints",
+            )
         if not np.isfinite(array.astype(float)).all():
-            raise InputError(where, "values that are not finite", "numbers", "export it again, or name only the joints that were recorded")
+            raise InputError(
+                where,
+                "values that are not finite",
+                "numbers",
+                "export it again, or name only the joints that were recorded",
+            )
         return array.astype(float)
 
 
@@ -67,9 +81,13 @@ def _of_hdf5(path: Path) -> Lookup:
     try:
         with h5py.File(path, "r") as file:
             arrays: dict[str, Any] = {}
-            file.visititems(lambda name, item: arrays.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+            file.visititems(
+                lambda name, item: arrays.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+            )
     except OSError as error:
-        raise InputError(str(path), f"no readable HDF5 file ({error})", "an HDF5 file", "transfer or export it again") from error
+        raise InputError(
+            str(path), f"no readable HDF5 file ({error})", "an HDF5 file", "transfer or export it again"
+        ) from error
     return lambda name, unit: arrays.get(name.strip("/"))
 
 
@@ -101,4 +119,9 @@ def _of_uff(path: Path) -> Lookup:
     return lookup
 
 
-_READERS: dict[str, Callable[[Path], Lookup]] = {"mat": _of_mat, "hdf5": _of_hdf5, "csv": _of_csv, "uff": _of_uff}
+_READERS: dict[str, Callable[[Path], Lookup]] = {
+    "mat": _of_mat,
+    "hdf5": _of_hdf5,
+    "csv": _of_csv,
+    "uff": _of_uff,
+}

@@ -1,4 +1,6 @@
-"""Recorded motion: what was commanded, where motors and links were, how fast, and the motors' torque, per joint over time, in SI units."""
+"""Recorded motion: what was commanded, where motors and links were, how fast, and the motors' torque, per
+joint over time, in SI units.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,8 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.explain.effects.scene import Array
 from identify.measured.record_files import JOINT, RecordFile
 from identify.measured.time_history import sample_rate
 from identify.measured.units import SignalUnit, parse_signal_unit
@@ -43,14 +45,20 @@ class TimeAxis(_Settings):
 class SignalSettings(_Settings):
     """Where a signal stands in the files, and in which unit."""
 
-    at: str = Field(description="name of the array; with {joint} in it one array per joint, else one array with all of them")
+    at: str = Field(
+        description=(
+            "name of the array; with {joint} in it one array per joint, else one array with all of them"
+        )
+    )
     unit: str = Field(description="deg, rad, deg/s, rad/s, N m, or A")
     joints: list[int] | None = Field(None, description="the joints that it really has; default: all")
 
 
 @dataclass(frozen=True)
 class MotionRecord:
-    """A record: signals by quantity, (samples, joints), SI, NaN for joints that have none; positions count from the robot's zero."""
+    """A record: signals by quantity, (samples, joints), SI, NaN for joints that have none; positions count
+    from the robot's zero.
+    """
 
     name: str
     sample_rate_hz: float
@@ -62,7 +70,12 @@ class MotionRecord:
     def signal(self, quantity: str) -> Array:
         """A signal that must be there; InputError where it is not."""
         if quantity not in self.signals:
-            raise InputError(f"{self.source}, key signals", f"no {quantity}", "where it stands in the files", f"add `{quantity}:`")
+            raise InputError(
+                f"{self.source}, key signals",
+                f"no {quantity}",
+                "where it stands in the files",
+                f"add `{quantity}:`",
+            )
         return self.signals[quantity]
 
 
@@ -76,8 +89,9 @@ def read_record(
 ) -> MotionRecord:
     """A recorded motion of a robot with so many joints.
 
-    time: the time axis, or samples per second where the files have none; zero (joints,), rad: what is added to all positions, the
-    robot's joint angles where the record counts zero.  InputError for whatever is not there, has another unit or another length.
+    time: the time axis, or samples per second where the files have none; zero (joints,), rad: what is added
+    to all positions, the robot's joint angles where the record counts zero.  InputError for whatever is not
+    there, has another unit or another length.
     """
     file = RecordFile(path)
     read = {quantity: _signal(file, quantity, settings, joints) for quantity, settings in signals.items()}
@@ -86,8 +100,18 @@ def read_record(
         raise InputError(str(path), f"signals of different lengths: {lengths}", "as many samples of each")
     samples = next(iter(lengths.values()))
     time_s, rate = _time(file, time, samples)
-    moved = {quantity: values + zero if quantity.endswith("position") else values for quantity, values in read.items()}
-    return MotionRecord(name, rate, time_s, {str(quantity): values for quantity, values in moved.items()}, str(path), file.sha256)
+    moved = {
+        quantity: values + zero if quantity.endswith("position") else values
+        for quantity, values in read.items()
+    }
+    return MotionRecord(
+        name,
+        rate,
+        time_s,
+        {str(quantity): values for quantity, values in moved.items()},
+        str(path),
+        file.sha256,
+    )
 
 
 def _time(file: RecordFile, time: TimeAxis | float, samples: int) -> tuple[Array, float]:
@@ -95,7 +119,9 @@ def _time(file: RecordFile, time: TimeAxis | float, samples: int) -> tuple[Array
         return np.arange(samples) / time, time
     time_s = np.ravel(file.array(time.at)) * (1e-3 if time.unit == "ms" else 1.0)
     if len(time_s) != samples:
-        raise InputError(f"{file.path}, {time.at}", f"{len(time_s)} times for {samples} samples", "a time for each sample")
+        raise InputError(
+            f"{file.path}, {time.at}", f"{len(time_s)} times for {samples} samples", "a time for each sample"
+        )
     return time_s - time_s[0], sample_rate(time_s, f"{file.path}, {time.at}")
 
 
@@ -123,7 +149,11 @@ def _by_joint(array: Array, joints: int, where: str) -> Array:
         return array.copy()
     if array.shape[0] == joints and array.shape[1] != joints:
         return array.T.copy()
-    raise InputError(where, f"an array of shape {array.shape}", f"one side of {joints}, a value per joint, and more samples than joints")
+    raise InputError(
+        where,
+        f"an array of shape {array.shape}",
+        f"one side of {joints}, a value per joint, and more samples than joints",
+    )
 
 
 def _unit(quantity: str, settings: SignalSettings, where: str) -> SignalUnit | None:

@@ -1,4 +1,6 @@
-"""What a measurement of a study is read from: a file of FRFs, several repeats of it, or time histories to estimate FRFs from."""
+"""What a measurement of a study is read from: a file of FRFs, several repeats of it, or time histories to
+estimate FRFs from.
+"""
 
 from __future__ import annotations
 
@@ -18,18 +20,29 @@ from identify.measured.units import Kind
 
 
 class Estimation(BaseModel):
-    """How FRFs are estimated from time histories; an exponential window is `window_decay_per_s` of the measurement."""
+    """How FRFs are estimated from time histories; an exponential window is `window_decay_per_s` of the
+    measurement.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     excitation: Literal["impacts", "random", "chirp"] = Field(
-        "impacts", description="`impacts`: a block per hit; `random`: continuous records; `chirp`: a rotating offset mass"
+        "impacts",
+        description=(
+            "`impacts`: a block per hit; `random`: continuous records; `chirp`: a rotating offset mass"
+        ),
     )
     method: Method = Field("h1", description="h1: noise on responses; h2: on forces; hv: on both")
-    force_window_s: float | None = Field(None, gt=0, description="impacts: the force is zero behind this time")
+    force_window_s: float | None = Field(
+        None, gt=0, description="impacts: the force is zero behind this time"
+    )
     segment_s: float = Field(2.0, gt=0, description="random: length of the segments, s")
     overlap: float = Field(0.5, ge=0, lt=1, description="random: share by which segments overlap")
-    chirp: Chirp | None = Field(None, description="chirp: the offset mass, its channels and where the force is taken from")
-    units: dict[Kind, str] = Field({}, description="units that the file leaves open, such as {acceleration: g, force: N}")
+    chirp: Chirp | None = Field(
+        None, description="chirp: the offset mass, its channels and where the force is taken from"
+    )
+    units: dict[Kind, str] = Field(
+        {}, description="units that the file leaves open, such as {acceleration: g, force: N}"
+    )
 
     @model_validator(mode="after")
     def _chirp_is_described(self) -> Estimation:
@@ -39,7 +52,9 @@ class Estimation(BaseModel):
 
 
 def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
-    """The FRFs of one measurement; of several repeats of it, the mean, with its noise from their scatter.  InputError as the loaders."""
+    """The FRFs of one measurement; of several repeats of it, the mean, with its noise from their scatter.
+    InputError as the loaders.
+    """
     if len(paths) == 1:
         return _read_one(paths[0], options, estimation)
     sets = [_read_one(path, options, estimation) for path in paths]
@@ -54,4 +69,6 @@ def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None
         return frf_from_chirp(history, estimation.chirp)
     if estimation.excitation == "random":
         return frf_from_random(history, estimation.segment_s, estimation.overlap, estimation.method)
-    return frf_from_impacts(history, estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0)
+    return frf_from_impacts(
+        history, estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0
+    )

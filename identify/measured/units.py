@@ -1,7 +1,9 @@
-"""Units of responses, forces and FRFs as instruments write them (`g/N`, `m/s^2/N`, `(m/s)/N`, `in/s2/lbf`), turned into SI.
+"""Units of responses, forces and FRFs as instruments write them (`g/N`, `m/s^2/N`, `(m/s)/N`, `in/s2/lbf`),
+turned into SI.
 
-An expression is read as it stands, left to right: products (space, `*`, `.`, `-`), quotients (`/`), powers (`s^2`, `s2`, `s**-1`)
-and brackets.  `g` is standard gravity, `lb` a pound-force: masses do not occur as response or force.  Nothing is guessed.
+An expression is read as it stands, left to right: products (space, `*`, `.`, `-`), quotients (`/`), powers
+(`s^2`, `s2`, `s**-1`) and brackets.  `g` is standard gravity, `lb` a pound-force: masses do not occur as
+response or force.  Nothing is guessed.
 """
 
 from __future__ import annotations
@@ -33,10 +35,19 @@ _MASS: _Dims = (("N", 1), ("m", -1), ("s", 2))
 _MOMENT: _Dims = (("N", 1), ("m", 1))
 
 _ATOMS: dict[str, tuple[float, _Dims]] = {
-    **{name: (factor, _LENGTH) for name, factor in {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}.items()},
-    **{name: (factor, _LENGTH) for name, factor in {"in": 0.0254, "inch": 0.0254, "ft": 0.3048, "mil": 2.54e-5}.items()},
+    **{
+        name: (factor, _LENGTH)
+        for name, factor in {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}.items()
+    },
+    **{
+        name: (factor, _LENGTH)
+        for name, factor in {"in": 0.0254, "inch": 0.0254, "ft": 0.3048, "mil": 2.54e-5}.items()
+    },
     **{name: (factor, (("s", 1),)) for name, factor in {"s": 1.0, "sec": 1.0}.items()},
-    **{name: (factor, _ANGLE) for name, factor in {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": pi / 180}.items()},
+    **{
+        name: (factor, _ANGLE)
+        for name, factor in {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": pi / 180}.items()
+    },
     **{name: (factor, _FORCE) for name, factor in {"N": 1.0, "kN": 1e3, "mN": 1e-3, "daN": 10.0}.items()},
     **{name: (POUND_FORCE, _FORCE) for name in ("lbf", "lb", "lbs")},
     **{name: (GRAVITY, _FORCE) for name in ("kgf", "kp")},
@@ -45,12 +56,18 @@ _ATOMS: dict[str, tuple[float, _Dims]] = {
     "kg": (1.0, _MASS),
     "1": (1.0, ()),
 }
-_TOKEN = re.compile(r"\s*(?:(?P<name>1(?!\d)|[A-Za-z_]+)(?:(?:\^|\*\*)?(?P<power>[+-]?[1-3]))?(?!\d)|(?P<mark>[()/*]))")
+_TOKEN = re.compile(
+    r"\s*(?:(?P<name>1(?!\d)|[A-Za-z_]+)(?:(?:\^|\*\*)?(?P<power>[+-]?[1-3]))?(?!\d)|(?P<mark>[()/*]))"
+)
 _SIMILAR = str.maketrans({"²": "^2", "µ": "u", "μ": "u", "·": "*", ".": "*"})
 _HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
 _KINDS: dict[int, Kind] = {0: "displacement", -1: "velocity", -2: "acceleration"}
 _QUANTITIES: dict[int, Quantity] = {0: "receptance", -1: "mobility", -2: "accelerance"}
-QUANTITY_OF_KIND: dict[Kind, Quantity] = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
+QUANTITY_OF_KIND: dict[Kind, Quantity] = {
+    "displacement": "receptance",
+    "velocity": "mobility",
+    "acceleration": "accelerance",
+}
 """What a motion over a force is called."""
 _FRF_RESTS: dict[tuple[bool, bool], dict[str, int]] = {
     (False, False): {"m": 1},
@@ -97,29 +114,41 @@ def parse_frf_unit(text: str, where: str) -> FrfUnit:
         for (rotation, moment), rest in _FRF_RESTS.items():
             if dims == rest:
                 return FrfUnit(_QUANTITIES[time], factor, rotation, moment)
-    raise InputError(where, f"unit {text!r} is not a displacement, velocity or acceleration per force", _EXAMPLES)
+    raise InputError(
+        where, f"unit {text!r} is not a displacement, velocity or acceleration per force", _EXAMPLES
+    )
 
 
 def parse_signal_unit(text: str, where: str) -> SignalUnit:
-    """Kind and factor to SI of a displacement, velocity, acceleration, force or their rotational kin; InputError otherwise."""
+    """Kind and factor to SI of a displacement, velocity, acceleration, force or their rotational kin;
+    InputError otherwise.
+    """
     factor, dims = _evaluate(text, where)
     if dims in ({"N": 1}, {"N": 1, "m": 1}):
         return SignalUnit("force", "m" in dims, factor)
     time = dims.pop("s", 0)
     if dims in ({"m": 1}, {"rad": 1}) and time in _KINDS:
         return SignalUnit(_KINDS[time], "rad" in dims, factor)
-    raise InputError(where, f"unit {text!r} is neither a motion nor a force", "a unit such as m/s^2, g, mm/s, um, rad/s, N or lbf")
+    raise InputError(
+        where,
+        f"unit {text!r} is neither a motion nor a force",
+        "a unit such as m/s^2, g, mm/s, um, rad/s, N or lbf",
+    )
 
 
 def ratio(response: SignalUnit, force: SignalUnit, where: str) -> FrfUnit:
     """Unit of response over force; InputError where the first is no motion or the second no force."""
     if response.kind == "force" or force.kind != "force":
         raise InputError(where, f"an FRF of {response.kind} over {force.kind}", "a motion over a force")
-    return FrfUnit(QUANTITY_OF_KIND[response.kind], response.factor / force.factor, response.rotation, force.rotation)
+    return FrfUnit(
+        QUANTITY_OF_KIND[response.kind], response.factor / force.factor, response.rotation, force.rotation
+    )
 
 
 def _evaluate(text: str, where: str) -> tuple[float, dict[str, int]]:
-    """Factor and non-zero exponents of m, s, N and rad; InputError where the text is no product of known units."""
+    """Factor and non-zero exponents of m, s, N and rad; InputError where the text is no product of known
+    units.
+    """
     rest = _HYPHEN.sub("*", text.translate(_SIMILAR)).strip()
     product, outer = _Product(), []
     while rest:
@@ -140,7 +169,9 @@ def _evaluate(text: str, where: str) -> tuple[float, dict[str, int]]:
                 power = int(match["power"] or 1)
                 product.times(factor**power, {name: power * exponent for name, exponent in dims})
         except (KeyError, IndexError, ValueError) as error:
-            raise InputError(where, f"unit {text!r} has {match[0].strip()!r} where it means nothing", _EXAMPLES) from error
+            raise InputError(
+                where, f"unit {text!r} has {match[0].strip()!r} where it means nothing", _EXAMPLES
+            ) from error
     if outer or product.pending:
         raise InputError(where, f"unit {text!r} is incomplete", _EXAMPLES)
     return product.factor, {name: power for name, power in product.dims.items() if power}

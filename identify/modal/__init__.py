@@ -1,1 +1,3 @@
-"""Experimental modal analysis: poles, shapes and their quality from measured FRFs; MAC and its family; pairing of modal tables."""
+"""Experimental modal analysis: poles, shapes and their quality from measured FRFs; MAC and its family;
+pairing of modal tables.
+"""

@@ -1,7 +1,7 @@
 """Experimental modal analysis without clicking: measured FRFs in, modal table and its quality out.
 
-The steps, each in its own file: `layout`, `stabilisation` (with `plscf` or `lsce`), `selection`, `verify` (with
-`refine` and `lsfd`), `scaling`, `cmif`, `reciprocity`, `window`.
+The steps, each in its own file: `layout`, `stabilisation` (with `plscf` or `lsce`), `selection`, `verify`
+(with `refine` and `lsfd`), `scaling`, `cmif`, `reciprocity`, `window`.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
@@ -26,20 +26,18 @@ from identify.modal.stabilisation import Diagram, stabilisation
 from identify.modal.verify import Verified, unrefined, verify
 from identify.modal.window import frequency_and_damping, seen_through
 
-Complex = NDArray[np.complex128]
-Float = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class ModalAnalysis:
     """Modes of an FRF set and all that is needed to judge and to plot them; rows of (m,) follow the table.
 
-    table: frequencies, damping (window corrected), shapes at `layout.responses`, standard deviations (spread over orders
-    and noise together); model: poles, participation at `layout.references`, receptance residues and residuals; outside: resonances
-    beyond the band that were fitted with them; modes: the cluster behind
-    each mode; rejected: candidates with the reason; seen_*: what the window showed before its correction; mpc (m,), mpd
-    (m,) rad: of the final shapes; synthesised (L, responses, references): the model's FRFs; synthesis_error (responses, references):
-    RMS error over RMS of the FRF in the band, total_error over all of them; mode_indicator (L, references): CMIF.
+    table: frequencies, damping (window corrected), shapes at `layout.responses`, standard deviations (spread
+    over orders and noise together); model: poles, participation at `layout.references`, receptance residues
+    and residuals; outside: resonances beyond the band that were fitted with them; modes: the cluster behind
+    each mode; rejected: candidates with the reason; seen_*: what the window showed before its correction; mpc
+    (m,), mpd (m,) rad: of the final shapes; synthesised (L, responses, references): the model's FRFs;
+    synthesis_error (responses, references): RMS error over RMS of the FRF in the band, total_error over all
+    of them; mode_indicator (L, references): CMIF.
     """
 
     table: ModalTable
@@ -51,14 +49,14 @@ class ModalAnalysis:
     diagram: Diagram
     layout: Layout
     settings: ModalSettings
-    seen_frequency_hz: Float
-    seen_damping_ratio: Float
-    mpc: Float
-    mpd: Float
+    seen_frequency_hz: Array
+    seen_damping_ratio: Array
+    mpc: Array
+    mpd: Array
     synthesised: Complex
-    synthesis_error: Float
+    synthesis_error: Array
     total_error: float
-    mode_indicator: Float
+    mode_indicator: Array
     reciprocity: tuple[ReciprocityCheck, ...]
 
     @property
@@ -70,27 +68,36 @@ class ModalAnalysis:
 def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnalysis:
     """Modes of measured FRFs; none is a table of length 0 with the rejected candidates and their reasons.
 
-    InputError where the set cannot be analysed: no lines in the band, gaps between lines, unknown references, all zero.
+    InputError where the set cannot be analysed: no lines in the band, gaps between lines, unknown references,
+    all zero.
     """
     settings = settings or ModalSettings()
     layout = arrange(frf_set, settings)
     diagram = stabilisation(layout, settings)
     manual = settings.modes_hz is not None
-    accepted, rejected = select(candidates(diagram, 0.0 if manual else settings.min_presence / 2), layout, settings)
+    accepted, rejected = select(
+        candidates(diagram, 0.0 if manual else settings.min_presence / 2), layout, settings
+    )
     verified = (verify if settings.refine else unrefined)(accepted, layout, settings)
     verified = replace(verified, rejected=sorted(rejected + verified.rejected, key=lambda c: c.frequency_hz))
     return _result(frf_set, layout, diagram, verified, settings)
 
 
 def analyse_directions(frf_set: FrfSet, settings: ModalSettings | None = None) -> dict[str, ModalAnalysis]:
-    """Each direction of the responses apart, as UMONS did for x, y and z: {"X": ..., "Y": ..., "Z": ...}, those measured."""
+    """Each direction of the responses apart, as UMONS did for x, y and z: {"X": ..., "Y": ..., "Z": ...},
+    those measured.
+    """
     settings = settings or ModalSettings()
     side = arrange(frf_set, settings).responses
-    measured = [name for code, name in ((1, "X"), (2, "Y"), (3, "Z")) if any(abs(c.direction) == code for c in side)]
+    measured = [
+        name for code, name in ((1, "X"), (2, "Y"), (3, "Z")) if any(abs(c.direction) == code for c in side)
+    ]
     return {name: analyse(frf_set, settings.model_copy(update={"direction": name})) for name in measured}
 
 
-def _result(frf_set: FrfSet, layout: Layout, diagram: Diagram, verified: Verified, settings: ModalSettings) -> ModalAnalysis:
+def _result(
+    frf_set: FrfSet, layout: Layout, diagram: Diagram, verified: Verified, settings: ModalSettings
+) -> ModalAnalysis:
     model = verified.model
     scaling = scale(model, layout)
     frequency, damping = frequency_and_damping(model.poles)
@@ -98,10 +105,19 @@ def _result(frf_set: FrfSet, layout: Layout, diagram: Diagram, verified: Verifie
     noise = _noise(model.poles, verified.covariance)
     spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
     std = np.hypot(spread, noise)
-    synthesised = synthesise(model, layout.s, layout.power) + synthesise(verified.outside, layout.s, layout.power)
+    synthesised = synthesise(model, layout.s, layout.power) + synthesise(
+        verified.outside, layout.s, layout.power
+    )
     error, total = synthesis_error(layout.frf, synthesised)
     table = ModalTable(
-        frequency, damping, layout.responses, scaling.shapes, std[:, 0], std[:, 1], source=frf_set.source, sha256=frf_set.sha256
+        frequency,
+        damping,
+        layout.responses,
+        scaling.shapes,
+        std[:, 0],
+        std[:, 1],
+        source=frf_set.source,
+        sha256=frf_set.sha256,
     )
     return ModalAnalysis(
         table=table,
@@ -125,8 +141,10 @@ def _result(frf_set: FrfSet, layout: Layout, diagram: Diagram, verified: Verifie
     )
 
 
-def _noise(poles: Complex, covariance: Float) -> Float:
-    """Standard deviations of frequency (Hz) and damping ratio, (m, 2), from the covariance of real and imaginary parts."""
+def _noise(poles: Complex, covariance: Array) -> Array:
+    """Standard deviations of frequency (Hz) and damping ratio, (m, 2), from the covariance of real and
+    imaginary parts.
+    """
     size = np.abs(poles)
     turn = np.stack([poles.real, poles.imag], axis=1) / size[:, None]
     across = np.stack([-(turn[:, 1] ** 2), turn[:, 0] * turn[:, 1]], axis=1) / size[:, None]
@@ -134,8 +152,10 @@ def _noise(poles: Complex, covariance: Float) -> Float:
     return np.asarray(np.sqrt(np.maximum(np.stack(variance, axis=1), 0.0)))
 
 
-def synthesis_error(measured: Complex, synthesised: Complex) -> tuple[Float, float]:
-    """RMS error over RMS of each FRF (responses, references), NaN where not measured or zero, and of all FRFs together."""
+def synthesis_error(measured: Complex, synthesised: Complex) -> tuple[Array, float]:
+    """RMS error over RMS of each FRF (responses, references), NaN where not measured or zero, and of all FRFs
+    together.
+    """
     power = np.sum(np.abs(measured) ** 2, axis=0)
     error = np.sum(np.abs(measured - synthesised) ** 2, axis=0)
     ratio = np.sqrt(np.divide(error, power, out=np.full(power.shape, np.nan), where=power > 0))

@@ -1,4 +1,6 @@
-"""Complex mode indicator function: singular values of the FRF matrix at every line (Shih, Tsuei, Allemang and Brown, MSSP 2 (1988))."""
+"""Complex mode indicator function: singular values of the FRF matrix at every line (Shih, Tsuei, Allemang and
+Brown, MSSP 2 (1988)).
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,8 @@ from identify.modal.layout import Layout
 
 
 def cmif(layout: Layout) -> np.ndarray:
-    """(lines, references), largest first, of the responses measured against every reference; unit of the FRFs.
+    """(lines, references), largest first, of the responses measured against every reference; unit of the
+    FRFs.
 
     A peak of the first is a mode; a peak of the second at the same line is another one that close.
     """

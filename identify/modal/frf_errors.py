@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.modal.mac import frac
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def frf_errors(measured: Complex, modelled: Complex) -> dict[str, Array]:
-    """relative_error, frac and area_error of FRFs (lines, pairs), each (pairs,); NaN where the measured FRF is zero.
+    """relative_error, frac and area_error of FRFs (lines, pairs), each (pairs,); NaN where the measured FRF
+    is zero.
 
-    Relative: RMS difference over RMS measured; area: between the magnitudes, over the area below the measured one (Kobe Eq. 10).
+    Relative: RMS difference over RMS measured; area: between the magnitudes, over the area below the measured
+    one (Kobe Eq. 10).
     """
     return {
-        "relative_error": _over(np.linalg.norm(modelled - measured, axis=0), np.linalg.norm(measured, axis=0)),
+        "relative_error": _over(
+            np.linalg.norm(modelled - measured, axis=0), np.linalg.norm(measured, axis=0)
+        ),
         "frac": np.asarray(frac(measured, modelled)),
-        "area_error": _over(np.abs(np.abs(modelled) - np.abs(measured)).sum(axis=0), np.abs(measured).sum(axis=0)),
+        "area_error": _over(
+            np.abs(np.abs(modelled) - np.abs(measured)).sum(axis=0), np.abs(measured).sum(axis=0)
+        ),
     }
 
 

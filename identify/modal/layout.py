@@ -1,4 +1,6 @@
-"""Which side of an FRF matrix the references are, and the array the estimators work on, `[line, response, reference]`."""
+"""Which side of an FRF matrix the references are, and the array the estimators work on, `[line, response,
+reference]`.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.frf_set import POWER, Complex, Float, FrfSet
+from identify.measured.frf_set import POWER, FrfSet
 from identify.modal.settings import ModalSettings
 
 _AXIS = {"X": 1, "Y": 2, "Z": 3}
@@ -19,12 +22,13 @@ _AXIS = {"X": 1, "Y": 2, "Z": 3}
 class Layout:
     """FRFs ordered for estimation.
 
-    frequency_hz (L,), evenly spaced; frf (L, responses, references), NaN where a pair was not measured; power of s of the
-    measured quantity (receptance 0 .. accelerance 2); decay of the exponential window (1/s).  transposed: the
-    references are outputs of the measurement, as with a roving hammer and fixed accelerometers (reciprocity, UMONS Eq. 1).
+    frequency_hz (L,), evenly spaced; frf (L, responses, references), NaN where a pair was not measured; power
+    of s of the measured quantity (receptance 0 .. accelerance 2); decay of the exponential window (1/s).
+    transposed: the references are outputs of the measurement, as with a roving hammer and fixed
+    accelerometers (reciprocity, UMONS Eq. 1).
     """
 
-    frequency_hz: Float
+    frequency_hz: Array
     frf: Complex
     responses: tuple[Channel, ...]
     references: tuple[Channel, ...]
@@ -50,11 +54,15 @@ class Layout:
 
 
 def arrange(frf_set: FrfSet, settings: ModalSettings) -> Layout:
-    """The lines of the band and the pairs to analyse, references last; InputError where nothing usable is left."""
+    """The lines of the band and the pairs to analyse, references last; InputError where nothing usable is
+    left.
+    """
     where = frf_set.source or "FRF set"
     transposed, picked = _references(frf_set, settings.references, where)
     frf = frf_set.frf.transpose(0, 2, 1) if transposed else frf_set.frf
-    responses, references = (frf_set.inputs, frf_set.outputs) if transposed else (frf_set.outputs, frf_set.inputs)
+    responses, references = (
+        (frf_set.inputs, frf_set.outputs) if transposed else (frf_set.outputs, frf_set.inputs)
+    )
     rows = _rows(responses, settings.direction, where)
     frf = frf[:, rows][:, :, picked]
     measured = np.asarray(~np.isnan(frf).all(axis=0))
@@ -84,8 +92,14 @@ def _references(frf_set: FrfSet, names: tuple[str, ...] | None, where: str) -> t
     for transposed, side in ((False, frf_set.inputs), (True, frf_set.outputs)):
         if all(channel in side for channel in wanted):
             return transposed, [side.index(channel) for channel in wanted]
-    known = ", ".join(str(c) for c in (frf_set.inputs if len(frf_set.inputs) <= len(frf_set.outputs) else frf_set.outputs))
-    raise InputError("references", f"{', '.join(names)} are neither all inputs nor all outputs of {where}", f"some of {known}")
+    known = ", ".join(
+        str(c) for c in (frf_set.inputs if len(frf_set.inputs) <= len(frf_set.outputs) else frf_set.outputs)
+    )
+    raise InputError(
+        "references",
+        f"{', '.join(names)} are neither all inputs nor all outputs of {where}",
+        f"some of {known}",
+    )
 
 
 def _rows(responses: tuple[Channel, ...], direction: str | None, where: str) -> list[int]:
@@ -93,29 +107,47 @@ def _rows(responses: tuple[Channel, ...], direction: str | None, where: str) -> 
         return list(range(len(responses)))
     rows = [i for i, channel in enumerate(responses) if abs(channel.direction) == _AXIS[direction]]
     if not rows:
-        raise InputError("direction", f"no response channel of {where} is along {direction}", fix="choose another direction")
+        raise InputError(
+            "direction",
+            f"no response channel of {where} is along {direction}",
+            fix="choose another direction",
+        )
     return rows
 
 
-def _lines(frequency_hz: Float, band_hz: tuple[float, float] | None, where: str) -> NDArray[np.bool_]:
+def _lines(frequency_hz: Array, band_hz: tuple[float, float] | None, where: str) -> NDArray[np.bool_]:
     low, high = (0.0, np.inf) if band_hz is None else band_hz
     lines = (frequency_hz >= low) & (frequency_hz <= high) & (frequency_hz > 0)
     if not lines.any():
         span = f"{frequency_hz[0]:g} to {frequency_hz[-1]:g} Hz" if len(frequency_hz) else "nothing"
-        raise InputError("band_hz", f"no line of {where} lies in {low:g} to {high:g} Hz", f"a band within {span}")
+        raise InputError(
+            "band_hz", f"no line of {where} lies in {low:g} to {high:g} Hz", f"a band within {span}"
+        )
     return np.asarray(lines)
 
 
 def _check(layout: Layout, where: str) -> None:
     lines = len(layout.frequency_hz)
     if lines < 16:
-        raise InputError(where, f"{lines} finite frequency lines in the band", "at least 16", "widen band_hz or mend the data")
+        raise InputError(
+            where,
+            f"{lines} finite frequency lines in the band",
+            "at least 16",
+            "widen band_hz or mend the data",
+        )
     steps = np.diff(layout.frequency_hz)
     # Vendors print the step with few digits, so the lines may creep by a part of a step over the band.
     if np.max(np.abs(steps / layout.spacing_hz - 1)) > 0.05:
         at = layout.frequency_hz[np.argmax(np.abs(steps - layout.spacing_hz))]
-        raise InputError(where, f"the lines are not evenly spaced near {at:g} Hz", "a constant step", "choose band_hz beside the gap")
+        raise InputError(
+            where,
+            f"the lines are not evenly spaced near {at:g} Hz",
+            "a constant step",
+            "choose band_hz beside the gap",
+        )
     if not layout.complete.any():
-        raise InputError(where, "no response was measured against every reference", fix="name fewer references")
+        raise InputError(
+            where, "no response was measured against every reference", fix="name fewer references"
+        )
     if not np.any(layout.frf[:, layout.complete]):
         raise InputError(where, "every FRF is zero")

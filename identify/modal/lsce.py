@@ -1,7 +1,9 @@
-"""Least-squares complex exponential estimator on impulse responses, poly-reference (LSCE, PRCE), as UMONS used.
+"""Least-squares complex exponential estimator on impulse responses, poly-reference (LSCE, PRCE), as UMONS
+used.
 
-Source: Brown, Allemang, Zimmerman and Mergeay, SAE 790221 (1979); Vold, Kundrat, Rocklin and Russell, SAE 820194 (1982).
-The impulse responses are the inverse Fourier transform of the band, so they are complex and sampled at its width.
+Source: Brown, Allemang, Zimmerman and Mergeay, SAE 790221 (1979); Vold, Kundrat, Rocklin and Russell, SAE
+820194 (1982). The impulse responses are the inverse Fourier transform of the band, so they are complex and
+sampled at its width.
 """
 
 from __future__ import annotations
@@ -9,18 +11,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Complex
 from identify.modal.plscf import solve_denominator
-
-Complex = NDArray[np.complex128]
 
 
 def denominators(frf: Complex, orders: range) -> Iterator[Complex]:
-    """Denominator coefficients beta (p + 1, references, references), beta_0 = 1, of every order p, from frf (L, responses, references).
+    """Denominator coefficients beta (p + 1, references, references), beta_0 = 1, of every order p, from frf
+    (L, responses, references).
 
-    The impulse response h obeys sum_b h[n - b] beta_b = 0 for n > p.  Half of the record is used: its end holds the
-    wrap-around of band edges and residuals; every order starts as early as it can, where the signal is.
+    The impulse response h obeys sum_b h[n - b] beta_b = 0 for n > p.  Half of the record is used: its end
+    holds the wrap-around of band edges and residuals; every order starts as early as it can, where the signal
+    is.
     """
     lines, responses, refs = frf.shape
     top = orders[-1]

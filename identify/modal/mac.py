@@ -1,8 +1,8 @@
 """MAC and its family: how alike are two sets of mode shapes, or two sets of FRFs.
 
-Shapes are rows: `a` (m, channels) and `b` (n, channels), real or complex.  FRFs are `[frequency, ...]`.
-Every criterion lies between 0 (nothing in common) and 1; something that is zero everywhere correlates with nothing (0).
-The pairing of two modal tables is in `pairing.py`.
+Shapes are rows: `a` (m, channels) and `b` (n, channels), real or complex.  FRFs are `[frequency, ...]`. Every
+criterion lies between 0 (nothing in common) and 1; something that is zero everywhere correlates with nothing
+(0). The pairing of two modal tables is in `pairing.py`.
 """
 
 from __future__ import annotations
@@ -12,23 +12,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from identify.core.arrays import Array
+
 Shapes = NDArray[Any]
 
 
-def mac(a: Shapes, b: Shapes) -> Float:
+def mac(a: Shapes, b: Shapes) -> Array:
     """Modal assurance criterion |a^H b|^2 / (a^H a  b^H b), (m, n).
 
-    Blind to scale and phase, but not to conjugation: see `macx`.  Source: Allemang and Brown, IMAC 1 (1982); UMONS Eq. 3.
+    Blind to scale and phase, but not to conjugation: see `macx`.  Source: Allemang and Brown, IMAC 1 (1982);
+    UMONS Eq. 3.
     """
     a, b = _shapes(a, b)
     return _ratio(np.abs(a.conj() @ b.T) ** 2, np.outer(_power(a), _power(b)))
 
 
-def macx(a: Shapes, b: Shapes) -> Float:
-    """MAC for complex shapes that does not change when either shape is conjugated, (m, n); equals `mac` for real shapes.
+def macx(a: Shapes, b: Shapes) -> Array:
+    """MAC for complex shapes that does not change when either shape is conjugated, (m, n); equals `mac` for
+    real shapes.
 
-    (|a^H b| + |a^T b|)^2 / ((a^H a + |a^T a|)(b^H b + |b^T b|)).  Source: Vacher, Jacquier and Bucharles, ISMA (2010).
+    (|a^H b| + |a^T b|)^2 / ((a^H a + |a^T a|)(b^H b + |b^T b|)).  Source: Vacher, Jacquier and Bucharles,
+    ISMA (2010).
     """
     a, b = _shapes(a, b)
     top = (np.abs(a.conj() @ b.T) + np.abs(a @ b.T)) ** 2
@@ -36,16 +40,19 @@ def macx(a: Shapes, b: Shapes) -> Float:
     return _ratio(top, np.outer(*own))
 
 
-def auto_mac(a: Shapes) -> Float:
-    """`mac` of a set with itself, (m, m): high off the diagonal where the channels cannot tell two modes apart."""
+def auto_mac(a: Shapes) -> Array:
+    """`mac` of a set with itself, (m, m): high off the diagonal where the channels cannot tell two modes
+    apart.
+    """
     return mac(a, a)
 
 
-def comac(a: Shapes, b: Shapes) -> Float:
-    """Coordinate MAC over mode pairs: a and b (modes, channels), row r of a paired with row r of b; (channels,).
+def comac(a: Shapes, b: Shapes) -> Array:
+    """Coordinate MAC over mode pairs: a and b (modes, channels), row r of a paired with row r of b;
+    (channels,).
 
-    (sum_r |a_rj b_rj|)^2 / (sum_r |a_rj|^2 sum_r |b_rj|^2), every shape first scaled to unit length so that the
-    scaling of the modes does not enter.  Source: Lieven and Ewins, IMAC 6 (1988).
+    (sum_r |a_rj b_rj|)^2 / (sum_r |a_rj|^2 sum_r |b_rj|^2), every shape first scaled to unit length so that
+    the scaling of the modes does not enter.  Source: Lieven and Ewins, IMAC 6 (1988).
     """
     a, b = _shapes(a, b)
     if a.shape != b.shape:
@@ -54,18 +61,20 @@ def comac(a: Shapes, b: Shapes) -> Float:
     return _ratio(np.sum(size_a * size_b, axis=0) ** 2, np.sum(size_a**2, axis=0) * np.sum(size_b**2, axis=0))
 
 
-def mpc(a: Shapes) -> Float:
-    """Modal phase collinearity, (m,): 1 for a shape whose channels all move in phase or in opposition, 0 for a travelling wave.
+def mpc(a: Shapes) -> Array:
+    """Modal phase collinearity, (m,): 1 for a shape whose channels all move in phase or in opposition, 0 for
+    a travelling wave.
 
-    ((Sxx - Syy)^2 + 4 Sxy^2) / (Sxx + Syy)^2 = |a^T a|^2 / (a^H a)^2, without removing the mean, so that it does not
-    depend on the signs of the channels.  Source: Pappa, Elliott and Schenk, J. Guidance 16 (1993).
+    ((Sxx - Syy)^2 + 4 Sxy^2) / (Sxx + Syy)^2 = |a^T a|^2 / (a^H a)^2, without removing the mean, so that it
+    does not depend on the signs of the channels.  Source: Pappa, Elliott and Schenk, J. Guidance 16 (1993).
     """
     a = np.atleast_2d(a)
     return _ratio(np.abs(np.sum(a * a, axis=1)) ** 2, _power(a) ** 2)
 
 
-def mpd(a: Shapes) -> Float:
-    """Mean phase deviation, (m,), rad: amplitude-weighted mean angle between the channels and the line that fits them best.
+def mpd(a: Shapes) -> Array:
+    """Mean phase deviation, (m,), rad: amplitude-weighted mean angle between the channels and the line that
+    fits them best.
 
     0 for a real shape; at most pi/2.  Source: Reynders, Houbrechts and De Roeck, MSSP 29 (2012).
     """
@@ -73,20 +82,24 @@ def mpd(a: Shapes) -> Float:
     # The best line through the points of the complex plane is at half the phase of sum a^2.
     turned = a * np.exp(-0.5j * np.angle(np.sum(a * a, axis=1)))[:, None]
     size = np.abs(a)
-    return _ratio(np.sum(size * np.arctan2(np.abs(turned.imag), np.abs(turned.real)), axis=1), np.sum(size, axis=1))
+    return _ratio(
+        np.sum(size * np.arctan2(np.abs(turned.imag), np.abs(turned.real)), axis=1), np.sum(size, axis=1)
+    )
 
 
-def frac(a: Shapes, b: Shapes) -> Float:
+def frac(a: Shapes, b: Shapes) -> Array:
     """Frequency response assurance criterion of each FRF over its lines: a and b [frequency, ...] -> (...).
 
-    |sum a* b|^2 / (sum |a|^2 sum |b|^2).  Blind to level: never to be read alone.  Source: Heylen and Lammens (1996).
+    |sum a* b|^2 / (sum |a|^2 sum |b|^2).  Blind to level: never to be read alone.  Source: Heylen and Lammens
+    (1996).
     """
     top, own_a, own_b = _products(*_same(a, b), axis=0)
     return _ratio(top**2, own_a * own_b)
 
 
-def csac(a: Shapes, b: Shapes) -> Float:
-    """Cross signature assurance criterion, (lines,): shape correlation of all FRFs [frequency, ...] at each line.
+def csac(a: Shapes, b: Shapes) -> Array:
+    """Cross signature assurance criterion, (lines,): shape correlation of all FRFs [frequency, ...] at each
+    line.
 
     Blind to level, see `csf`.  Source: Dascotte and Strobbe, IMAC 17 (1999).
     """
@@ -94,8 +107,9 @@ def csac(a: Shapes, b: Shapes) -> Float:
     return _ratio(top**2, own_a * own_b)
 
 
-def csf(a: Shapes, b: Shapes) -> Float:
-    """Cross signature scale factor, (lines,): 2 |a^H b| / (a^H a + b^H b) over all FRFs [frequency, ...] at each line.
+def csf(a: Shapes, b: Shapes) -> Array:
+    """Cross signature scale factor, (lines,): 2 |a^H b| / (a^H a + b^H b) over all FRFs [frequency, ...] at
+    each line.
 
     1 only where shape and level agree.  Source: Dascotte and Strobbe, IMAC 17 (1999).
     """
@@ -103,8 +117,9 @@ def csf(a: Shapes, b: Shapes) -> Float:
     return _ratio(2 * top, own_a + own_b)
 
 
-def fdac(a: Shapes, b: Shapes) -> Float:
-    """Frequency domain assurance criterion, (lines of a, lines of b): MAC between operating shapes at every pair of lines.
+def fdac(a: Shapes, b: Shapes) -> Array:
+    """Frequency domain assurance criterion, (lines of a, lines of b): MAC between operating shapes at every
+    pair of lines.
 
     a and b are [frequency, ...] with the same FRFs; the ridge shows where b's resonances are shifted.
     Source: Pascual, Golinval and Razeto, IMAC 15 (1997).
@@ -112,8 +127,9 @@ def fdac(a: Shapes, b: Shapes) -> Float:
     return mac(*_flat(a, b))
 
 
-def faac(a: Shapes, b: Shapes) -> Float:
-    """Frequency amplitude assurance criterion, (lines of a, lines of b): 2 |a^H b| / (a^H a + b^H b) at every pair of lines.
+def faac(a: Shapes, b: Shapes) -> Array:
+    """Frequency amplitude assurance criterion, (lines of a, lines of b): 2 |a^H b| / (a^H a + b^H b) at every
+    pair of lines.
 
     `fdac` with the level.  Source: Zang, Grafe and Imregun, MSSP 15 (2001).
     """
@@ -124,7 +140,9 @@ def faac(a: Shapes, b: Shapes) -> Float:
 def _shapes(a: Shapes, b: Shapes) -> tuple[Shapes, Shapes]:
     a, b = np.atleast_2d(a), np.atleast_2d(b)
     if a.shape[1] != b.shape[1]:
-        raise ValueError(f"the shapes have {a.shape[1]} and {b.shape[1]} channels; compare them on their common channels")
+        raise ValueError(
+            f"the shapes have {a.shape[1]} and {b.shape[1]} channels; compare them on their common channels"
+        )
     return a, b
 
 
@@ -138,16 +156,16 @@ def _flat(a: Shapes, b: Shapes) -> tuple[Shapes, Shapes]:
     return a.reshape(len(a), -1), b.reshape(len(b), -1)
 
 
-def _power(a: Shapes) -> Float:
+def _power(a: Shapes) -> Array:
     return np.asarray(np.sum(np.abs(a) ** 2, axis=1), dtype=np.float64)
 
 
-def _products(a: Shapes, b: Shapes, axis: int) -> tuple[Float, Float, Float]:
+def _products(a: Shapes, b: Shapes, axis: int) -> tuple[Array, Array, Array]:
     own = [np.sum(np.abs(x) ** 2, axis=axis) for x in (a, b)]
     return np.abs(np.sum(a.conj() * b, axis=axis)), own[0], own[1]
 
 
-def _ratio(top: Float, bottom: Float) -> Float:
+def _ratio(top: Array, bottom: Array) -> Array:
     """top / bottom, 0 where the bottom is 0."""
     top, bottom = np.asarray(top, dtype=np.float64), np.asarray(bottom, dtype=np.float64)
     return np.divide(top, bottom, out=np.zeros(np.shape(top)), where=bottom > 0)

@@ -8,19 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
 from identify.measured.modal_table import ModalTable
 from identify.modal.mac import macx
 
-Float = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 @dataclass(frozen=True)
 class PairSettings:
-    """What may be a pair.  max_frequency_error: largest f_b/f_a - 1 (or f_a/f_b - 1); min_mac: least MAC, where shapes are known;
-    damping_weight: what a factor e between damping ratios costs, in units of MAC (little: damping is the least certain);
-    unpaired: what leaving one mode of each table unpaired costs, in the same units.
+    """What may be a pair.  max_frequency_error: largest f_b/f_a - 1 (or f_a/f_b - 1); min_mac: least MAC,
+    where shapes are known; damping_weight: what a factor e between damping ratios costs, in units of MAC
+    (little: damping is the least certain); unpaired: what leaving one mode of each table unpaired costs, in
+    the same units.
     """
 
     max_frequency_error: float = 0.5
@@ -31,19 +30,20 @@ class PairSettings:
 
 @dataclass(frozen=True)
 class Pairing:
-    """Pairs sorted by the mode of a.  a, b (p,): row of each table; mac (p,): conjugate-invariant MAC, NaN without shapes;
-    frequency_error (p,): f_b/f_a - 1; damping_error (p,): zeta_b/zeta_a - 1, NaN where unknown; unpaired_a, unpaired_b: the
-    other rows; mac_matrix (m, n) on the common channels, None without shapes.
+    """Pairs sorted by the mode of a.  a, b (p,): row of each table; mac (p,): conjugate-invariant MAC, NaN
+    without shapes; frequency_error (p,): f_b/f_a - 1; damping_error (p,): zeta_b/zeta_a - 1, NaN where
+    unknown; unpaired_a, unpaired_b: the other rows; mac_matrix (m, n) on the common channels, None without
+    shapes.
     """
 
     a: Index
     b: Index
-    mac: Float
-    frequency_error: Float
-    damping_error: Float
+    mac: Array
+    frequency_error: Array
+    damping_error: Array
     unpaired_a: Index
     unpaired_b: Index
-    mac_matrix: Float | None
+    mac_matrix: Array | None
     channels: tuple[Channel, ...]
 
     def __len__(self) -> int:
@@ -54,8 +54,9 @@ def pair(a: ModalTable, b: ModalTable, settings: PairSettings | None = None) -> 
     """Pair the modes of two tables; shapes are compared on the common channels, with their signs.
 
     Without shapes in both tables, or with fewer than two common channels, frequency and damping decide; the
-    cost is convex in frequency then, so the order of the modes is kept.  A pair costs (1 - MAC) + |ln f_b/f_a|
-    + damping_weight |ln zeta_b/zeta_a|; the assignment of least total cost is taken (Kuhn 1955, by scipy).
+    cost is convex in frequency then, so the order of the modes is kept.  A pair costs (1 - MAC) + |ln
+    f_b/f_a| + damping_weight |ln zeta_b/zeta_a|; the assignment of least total cost is taken (Kuhn 1955, by
+    scipy).
     """
     settings = settings or PairSettings()
     in_a, in_b, sign = common_channels(a, b)
@@ -77,10 +78,12 @@ def pair(a: ModalTable, b: ModalTable, settings: PairSettings | None = None) -> 
     )
 
 
-def common_channels(a: ModalTable, b: ModalTable) -> tuple[Index, Index, Float]:
-    """Positions in a and in b of the channels both have, and the sign that turns b's channel into a's, each (c,).
+def common_channels(a: ModalTable, b: ModalTable) -> tuple[Index, Index, Array]:
+    """Positions in a and in b of the channels both have, and the sign that turns b's channel into a's, each
+    (c,).
 
-    `12:+Z` and `12:-Z` are the same channel with opposite sign.  Channels with an unknown (NaN) value are left out.
+    `12:+Z` and `12:-Z` are the same channel with opposite sign.  Channels with an unknown (NaN) value are
+    left out.
     """
     known_a, known_b = _known(a), _known(b)
     where = {(c.node, abs(c.direction)): j for j, c in reversed(list(enumerate(b.channels))) if known_b[j]}
@@ -98,7 +101,9 @@ def _known(table: ModalTable) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(table.shapes).all(axis=0))
 
 
-def _cost(a: ModalTable, b: ModalTable, matrix: Float | None, settings: PairSettings) -> tuple[Float, NDArray[np.bool_]]:
+def _cost(
+    a: ModalTable, b: ModalTable, matrix: Array | None, settings: PairSettings
+) -> tuple[Array, NDArray[np.bool_]]:
     """Cost of every pair (m, n), and whether it may be a pair at all."""
     frequency = _log_distance(a.frequency_hz, b.frequency_hz)
     damping = np.nan_to_num(_log_distance(a.damping_ratio, b.damping_ratio), nan=0.0, posinf=0.0)
@@ -110,14 +115,16 @@ def _cost(a: ModalTable, b: ModalTable, matrix: Float | None, settings: PairSett
     return cost, allowed
 
 
-def _log_distance(a: Float, b: Float) -> Float:
-    """|ln(b/a)| of every pair; a value that is not positive is taken as unknown (NaN), two equal ones as no distance."""
+def _log_distance(a: Array, b: Array) -> Array:
+    """|ln(b/a)| of every pair; a value that is not positive is taken as unknown (NaN), two equal ones as no
+    distance.
+    """
     log_a, log_b = (np.log(np.where(x > 0, x, np.nan)) for x in (a, b))
     distance = np.abs(log_b[None, :] - log_a[:, None])
     return np.where(a[:, None] == b[None, :], 0.0, distance)
 
 
-def _assign(cost: Float, allowed: NDArray[np.bool_], unpaired: float) -> tuple[Index, Index]:
+def _assign(cost: Array, allowed: NDArray[np.bool_], unpaired: float) -> tuple[Index, Index]:
     """Assignment of least cost in which leaving one mode on each side out costs `unpaired`."""
     m, n = cost.shape
     forbidden = 1e6 * (1 + unpaired)
@@ -131,5 +138,5 @@ def _assign(cost: Float, allowed: NDArray[np.bool_], unpaired: float) -> tuple[I
     return rows[real], columns[real]
 
 
-def _relative(a: Float, b: Float) -> Float:
+def _relative(a: Array, b: Array) -> Array:
     return np.asarray(np.divide(b - a, a, out=np.full(len(a), np.nan), where=a > 0))

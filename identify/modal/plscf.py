@@ -1,7 +1,7 @@
 """Poly-reference least-squares complex frequency estimator (pLSCF, known as PolyMAX).
 
-Source: Peeters, Van der Auweraer, Guillaume and Leuridan, Shock and Vibration 11 (2004) 395-409; fast normal equations
-after Guillaume, Verboven, Vanlanduit, Van der Auweraer and Peeters, IMAC 21 (2003).
+Source: Peeters, Van der Auweraer, Guillaume and Leuridan, Shock and Vibration 11 (2004) 395-409; fast normal
+equations after Guillaume, Verboven, Vanlanduit, Van der Auweraer and Peeters, IMAC 21 (2003).
 """
 
 from __future__ import annotations
@@ -9,22 +9,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from identify.core.arrays import Complex
 from identify.modal.poles import moments
-
-Complex = NDArray[np.complex128]
 
 _RIDGE = 1e-12
 """Relative to the mean diagonal: without noise the normal equations of a high order are singular."""
 
 
 def denominators(frf: Complex, orders: range) -> Iterator[Complex]:
-    """Denominator coefficients beta (p + 1, references, references), beta_0 = 1, of every order p, from frf (L, responses, references).
+    """Denominator coefficients beta (p + 1, references, references), beta_0 = 1, of every order p, from frf
+    (L, responses, references).
 
-    On the unit circle the numerators are eliminated exactly: the reduced normal matrix is block Toeplitz (H^H H) minus
-    a sum of outer products of Fourier coefficients, which grows with the order; one pass serves all orders.
+    On the unit circle the numerators are eliminated exactly: the reduced normal matrix is block Toeplitz (H^H
+    H) minus a sum of outer products of Fourier coefficients, which grows with the order; one pass serves all
+    orders.
     """
     refs, top = frf.shape[2], orders[-1]
     h = moments(frf, top)
@@ -43,10 +43,11 @@ def denominators(frf: Complex, orders: range) -> Iterator[Complex]:
 
 
 def solve_denominator(normal: Complex, refs: int) -> Complex:
-    """The beta, with beta_0 = 1, that minimise beta^H normal beta; normal ((p + 1) refs, (p + 1) refs) -> (p + 1, refs, refs).
+    """The beta, with beta_0 = 1, that minimise beta^H normal beta; normal ((p + 1) refs, (p + 1) refs) -> (p
+    + 1, refs, refs).
 
-    Fixing the lowest coefficient gives the least biased poles; the stable computational poles it
-    leaves scatter over orders and have complex shapes, so the selection sees them (Cauberghe, Guillaume, Verboven,
+    Fixing the lowest coefficient gives the least biased poles; the stable computational poles it leaves
+    scatter over orders and have complex shapes, so the selection sees them (Cauberghe, Guillaume, Verboven,
     Vanlanduit and Parloo, MSSP 19 (2005)).
     """
     inner = normal[refs:, refs:]

@@ -1,8 +1,9 @@
 """From a denominator polynomial to poles, participation factors and shapes: what pLSCF and LSCE share.
 
-Both describe the FRFs in the band by the right matrix fraction H(z) = B(z) A(z)^-1, A(z) = sum_b beta_b z^b, z = exp(-j (omega -
-omega_0) T), with complex coefficients and T such that the band is one turn of the unit circle.  The basis is then
-orthogonal on the lines, so the conditioning does not depend on the order or on the number of lines.
+Both describe the FRFs in the band by the right matrix fraction H(z) = B(z) A(z)^-1, A(z) = sum_b beta_b z^b,
+z = exp(-j (omega - omega_0) T), with complex coefficients and T such that the band is one turn of the unit
+circle.  The basis is then orthogonal on the lines, so the conditioning does not depend on the order or on the
+number of lines.
 """
 
 from __future__ import annotations
@@ -10,15 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Complex = NDArray[np.complex128]
-Float = NDArray[np.float64]
+from identify.core.arrays import Array, Complex
 
 
 @dataclass(frozen=True)
 class PoleSet:
-    """Poles of one order.  poles (k,), rad/s; participation (k, references) of unit length; shapes (k, responses)."""
+    """Poles of one order.  poles (k,), rad/s; participation (k, references) of unit length; shapes (k,
+    responses).
+    """
 
     order: int
     poles: Complex
@@ -28,13 +29,15 @@ class PoleSet:
 
 @dataclass(frozen=True)
 class Band:
-    """Lines as a turn of the unit circle: first angular frequency (rad/s) and sample time T (s) = 1 / (lines x spacing)."""
+    """Lines as a turn of the unit circle: first angular frequency (rad/s) and sample time T (s) = 1 / (lines
+    x spacing).
+    """
 
     first: float
     time: float
 
     @classmethod
-    def of(cls, frequency_hz: Float) -> Band:
+    def of(cls, frequency_hz: Array) -> Band:
         """The band of evenly spaced lines (L,), Hz."""
         lines = len(frequency_hz)
         return cls(2 * np.pi * frequency_hz[0], (lines - 1) / (lines * (frequency_hz[-1] - frequency_hz[0])))
@@ -46,15 +49,18 @@ class Band:
 
 
 def moments(values: Complex, order: int) -> Complex:
-    """Fourier coefficients (1/L) sum_k values_k exp(2 pi j k m / L) for m = -order .. order: values (L, ...) -> (2 order + 1, ...)."""
+    """Fourier coefficients (1/L) sum_k values_k exp(2 pi j k m / L) for m = -order .. order: values (L, ...)
+    -> (2 order + 1, ...).
+    """
     return np.asarray(np.fft.ifft(values, axis=0)[np.arange(-order, order + 1)])
 
 
 def pole_set(beta: Complex, coefficients: Complex, band: Band, max_damping: float) -> PoleSet:
     """Decaying poles of A with their participation and shapes.
 
-    beta (p + 1, references, references) with beta_0 the identity; coefficients: `moments` of the FRFs up to at least
-    order p, (2 n + 1, responses, references).  Poles with a larger damping ratio than max_damping are left out.
+    beta (p + 1, references, references) with beta_0 the identity; coefficients: `moments` of the FRFs up to
+    at least order p, (2 n + 1, responses, references).  Poles with a larger damping ratio than max_damping
+    are left out.
     """
     p, refs = len(beta) - 1, beta.shape[1]
     companion = np.zeros((p * refs, p * refs), dtype=complex)
@@ -83,7 +89,8 @@ def _null_vectors(beta: Complex, x: Complex) -> tuple[Complex, Complex]:
 
 
 def _shapes(beta: Complex, x: Complex, right: Complex, coefficients: Complex) -> Complex:
-    """B(z) v at every pole, (k, responses): the numerator B is the least-squares one, the product H A cut to degrees 0 .. p.
+    """B(z) v at every pole, (k, responses): the numerator B is the least-squares one, the product H A cut to
+    degrees 0 .. p.
 
     Scaled by x^p, which keeps the powers of strongly damped poles from overflowing.
     """

@@ -1,23 +1,24 @@
-"""Reciprocity: is H_ij = H_ji where both were measured (Maxwell-Betti, UMONS Eq. 1)?  A wrong sign or swapped channel shows here."""
+"""Reciprocity: is H_ij = H_ji where both were measured (Maxwell-Betti, UMONS Eq. 1)?  A wrong sign or swapped
+channel shows here.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Complex
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.modal.mac import frac
 
-Complex = NDArray[np.complex128]
-
 
 @dataclass(frozen=True)
 class ReciprocityCheck:
-    """Two channels measured both ways.  frac: correlation over the lines, blind to level and sign; level: least-squares factor
-    H_ab / H_ba, about 1, and negative for a wrong sign; error: RMS difference over RMS of both.
+    """Two channels measured both ways.  frac: correlation over the lines, blind to level and sign; level:
+    least-squares factor H_ab / H_ba, about 1, and negative for a wrong sign; error: RMS difference over RMS
+    of both.
     """
 
     a: Channel
@@ -28,7 +29,9 @@ class ReciprocityCheck:
 
 
 def reciprocity(frf_set: FrfSet) -> tuple[ReciprocityCheck, ...]:
-    """Every pair of different channels that has both H_ab and H_ba, with the signs of the channels taken into account."""
+    """Every pair of different channels that has both H_ab and H_ba, with the signs of the channels taken into
+    account.
+    """
     outputs = {(c.node, abs(c.direction)): i for i, c in enumerate(frf_set.outputs)}
     inputs = {(c.node, abs(c.direction)): j for j, c in enumerate(frf_set.inputs)}
     both = sorted(outputs.keys() & inputs.keys())

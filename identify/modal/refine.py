@@ -1,9 +1,9 @@
 """Refinement of poles and participation factors by nonlinear least squares on the FRFs.
 
-pLSCF minimises a linearised error, which biases weak and strongly damped modes.  Here the error of the modal model itself
-is minimised: shapes and residuals are eliminated (variable projection, Golub and Pereyra 1973, with Kaufman's
-Jacobian), and lines are weighted by the residual found around them, so that a small mode is not ruled by what the
-model misses at a large one.
+pLSCF minimises a linearised error, which biases weak and strongly damped modes.  Here the error of the modal
+model itself is minimised: shapes and residuals are eliminated (variable projection, Golub and Pereyra 1973,
+with Kaufman's Jacobian), and lines are weighted by the residual found around them, so that a small mode is
+not ruled by what the model misses at a large one.
 """
 
 from __future__ import annotations
@@ -11,16 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import uniform_filter1d
 
+from identify.core.arrays import Array, Complex, Mask
 from identify.modal.layout import Layout
 from identify.modal.lsfd import regressors, stack, targets, unit_participation
-
-Complex = NDArray[np.complex128]
-Float = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _QUICK, _FULL = (3, 1e-3), (15, 1e-6)
 """Largest number of steps, and the relative fall of the cost that ends them."""
@@ -28,14 +24,14 @@ _QUICK, _FULL = (3, 1e-3), (15, 1e-6)
 
 @dataclass(frozen=True)
 class Refined:
-    """poles (m,), rad/s; participation (m, references); covariance (m, 2, 2) of the real and imaginary part of each pole,
-    from the Jacobian and the residual (rad/s)^2; weight (L, references) of the lines.
+    """poles (m,), rad/s; participation (m, references); covariance (m, 2, 2) of the real and imaginary part
+    of each pole, from the Jacobian and the residual (rad/s)^2; weight (L, references) of the lines.
     """
 
     poles: Complex
     participation: Complex
-    covariance: Float
-    weight: Float
+    covariance: Array
+    weight: Array
 
 
 @dataclass(frozen=True)
@@ -44,12 +40,12 @@ class _Problem:
 
     layout: Layout
     residuals: tuple[str, ...]
-    y: Float
-    weight: Float
-    free: Flags
+    y: Array
+    weight: Array
+    free: Mask
 
     @property
-    def rows(self) -> Float:
+    def rows(self) -> Array:
         """The weight of every equation, (2 L references, 1)."""
         return np.tile(self.weight.ravel(), 2)[:, None]
 
@@ -58,9 +54,9 @@ class _Problem:
 class _State:
     poles: Complex
     participation: Complex
-    basis: Float
-    solution: Float
-    error: Float
+    basis: Array
+    solution: Array
+    error: Array
 
     @property
     def cost(self) -> float:
@@ -68,12 +64,19 @@ class _State:
 
 
 def refine(
-    layout: Layout, poles: Complex, participation: Complex, residuals: tuple[str, ...], free: Flags, *, quick: bool = False
+    layout: Layout,
+    poles: Complex,
+    participation: Complex,
+    residuals: tuple[str, ...],
+    free: Mask,
+    *,
+    quick: bool = False,
 ) -> Refined:
-    """Poles (m,) and participation (m, references) that minimise the weighted error on the complete responses.
+    """Poles (m,) and participation (m, references) that minimise the weighted error on the complete
+    responses.
 
-    Only modes with free (m,) move.  Weights are found in three rounds, each from the residual of the last; quick: one
-    short round, enough to see which modes do not stay.
+    Only modes with free (m,) move.  Weights are found in three rounds, each from the residual of the last;
+    quick: one short round, enough to see which modes do not stay.
     """
     weight = np.ones((len(layout.frequency_hz), len(layout.references)))
     problem = _Problem(layout, residuals, targets(layout.frf[:, layout.complete]), weight, free)
@@ -89,8 +92,10 @@ def refine(
     return Refined(state.poles, state.participation, found, problem.weight)
 
 
-def _weights(error: Float, layout: Layout) -> Float:
-    """1 / RMS residual around each line for each reference, (L, references), smoothed over a tenth of the band."""
+def _weights(error: Array, layout: Layout) -> Array:
+    """1 / RMS residual around each line for each reference, (L, references), smoothed over a tenth of the
+    band.
+    """
     lines, refs = len(layout.frequency_hz), len(layout.references)
     square = np.sum(error**2, axis=1).reshape(2, lines, refs).sum(axis=0)
     square = uniform_filter1d(square, max(9, lines // 10), axis=0, mode="nearest")
@@ -130,13 +135,13 @@ def _minimise(problem: _Problem, state: _State, steps: int, tolerance: float) ->
     return state
 
 
-def _step(normal: Float, gradient: Float, damping: float) -> Float:
+def _step(normal: Array, gradient: Array, damping: float) -> Array:
     scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
     factor = cho_factor(normal / np.outer(scale, scale) + damping * np.eye(len(scale)))
     return np.asarray(cho_solve(factor, gradient / scale) / scale)
 
 
-def _gradient(problem: _Problem, state: _State) -> tuple[Float, Float]:
+def _gradient(problem: _Problem, state: _State) -> tuple[Array, Array]:
     """Right side and Gauss-Newton matrix over the free modes, each with 2 x references real parameters."""
     free = problem.free
     m, q = int(free.sum()), 2 * len(problem.layout.references)
@@ -150,9 +155,10 @@ def _gradient(problem: _Problem, state: _State) -> tuple[Float, Float]:
     return gradient, normal
 
 
-def _derivatives(layout: Layout, poles: Complex, participation: Complex) -> Float:
-    """Derivatives of the regressors, (2 L references, m x parameters x 2), real parameters ordered: Re, Im of the pole, then of
-    each participation but the largest; last axis: with the real and the imaginary part of the shape.
+def _derivatives(layout: Layout, poles: Complex, participation: Complex) -> Array:
+    """Derivatives of the regressors, (2 L references, m x parameters x 2), real parameters ordered: Re, Im of
+    the pole, then of each participation but the largest; last axis: with the real and the imaginary part of
+    the shape.
     """
     s, refs = layout.s, len(layout.references)
     scale = s**layout.power
@@ -174,7 +180,7 @@ def _others(row: Complex) -> list[int]:
     return [j for j in range(len(row)) if j != largest]
 
 
-def _moved(state: _State, step: Float, free: Flags) -> tuple[Complex, Complex]:
+def _moved(state: _State, step: Array, free: Mask) -> tuple[Complex, Complex]:
     poles, participation = state.poles.copy(), state.participation.copy()
     parts = step.reshape(int(free.sum()), -1, 2)
     moves = parts[..., 0] + 1j * parts[..., 1]

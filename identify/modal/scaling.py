@@ -1,8 +1,9 @@
-"""Scaling of shapes: to unit modal mass where a drive point was measured, to unit largest component where none was.
+"""Scaling of shapes: to unit modal mass where a drive point was measured, to unit largest component where
+none was.
 
-With reciprocity the residue of a mode is psi psi^T / a, so at channels that are both response and reference the
-participation is proportional to the shape; with unit modal mass a = 2j omega_d.
-Source: Ewins, Modal Testing (2000), 5.2; Heylen, Lammens and Sas, Modal Analysis Theory and Testing (1997), A.1.
+With reciprocity the residue of a mode is psi psi^T / a, so at channels that are both response and reference
+the participation is proportional to the shape; with unit modal mass a = 2j omega_d. Source: Ewins, Modal
+Testing (2000), 5.2; Heylen, Lammens and Sas, Modal Analysis Theory and Testing (1997), A.1.
 """
 
 from __future__ import annotations
@@ -10,31 +11,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mac
-
-Complex = NDArray[np.complex128]
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Scaling:
     """shapes (m, responses): of unit modal mass (kg^-1/2) if mass_normalised, else of unit largest component.
 
-    modal_mass_kg (m,) belongs to shapes of unit largest component, NaN without a drive point; modal_a (m,) = 2j omega_d modal_mass
-    (N s/m).  drive_point_phase (m,), rad: 0 where force and response have consistent signs, +-pi where one is turned;
-    drive_point_mac (m,): agreement of participation and shape at the drive points, 1 if there is only one.
+    modal_mass_kg (m,) belongs to shapes of unit largest component, NaN without a drive point; modal_a (m,) =
+    2j omega_d modal_mass (N s/m).  drive_point_phase (m,), rad: 0 where force and response have consistent
+    signs, +-pi where one is turned; drive_point_mac (m,): agreement of participation and shape at the drive
+    points, 1 if there is only one.
     """
 
     shapes: Complex
     mass_normalised: bool
-    modal_mass_kg: Float
+    modal_mass_kg: Array
     modal_a: Complex
-    drive_point_phase: Float
-    drive_point_mac: Float
+    drive_point_phase: Array
+    drive_point_mac: Array
 
 
 def scale(model: ModalModel, layout: Layout) -> Scaling:
@@ -54,10 +53,14 @@ def scale(model: ModalModel, layout: Layout) -> Scaling:
     return Scaling(shapes, True, mass, damped * mass, np.angle(square), agreement)
 
 
-def _drive_points(layout: Layout) -> tuple[list[int], list[int], Float]:
+def _drive_points(layout: Layout) -> tuple[list[int], list[int], Array]:
     """Positions among responses and references of channels that are both, and the product of their signs."""
     where = {(c.node, abs(c.direction)): i for i, c in enumerate(layout.responses)}
-    pairs = [(where[key], j) for j, c in enumerate(layout.references) if (key := (c.node, abs(c.direction))) in where]
+    pairs = [
+        (where[key], j)
+        for j, c in enumerate(layout.references)
+        if (key := (c.node, abs(c.direction))) in where
+    ]
     sign = [layout.responses[i].sign * layout.references[j].sign for i, j in pairs]
     return [i for i, _ in pairs], [j for _, j in pairs], np.array(sign, dtype=np.float64)
 

@@ -1,4 +1,6 @@
-"""From clusters of poles to modes: criteria on presence, spread, damping, shape and contribution, or a manual choice."""
+"""From clusters of poles to modes: criteria on presence, spread, damping, shape and contribution, or a manual
+choice.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Complex
 from identify.core.errors import InputError
 from identify.modal.layout import Layout
 from identify.modal.lsfd import contributions
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram
-
-Complex = NDArray[np.complex128]
 
 _MANUAL_REACH = 0.02
 """How far (relative) a cluster may be from a frequency that was asked for."""
@@ -24,9 +25,10 @@ _LOOSE_MPC, _LOOSE_MPD = 0.5, 1.4
 
 @dataclass(frozen=True)
 class Candidate:
-    """A cluster of poles.  pole: median over orders (rad/s); participation (references,) and shape (responses,): its dominant
-    direction, unit length; frequency_std_hz, damping_std: spread over orders; presence: part of the orders it appears
-    in; mpc, mpd (rad): medians; contribution: see `lsfd.contributions`, NaN where not computed; reason: why it is not a mode.
+    """A cluster of poles.  pole: median over orders (rad/s); participation (references,) and shape
+    (responses,): its dominant direction, unit length; frequency_std_hz, damping_std: spread over orders;
+    presence: part of the orders it appears in; mpc, mpd (rad): medians; contribution: see
+    `lsfd.contributions`, NaN where not computed; reason: why it is not a mode.
     """
 
     pole: complex
@@ -86,11 +88,13 @@ def _dominant(rows: Complex) -> Complex:
     return np.asarray(np.linalg.svd(rows, full_matrices=False)[2][0])
 
 
-def select(found: list[Candidate], layout: Layout, settings: ModalSettings) -> tuple[list[Candidate], list[Candidate]]:
+def select(
+    found: list[Candidate], layout: Layout, settings: ModalSettings
+) -> tuple[list[Candidate], list[Candidate]]:
     """Accepted modes by frequency, and rejected candidates with the reason.
 
-    Before refinement the shape criteria are loose: close modes mix in their clusters, and part when they are refined;
-    `verify` applies the criteria in full.
+    Before refinement the shape criteria are loose: close modes mix in their clusters, and part when they are
+    refined; `verify` applies the criteria in full.
     """
     if settings.modes_hz is not None:
         return _chosen(found, settings.modes_hz)
@@ -113,10 +117,19 @@ def _fault(candidate: Candidate, settings: ModalSettings) -> str:
     checks = (
         (candidate.presence < settings.min_presence, f"appears in {candidate.presence:.0%} of the orders"),
         (spread > settings.max_frequency_spread, f"frequency scatters by {spread:.2%} over orders"),
-        (damping_spread > settings.max_damping_spread, f"damping scatters by {damping_spread:.0%} over orders"),
-        (candidate.damping_ratio > settings.max_damping_ratio, f"damping ratio {candidate.damping_ratio:.1%} is not structural"),
+        (
+            damping_spread > settings.max_damping_spread,
+            f"damping scatters by {damping_spread:.0%} over orders",
+        ),
+        (
+            candidate.damping_ratio > settings.max_damping_ratio,
+            f"damping ratio {candidate.damping_ratio:.1%} is not structural",
+        ),
         (candidate.mpc < settings.min_mpc, f"shape is complex: MPC {candidate.mpc:.2f}"),
-        (np.degrees(candidate.mpd) > settings.max_mpd_deg, f"shape is complex: MPD {np.degrees(candidate.mpd):.0f} deg"),
+        (
+            np.degrees(candidate.mpd) > settings.max_mpd_deg,
+            f"shape is complex: MPD {np.degrees(candidate.mpd):.0f} deg",
+        ),
     )
     return next((sentence for failed, sentence in checks if failed), "")
 
@@ -130,13 +143,17 @@ def _duplicate(candidate: Candidate, accepted: list[Candidate], settings: ModalS
     return ""
 
 
-def _without_idle(accepted: list[Candidate], layout: Layout, settings: ModalSettings) -> tuple[list[Candidate], list[Candidate]]:
+def _without_idle(
+    accepted: list[Candidate], layout: Layout, settings: ModalSettings
+) -> tuple[list[Candidate], list[Candidate]]:
     """Backward elimination: the mode that explains least goes, until all explain enough."""
     kept, gone = list(accepted), []
     while kept:
         poles, participation = arrays(kept)
         share = contributions(layout, poles, participation, settings.residuals)
-        kept = [replace(candidate, contribution=float(part)) for candidate, part in zip(kept, share, strict=True)]
+        kept = [
+            replace(candidate, contribution=float(part)) for candidate, part in zip(kept, share, strict=True)
+        ]
         least = min(kept, key=lambda candidate: candidate.contribution)
         if least.contribution >= settings.min_contribution:
             break
@@ -154,13 +171,29 @@ def _chosen(found: list[Candidate], modes_hz: tuple[float, ...]) -> tuple[list[C
     """The most present cluster near each frequency asked for."""
     chosen: list[Candidate] = []
     for frequency in sorted(modes_hz):
-        near = [c for c in found if abs(c.frequency_hz / frequency - 1) <= _MANUAL_REACH and all(c is not other for other in chosen)]
+        near = [
+            c
+            for c in found
+            if abs(c.frequency_hz / frequency - 1) <= _MANUAL_REACH
+            and all(c is not other for other in chosen)
+        ]
         if not near:
             known = ", ".join(f"{c.frequency_hz:.4g}" for c in sorted(found, key=lambda c: c.frequency_hz))
-            raise InputError("modes_hz", f"no cluster of poles within {_MANUAL_REACH:.0%} of {frequency:g} Hz", f"one of {known} Hz")
+            raise InputError(
+                "modes_hz",
+                f"no cluster of poles within {_MANUAL_REACH:.0%} of {frequency:g} Hz",
+                f"one of {known} Hz",
+            )
         # Of equally near clusters the firmer one; a bin is a twentieth of the reach wide.
-        chosen.append(min(near, key=lambda c: (round(abs(c.frequency_hz / frequency - 1) / _MANUAL_REACH * 20), -c.presence)))
-    rest = [replace(c, reason="not chosen in modes_hz") for c in found if all(c is not other for other in chosen)]
+        chosen.append(
+            min(
+                near,
+                key=lambda c: (round(abs(c.frequency_hz / frequency - 1) / _MANUAL_REACH * 20), -c.presence),
+            )
+        )
+    rest = [
+        replace(c, reason="not chosen in modes_hz") for c in found if all(c is not other for other in chosen)
+    ]
     return sorted(chosen, key=lambda c: c.frequency_hz), rest
 
 

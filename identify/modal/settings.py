@@ -13,29 +13,64 @@ ESTIMATORS = {"plscf": "pLSCF", "lsce": "LSCE"}
 class ModalSettings(BaseModel):
     """Settings of `identify.modal.analysis.analyse`; unknown keys are refused.
 
-    An order is the degree of the denominator polynomial: a model of order p has p x references poles in the band.
+    An order is the degree of the denominator polynomial: a model of order p has p x references poles in the
+    band.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    estimator: Literal["plscf", "lsce"] = Field("plscf", description="poly-reference LSCF, or least-squares complex exponential")
-    band_hz: tuple[float, float] | None = Field(None, description="band to analyse; all measured lines above 0 Hz where not given")
-    references: tuple[str, ...] | None = Field(None, description="reference channels (12:+Z); the smaller side of the FRFs if not given")
-    direction: Literal["X", "Y", "Z"] | None = Field(None, description="use only the responses of this direction (UMONS took each apart)")
+    estimator: Literal["plscf", "lsce"] = Field(
+        "plscf", description="poly-reference LSCF, or least-squares complex exponential"
+    )
+    band_hz: tuple[float, float] | None = Field(
+        None, description="band to analyse; all measured lines above 0 Hz where not given"
+    )
+    references: tuple[str, ...] | None = Field(
+        None, description="reference channels (12:+Z); the smaller side of the FRFs if not given"
+    )
+    direction: Literal["X", "Y", "Z"] | None = Field(
+        None, description="use only the responses of this direction (UMONS took each apart)"
+    )
     min_order: int = Field(2, ge=1, description="least order of the stabilisation diagram")
-    max_order: int | None = Field(None, ge=2, description="largest order; chosen from the number of lines and references where not given")
-    max_damping_ratio: float = Field(0.25, gt=0, lt=1, description="poles with more damping are taken as computational")
-    cluster_radius: float = Field(0.5, gt=0, description="reach of a cluster over orders: |dlambda|/(zeta omega) + 1 - MAC")
-    min_presence: float = Field(0.4, gt=0, le=1, description="least fraction of the orders in which a physical pole appears")
-    max_frequency_spread: float = Field(0.02, gt=0, description="largest standard deviation over orders of a frequency, relative to it")
-    max_damping_spread: float = Field(0.35, gt=0, description="largest standard deviation over orders of a damping ratio, relative to it")
+    max_order: int | None = Field(
+        None,
+        ge=2,
+        description="largest order; chosen from the number of lines and references where not given",
+    )
+    max_damping_ratio: float = Field(
+        0.25, gt=0, lt=1, description="poles with more damping are taken as computational"
+    )
+    cluster_radius: float = Field(
+        0.5, gt=0, description="reach of a cluster over orders: |dlambda|/(zeta omega) + 1 - MAC"
+    )
+    min_presence: float = Field(
+        0.4, gt=0, le=1, description="least fraction of the orders in which a physical pole appears"
+    )
+    max_frequency_spread: float = Field(
+        0.02, gt=0, description="largest standard deviation over orders of a frequency, relative to it"
+    )
+    max_damping_spread: float = Field(
+        0.35, gt=0, description="largest standard deviation over orders of a damping ratio, relative to it"
+    )
     min_mpc: float = Field(0.5, ge=0, le=1, description="least modal phase collinearity (median over orders)")
-    max_mpd_deg: float = Field(30.0, gt=0, le=90, description="largest mean phase deviation (median over orders)")
-    duplicate_mac: float = Field(0.7, ge=0, le=1, description="MAC that makes a close cluster a duplicate of a firmer one")
-    min_contribution: float = Field(0.01, ge=0, description="least part of the energy around a mode that only it explains")
-    modes_hz: tuple[float, ...] | None = Field(None, description="manual choice: the clusters nearest to these frequencies")
-    refine: bool = Field(True, description="refine poles and participations by nonlinear least squares on the FRFs")
-    residuals: tuple[Literal["lower", "upper"], ...] = Field(("lower", "upper"), description="terms for the modes below and above the band")
+    max_mpd_deg: float = Field(
+        30.0, gt=0, le=90, description="largest mean phase deviation (median over orders)"
+    )
+    duplicate_mac: float = Field(
+        0.7, ge=0, le=1, description="MAC that makes a close cluster a duplicate of a firmer one"
+    )
+    min_contribution: float = Field(
+        0.01, ge=0, description="least part of the energy around a mode that only it explains"
+    )
+    modes_hz: tuple[float, ...] | None = Field(
+        None, description="manual choice: the clusters nearest to these frequencies"
+    )
+    refine: bool = Field(
+        True, description="refine poles and participations by nonlinear least squares on the FRFs"
+    )
+    residuals: tuple[Literal["lower", "upper"], ...] = Field(
+        ("lower", "upper"), description="terms for the modes below and above the band"
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> ModalSettings:

@@ -7,15 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex, Index
 from identify.modal import lsce, plscf
 from identify.modal.layout import Layout
 from identify.modal.mac import mpc, mpd
 from identify.modal.poles import Band, PoleSet, moments, pole_set
 from identify.modal.settings import ModalSettings
-
-Complex = NDArray[np.complex128]
-Float = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _BLOCK = 256
 
@@ -24,39 +21,44 @@ _BLOCK = 256
 class Diagram:
     """Every decaying pole in the band, of every order, flat over n poles.
 
-    order (n,); poles (n,), rad/s, exponential window corrected; participation (n, references) and shapes (n, responses) of
-    unit length; mpc (n,); mpd (n,), rad; cluster (n,): number of the cluster, most present first, -1 for none; orders: all.
+    order (n,); poles (n,), rad/s, exponential window corrected; participation (n, references) and shapes (n,
+    responses) of unit length; mpc (n,); mpd (n,), rad; cluster (n,): number of the cluster, most present
+    first, -1 for none; orders: all.
     """
 
     order: Index
     poles: Complex
     participation: Complex
     shapes: Complex
-    mpc: Float
-    mpd: Float
+    mpc: Array
+    mpd: Array
     cluster: Index
     orders: tuple[int, ...]
 
     @property
-    def frequency_hz(self) -> Float:
+    def frequency_hz(self) -> Array:
         """|lambda| / 2 pi, (n,)."""
         return np.abs(self.poles) / (2 * np.pi)
 
     @property
-    def damping_ratio(self) -> Float:
+    def damping_ratio(self) -> Array:
         """-Re lambda / |lambda|, (n,)."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
 
 def orders_of(layout: Layout, settings: ModalSettings) -> range:
-    """The orders of the diagram: by default up to 60, 240 poles, or a quarter of the lines, whichever is least."""
+    """The orders of the diagram: by default up to 60, 240 poles, or a quarter of the lines, whichever is
+    least.
+    """
     refs, lines = len(layout.references), len(layout.frequency_hz)
     top = settings.max_order or max(min(60, 240 // refs, lines // 4), settings.min_order)
     return range(settings.min_order, min(top, (lines - 1) // 2) + 1)
 
 
 def stabilisation(layout: Layout, settings: ModalSettings) -> Diagram:
-    """Poles of every order, clustered; poles growing in time after correction, too damped or out of the band are left out."""
+    """Poles of every order, clustered; poles growing in time after correction, too damped or out of the band
+    are left out.
+    """
     orders = orders_of(layout, settings)
     frf = layout.frf[:, layout.complete]
     frf = frf / np.sqrt(np.mean(np.abs(frf) ** 2))
@@ -69,14 +71,22 @@ def stabilisation(layout: Layout, settings: ModalSettings) -> Diagram:
     return replace(flat, cluster=cluster(flat, settings.cluster_radius))
 
 
-def _flatten(sets: list[PoleSet], layout: Layout, settings: ModalSettings, orders: tuple[int, ...]) -> Diagram:
+def _flatten(
+    sets: list[PoleSet], layout: Layout, settings: ModalSettings, orders: tuple[int, ...]
+) -> Diagram:
     order = np.concatenate([np.full(len(found.poles), found.order) for found in sets])
     poles = np.concatenate([found.poles for found in sets]) + layout.decay
     shapes = np.concatenate([found.shapes for found in sets])
     frequency, damping = np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
     low, high = layout.frequency_hz[0], layout.frequency_hz[-1]
     size = np.linalg.norm(shapes, axis=1)
-    kept = (frequency >= low) & (frequency <= high) & (damping > 0) & (damping <= settings.max_damping_ratio) & (size > 0)
+    kept = (
+        (frequency >= low)
+        & (frequency <= high)
+        & (damping > 0)
+        & (damping <= settings.max_damping_ratio)
+        & (size > 0)
+    )
     shapes = shapes[kept] / size[kept, None]
     return Diagram(
         order=order[kept],
@@ -93,16 +103,19 @@ def _flatten(sets: list[PoleSet], layout: Layout, settings: ModalSettings, order
 def cluster(diagram: Diagram, radius: float) -> Index:
     """Cluster number of every pole, (n,), -1 for none; a cluster has at most one pole of each order.
 
-    Two poles are |lambda_i - lambda_j| / (mean half-bandwidth) + 1 - MAC apart, so that the reach follows the damping: a
-    pole that scatters by more than its own half-bandwidth is not identified.  The pole with neighbours in
-    most orders founds a cluster with the nearest neighbour of each order; then the next, among what is left.
+    Two poles are |lambda_i - lambda_j| / (mean half-bandwidth) + 1 - MAC apart, so that the reach follows the
+    damping: a pole that scatters by more than its own half-bandwidth is not identified.  The pole with
+    neighbours in most orders founds a cluster with the nearest neighbour of each order; then the next, among
+    what is left.
     """
     i, j, distance = _neighbours(diagram, radius)
     start = np.searchsorted(i, np.arange(len(diagram.poles) + 1))
     column = np.searchsorted(diagram.orders, diagram.order)
     count = np.zeros((len(diagram.poles), len(diagram.orders)), dtype=np.int32)
     np.add.at(count, (i, column[j]), 1)
-    closeness = np.bincount(i, weights=radius - distance, minlength=len(diagram.poles)) / (1 + radius * len(i))
+    closeness = np.bincount(i, weights=radius - distance, minlength=len(diagram.poles)) / (
+        1 + radius * len(i)
+    )
     free = np.ones(len(diagram.poles), dtype=bool)
     labels = np.full(len(diagram.poles), -1)
     for number in range(len(diagram.poles)):
@@ -118,7 +131,7 @@ def cluster(diagram: Diagram, radius: float) -> Index:
     return labels
 
 
-def _one_per_order(seed: int, near: Index, distance: Float, column: Index, free: NDArray[np.bool_]) -> Index:
+def _one_per_order(seed: int, near: Index, distance: Array, column: Index, free: NDArray[np.bool_]) -> Index:
     """The seed and the nearest free pole of every other order."""
     near, distance = near[free[near]], distance[free[near]]
     near = near[np.argsort(distance, kind="stable")]
@@ -126,7 +139,7 @@ def _one_per_order(seed: int, near: Index, distance: Float, column: Index, free:
     return np.append(near[first], seed)
 
 
-def _neighbours(diagram: Diagram, radius: float) -> tuple[Index, Index, Float]:
+def _neighbours(diagram: Diagram, radius: float) -> tuple[Index, Index, Array]:
     """Pairs of poles of different orders less than the radius apart, sorted by the first."""
     poles, shapes, order = diagram.poles, diagram.shapes, diagram.order
     half = -poles.real
@@ -141,4 +154,8 @@ def _neighbours(diagram: Diagram, radius: float) -> tuple[Index, Index, Float]:
         found.append((i[near] + first, j[near], distance[near]))
     if not found:
         return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp), np.zeros(0)
-    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found]), np.concatenate([f[2] for f in found])
+    return (
+        np.concatenate([f[0] for f in found]),
+        np.concatenate([f[1] for f in found]),
+        np.concatenate([f[2] for f in found]),
+    )

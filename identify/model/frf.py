@@ -2,9 +2,10 @@
 
     Z(s) = K + s C + s^2 M,   H(s) = s^p S Z(s)^-1 B,   dH/dp_j = -s^p (S Z^-1) dZ/dp_j (Z^-1 B)
 
-p = 0, 1, 2 for receptance, mobility, accelerance.  `frf` goes through the eigenvalues of the state matrix, which is
-some ten times faster than a solve per line; it measures its own error and solves line by line where the system is
-(nearly) defective.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs anyway.
+p = 0, 1, 2 for receptance, mobility, accelerance.  `frf` goes through the eigenvalues of the state matrix,
+which is some ten times faster than a solve per line; it measures its own error and solves line by line where
+the system is (nearly) defective.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs
+anyway.
 """
 
 from __future__ import annotations
@@ -12,37 +13,54 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.model.modes import state_eigen
-from identify.model.record import Missing, ending, lasting, rest_by_exponential
 from identify.model.system import Factors
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from identify.model.truncation import Missing, ending, lasting, rest_by_exponential
 
 _TOLERANCE = 1e-9
 """Largest relative residual |Z x - B| / |B| of the modal route before every line is solved instead."""
 
 
 def frf(
-    mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int, record: float | None = None
+    mass: Array,
+    damping: Array,
+    stiffness: Array,
+    s: Complex,
+    out: Array,
+    force: Array,
+    power: int,
+    record: float | None = None,
 ) -> Complex:
-    """H (..., lines, outputs, inputs) at s (..., lines), rad/s; mass, damping, stiffness (..., n, n); out (outputs, n), force (n, inputs).
+    """H (..., lines, outputs, inputs) at s (..., lines), rad/s; mass, damping, stiffness (..., n, n); out
+    (outputs, n), force (n, inputs).
 
-    record: seconds after which the records that it was estimated from ended (`identify.model.record`), or None.
+    record: seconds after which the records that it was estimated from ended (`identify.model.truncation`), or
+    None.
     """
     eigenvalues, shapes = state_eigen(mass, damping, stiffness)
     without = None if _symmetric(damping) else _without_symmetry(mass, eigenvalues, shapes, force)
     # LAPACK puts the conjugate pairs of a real matrix side by side, Im > 0 first.
     paired = not np.iscomplexobj(stiffness) and bool(np.all(eigenvalues[..., ::2].imag > 0))
     if paired:
-        eigenvalues, shapes, without = eigenvalues[..., ::2], shapes[..., ::2], None if without is None else without[..., ::2, :]
+        eigenvalues, shapes, without = (
+            eigenvalues[..., ::2],
+            shapes[..., ::2],
+            None if without is None else without[..., ::2, :],
+        )
     probe = s[..., [0, s.shape[-1] // 2, -1]]
     with np.errstate(all="ignore"):  # a defective system divides by zero here, which the residual notices
-        participation = _participation(mass, damping, eigenvalues, shapes, force) if without is None else without
+        participation = (
+            _participation(mass, damping, eigenvalues, shapes, force) if without is None else without
+        )
         x = _superpose(shapes, eigenvalues, participation, probe, paired)
     residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
     if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
-        rest = 0.0 if record is None else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
+        rest = (
+            0.0
+            if record is None
+            else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
+        )
         return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
     h = (s**power)[..., None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
     if record is None or not (lasts := lasting(eigenvalues, s, record)[..., None]).any():
@@ -51,26 +69,41 @@ def frf(
     return h - np.exp(-s * record)[..., None, None] * _superpose(out @ shapes, eigenvalues, left, s, paired)
 
 
-def _participation(mass: Array, damping: Array, eigenvalues: Complex, shapes: Complex, force: Array) -> Complex:
-    """phi_r' B / phi_r' (2 lambda_r M + C) phi_r, (..., r, inputs): the left vectors of a symmetric system are its right ones."""
+def _participation(
+    mass: Array, damping: Array, eigenvalues: Complex, shapes: Complex, force: Array
+) -> Complex:
+    """phi_r' B / phi_r' (2 lambda_r M + C) phi_r, (..., r, inputs): the left vectors of a symmetric system
+    are its right ones.
+    """
     norm = np.sum(shapes * (2 * eigenvalues[..., None, :] * (mass @ shapes) + damping @ shapes), axis=-2)
     return np.asarray(np.swapaxes(shapes, -1, -2) @ force / norm[..., None])
 
 
 def _symmetric(damping: Array) -> bool:
-    """Whether matrices (..., n, n) are symmetric: all are but the damping of a robot that moves, which has Coriolis terms."""
-    return bool(np.abs(damping - np.swapaxes(damping, -1, -2)).max(initial=0.0) <= 1e-12 * np.abs(damping).max(initial=0.0))
+    """Whether matrices (..., n, n) are symmetric: all are but the damping of a robot that moves, which has
+    Coriolis terms.
+    """
+    return bool(
+        np.abs(damping - np.swapaxes(damping, -1, -2)).max(initial=0.0)
+        <= 1e-12 * np.abs(damping).max(initial=0.0)
+    )
 
 
 def _without_symmetry(mass: Array, eigenvalues: Complex, shapes: Complex, force: Array) -> Complex:
-    """(..., r, inputs): participation of all modes without symmetry, by the inverse of the matrix of state vectors."""
+    """(..., r, inputs): participation of all modes without symmetry, by the inverse of the matrix of state
+    vectors.
+    """
     states = np.concatenate([shapes, eigenvalues[..., None, :] * shapes], axis=-2)
     pushed = np.linalg.solve(mass, np.broadcast_to(force, (*mass.shape[:-1], force.shape[1])))
     return np.asarray(np.linalg.solve(states, np.concatenate([np.zeros_like(pushed), pushed], axis=-2)))
 
 
-def _superpose(shapes: Complex, eigenvalues: Complex, participation: Complex, s: Complex, paired: bool) -> Complex:
-    """sum_r shapes_r participation_r / (s - lambda_r), with the conjugate terms where paired, as products over all output-input pairs."""
+def _superpose(
+    shapes: Complex, eigenvalues: Complex, participation: Complex, s: Complex, paired: bool
+) -> Complex:
+    """sum_r shapes_r participation_r / (s - lambda_r), with the conjugate terms where paired, as products
+    over all output-input pairs.
+    """
     outputs, inputs = shapes.shape[-2], participation.shape[-1]
     residues = np.swapaxes(shapes, -1, -2)[..., :, :, None] * participation[..., :, None, :]
     residues = residues.reshape(*residues.shape[:-2], outputs * inputs)
@@ -95,10 +128,14 @@ def _real_product(a: Complex, b: Array) -> Complex:
 def dynamic_stiffness(mass: Array, damping: Array, stiffness: Array, s: Complex) -> Complex:
     """Z (..., lines, n, n) = K + s C + s^2 M."""
     line = s[..., None, None]
-    return np.asarray(stiffness[..., None, :, :] + line * damping[..., None, :, :] + line**2 * mass[..., None, :, :])
+    return np.asarray(
+        stiffness[..., None, :, :] + line * damping[..., None, :, :] + line**2 * mass[..., None, :, :]
+    )
 
 
-def frf_by_solve(mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int) -> Complex:
+def frf_by_solve(
+    mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int
+) -> Complex:
     """The same as `frf` by a solve per line: the independent route, for checks and for defective systems."""
     z = dynamic_stiffness(mass, damping, stiffness, s)
     x = np.linalg.solve(z, np.broadcast_to(force.astype(complex), (*z.shape[:-1], force.shape[1])))
@@ -115,9 +152,11 @@ def frf_and_gradient(
     parameters: NDArray[np.intp],
     record: float | None = None,
 ) -> tuple[Complex, Complex]:
-    """H (lines, outputs, inputs) and dH/dp (lines, outputs, inputs, p) for the parameters whose numbers are given, p of them.
+    """H (lines, outputs, inputs) and dH/dp (lines, outputs, inputs, p) for the parameters whose numbers are
+    given, p of them.
 
-    One solve a line for [B, S'] serves all where Z is symmetric, as it is unless the robot moves.  record as for `frf`.
+    One solve a line for [B, S'] serves all where Z is symmetric, as it is unless the robot moves.  record as
+    for `frf`.
     """
     end = None if record is None else ending(matrices, factors, s, force, record, parameters)
     return gradient_with(end, matrices, factors, s, out, force, power, parameters)
@@ -149,7 +188,12 @@ def gradient_with(
 
 
 def frf_slope(
-    matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, power: int, record: float | None = None
+    matrices: tuple[Array, Array, Array],
+    s: Complex,
+    out: Array,
+    force: Array,
+    power: int,
+    record: float | None = None,
 ) -> Complex:
     """dH/ds (lines, outputs, inputs) at s (lines,): what another decay of the window would change."""
     mass, damping, _ = matrices
@@ -162,23 +206,39 @@ def frf_slope(
     return np.asarray(slope if end is None else slope + end.slope(mass, damping, s, out, to_out, power))
 
 
-def _solve_both(matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, end: Missing | None) -> tuple[Complex, Complex]:
-    """X (lines, n, inputs), the transform of the displacements, and S Z^-1 (lines, outputs, n), by one solve a line if Z is symmetric."""
-    load = np.broadcast_to(force, (len(s), *force.shape)) if end is None else force - end.load(matrices[0], matrices[1], s)
+def _solve_both(
+    matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, end: Missing | None
+) -> tuple[Complex, Complex]:
+    """X (lines, n, inputs), the transform of the displacements, and S Z^-1 (lines, outputs, n), by one solve
+    a line if Z is symmetric.
+    """
+    load = (
+        np.broadcast_to(force, (len(s), *force.shape))
+        if end is None
+        else force - end.load(matrices[0], matrices[1], s)
+    )
     if not _symmetric(matrices[1]):
         z = dynamic_stiffness(*matrices, s)
-        to_out = np.linalg.solve(np.swapaxes(z, 1, 2), np.broadcast_to(out.T.astype(complex), (len(s), *out.T.shape)))
+        to_out = np.linalg.solve(
+            np.swapaxes(z, 1, 2), np.broadcast_to(out.T.astype(complex), (len(s), *out.T.shape))
+        )
         return np.asarray(np.linalg.solve(z, load.astype(complex))), np.swapaxes(to_out, 1, 2)
     both = np.concatenate([load, np.broadcast_to(out.T, (len(s), *out.T.shape))], axis=2)
     solved = np.asarray(np.linalg.solve(dynamic_stiffness(*matrices, s), both), dtype=complex)
     return solved[:, :, : force.shape[1]], np.swapaxes(solved[:, :, force.shape[1] :], 1, 2)
 
 
-def _products(left: Complex, right: Complex, owner: NDArray[np.intp], parameters: NDArray[np.intp]) -> Complex:
-    """(lines, outputs, inputs, p): sum of left (lines, outputs, c) times right (lines, c, inputs) over the columns c of each parameter."""
+def _products(
+    left: Complex, right: Complex, owner: NDArray[np.intp], parameters: NDArray[np.intp]
+) -> Complex:
+    """(lines, outputs, inputs, p): sum of left (lines, outputs, c) times right (lines, c, inputs) over the
+    columns c of each parameter.
+    """
     result = np.empty((*left.shape[:2], right.shape[2], len(parameters)), dtype=complex)
     for number, parameter in enumerate(parameters):
         own = np.flatnonzero(owner == parameter)
         a, b = left[:, :, own], right[:, own, :]
-        result[..., number] = a * b if len(own) == 1 else a @ b  # a product of matrices is slow for one column
+        result[..., number] = (
+            a * b if len(own) == 1 else a @ b
+        )  # a product of matrices is slow for one column
     return result

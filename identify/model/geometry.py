@@ -1,19 +1,19 @@
-"""Where the points of a robot are at a posture, and which way their sensors look: what shapes are drawn on."""
+"""Where the points of a robot are at a posture, and which way their sensors look: what shapes are drawn
+on.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.measured.geometry import Geometry
 from identify.model.effects.site import Site
 from identify.results.tables import Geometry as DrawnGeometry
 from identify.robot.engine import Engine
 from identify.robot.points import Point
-
-Array = NDArray[np.float64]
 
 
 def standing(points: Mapping[int, Point], site: Site) -> list[Point]:
@@ -22,11 +22,15 @@ def standing(points: Mapping[int, Point], site: Site) -> list[Point]:
 
 
 def joints(engine: Engine, points: Sequence[Point]) -> list[tuple[str, Array]]:
-    """The joint origins and the last point, as (link or frame, position in it): the skeleton beyond the base's origin."""
+    """The joint origins and the last point, as (link or frame, position in it): the skeleton beyond the
+    base's origin.
+    """
     mechanism = engine.mechanism
     origins = []
     for body in range(len(mechanism.bodies)):
-        frame, pose = next((name, pose) for name, (number, pose) in mechanism.frames.items() if number == body)
+        frame, pose = next(
+            (name, pose) for name, (number, pose) in mechanism.frames.items() if number == body
+        )
         origins.append((frame, np.asarray(-pose[:3, :3].T @ pose[:3, 3])))
     return origins + [(point.link, point.position) for point in points[-1:]]
 
@@ -38,7 +42,9 @@ def drawn_geometry(engine: Engine, points: Sequence[Point]) -> DrawnGeometry:
         point_names=tuple(point.name for point in points),
         point_links=tuple(point.link for point in points),
         points=np.array([engine.position(point.link, point.position) for point in points]).reshape(-1, 3),
-        skeleton=np.array([np.zeros(3), *(engine.position(frame, at) for frame, at in joints(engine, points))]),
+        skeleton=np.array(
+            [np.zeros(3), *(engine.position(frame, at) for frame, at in joints(engine, points))]
+        ),
         axes=_axes(engine, points),
     )
 
@@ -49,7 +55,9 @@ def _axes(engine: Engine, points: Sequence[Point]) -> Array:
 
 
 def sensor_geometry(engine: Engine, points: Sequence[Point]) -> Geometry:
-    """The points with the directions of their channels, in the base's axes; one line joins them in their order."""
+    """The points with the directions of their channels, in the base's axes; one line joins them in their
+    order.
+    """
     nodes = tuple(point.node for point in points)
     return Geometry(
         nodes=nodes,

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from identify.core.arrays import Array, Complex
 
 
 @dataclass(frozen=True)
@@ -25,7 +23,9 @@ class Impact:
         return np.asarray(self.peak * pulsation * (1 + np.exp(-s * self.width)) / (s * s + pulsation**2))
 
     def means(self, step: float, steps: int) -> Array:
-        """(steps,): mean force over each time step (s), N, so that no impulse is lost however coarse the steps are."""
+        """(steps,): mean force over each time step (s), N, so that no impulse is lost however coarse the
+        steps are.
+        """
         time = np.minimum(step * np.arange(steps + 1), self.width)
         impulse = self.peak * self.width / np.pi * (1 - np.cos(np.pi * time / self.width))
         return np.asarray(np.diff(impulse) / step)

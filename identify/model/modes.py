@@ -1,6 +1,8 @@
-"""Modes of a linear system: undamped and complex, with their shapes and the exact sensitivities of eigenvalues.
+"""Modes of a linear system: undamped and complex, with their shapes and the exact sensitivities of
+eigenvalues.
 
-Complex modes solve (lambda^2 M + lambda C + K) phi = 0; frequency |lambda|/2 pi, damping ratio -Re lambda/|lambda|.
+Complex modes solve (lambda^2 M + lambda C + K) phi = 0; frequency |lambda|/2 pi, damping ratio -Re
+lambda/|lambda|.
 """
 
 from __future__ import annotations
@@ -9,17 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.model.system import Factors
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class Modes:
-    """Oscillating modes in order of frequency: eigenvalues (m,), rad/s, Im > 0; shapes (m, n) over the coordinates.
+    """Oscillating modes in order of frequency: eigenvalues (m,), rad/s, Im > 0; shapes (m, n) over the
+    coordinates.
 
     Shapes are scaled to phi' (2 lambda M + C) phi = 1.
     """
@@ -39,13 +39,17 @@ class Modes:
 
 
 def undamped_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Frequencies (n,), Hz, and mass-normalised shapes (n, n), one a row; an unstable mode has a negative frequency."""
+    """Frequencies (n,), Hz, and mass-normalised shapes (n, n), one a row; an unstable mode has a negative
+    frequency.
+    """
     squares, shapes = scipy.linalg.eigh(stiffness, mass)
     return np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi), shapes.T
 
 
 def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex, Complex]:
-    """Eigenvalues (..., 2n) and the displacement parts (..., n, 2n) of the right eigenvectors of the state matrix for [x, x']."""
+    """Eigenvalues (..., 2n) and the displacement parts (..., n, 2n) of the right eigenvectors of the state
+    matrix for [x, x'].
+    """
     size = mass.shape[-1]
     state = np.zeros((*mass.shape[:-2], 2 * size, 2 * size), dtype=stiffness.dtype)
     state[..., :size, size:] = np.eye(size)
@@ -57,7 +61,8 @@ def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex,
 def complex_modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
     """The oscillating modes of one system (n, n); overdamped ones have no frequency and are left out.
 
-    With a complex stiffness (hysteretic damping) only those with Im > 0 are physical: the others belong to negative frequencies.
+    With a complex stiffness (hysteretic damping) only those with Im > 0 are physical: the others belong to
+    negative frequencies.
     """
     values, right = state_eigen(mass, damping, stiffness)
     kept = np.flatnonzero(values.imag > 1e-9 * np.abs(values))
@@ -68,7 +73,9 @@ def complex_modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
 
 
 def eigenvalue_gradient(modes: Modes, factors: Factors, parameters: int) -> Complex:
-    """d lambda / dp (m, parameters), exact for simple eigenvalues: -phi' (lambda^2 M_j + lambda C_j + K_j) phi."""
+    """d lambda / dp (m, parameters), exact for simple eigenvalues: -phi' (lambda^2 M_j + lambda C_j + K_j)
+    phi.
+    """
     through = (modes.shapes @ factors.vectors) ** 2
     columns = -through * factors.weight * modes.eigenvalues[:, None] ** factors.power
     return np.asarray(columns @ (factors.owner[:, None] == np.arange(parameters)))

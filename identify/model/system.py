@@ -2,9 +2,9 @@
 
     M(p) = M_0 + sum_j p_j M_j,  C(p) = C_0 + sum_j p_j C_j,  K(p) = K_g + sum_j p_j (K_j + j H_j)
 
-over the released coordinates only; a locked coordinate has no row.  Each M_j, C_j, K_j, H_j has low rank and is kept as
-factors, so that sensitivities cost a product of thin matrices (`identify.model.frf`).  K is real where there is no hysteretic
-damping H; where there is, the model holds for positive frequencies.
+over the released coordinates only; a locked coordinate has no row.  Each M_j, C_j, K_j, H_j has low rank and
+is kept as factors, so that sensitivities cost a product of thin matrices (`identify.model.frf`).  K is real
+where there is no hysteretic damping H; where there is, the model holds for positive frequencies.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.effects.base import Contribution, Effect
@@ -25,7 +26,6 @@ from identify.robot.engine import Engine
 from identify.robot.points import Point
 from identify.robot.posture import AXES, at_posture
 
-Array = NDArray[np.float64]
 _ROLES = {"stiffness": (0, 1.0), "damping": (1, 1.0), "mass": (2, 1.0), "hysteretic": (0, 1.0j)}
 """Power of s and factor with which a contribution enters the dynamic stiffness."""
 
@@ -48,9 +48,10 @@ class Factors:
 class System:
     """The model at one posture.
 
-    coordinates: names of the n released coordinates; mass, stiffness (n, n): the parts that no parameter moves;
-    terms: per role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with the numbers of its parameters;
-    laws: nonlinear torques, which no matrix knows; coriolis (n, n): C_0 of a robot that moves, the only matrix without symmetry, or None.
+    coordinates: names of the n released coordinates; mass, stiffness (n, n): the parts that no parameter
+    moves; terms: per role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with
+    the numbers of its parameters; laws: nonlinear torques, which no matrix knows; coriolis (n, n): C_0 of a
+    robot that moves, the only matrix without symmetry, or None.
     """
 
     site: Site
@@ -65,8 +66,12 @@ class System:
     coriolis: Array | None = None
 
     def matrices(self, values: Array) -> tuple[Array, Array, Array]:
-        """M, C, K (..., n, n) at parameter values (..., parameters); K is complex where there is hysteretic damping."""
-        k, c, m = (np.tensordot(values, self.terms[role], axes=1) for role in ("stiffness", "damping", "mass"))
+        """M, C, K (..., n, n) at parameter values (..., parameters); K is complex where there is hysteretic
+        damping.
+        """
+        k, c, m = (
+            np.tensordot(values, self.terms[role], axes=1) for role in ("stiffness", "damping", "mass")
+        )
         if np.any(self.terms["hysteretic"]):
             k = k + 1j * np.tensordot(values, self.terms["hysteretic"], axes=1)
         return self.mass + m, c if self.coriolis is None else c + self.coriolis, self.stiffness + k
@@ -81,15 +86,25 @@ class System:
 
 
 def build_site(
-    robot: Robot, posture: Array, effects: Sequence[Effect], first_detached: str | None = None, points: Mapping[int, Point] | None = None
+    robot: Robot,
+    posture: Array,
+    effects: Sequence[Effect],
+    first_detached: str | None = None,
+    points: Mapping[int, Point] | None = None,
 ) -> Site:
-    """The robot at `posture` (joints,), rad, with the bodies and coordinates that effects add; links from `first_detached` on taken off."""
+    """The robot at `posture` (joints,), rad, with the bodies and coordinates that effects add; links from
+    `first_detached` on taken off.
+    """
     tested = robot if first_detached is None else robot.detach(first_detached, "detached")
     mechanism = at_posture(tested, posture[: len(tested.joints)])
     for effect in effects:
         mechanism = effect.attach(mechanism, tested)
     gone = {link.name for link in robot.links[len(tested.links) :]} | (set(robot.frames) - set(tested.frames))
-    gone |= {f"joint{number}.{axis}" for number in range(len(tested.joints) + 1, len(robot.joints) + 1) for axis in AXES}
+    gone |= {
+        f"joint{number}.{axis}"
+        for number in range(len(tested.joints) + 1, len(robot.joints) + 1)
+        for axis in AXES
+    }
     added = [one for effect in effects for one in effect.added_coordinates(robot, mechanism)]
     gone |= {one.name for one in added if one.link in gone}
     kept = [one for one in added if one.name not in gone]
@@ -99,7 +114,9 @@ def build_site(
         for name, amount in one.engine.items():
             if name not in gone:
                 shapes[mechanism.coordinate(name, "effects"), column] = amount
-    deformations = {n: (one.link, one.deformation) for n, one in enumerate(kept, start=len(own)) if one.deformation}
+    deformations = {
+        n: (one.link, one.deformation) for n, one in enumerate(kept, start=len(own)) if one.deformation
+    }
     engine = Engine(mechanism)
     mass = shapes.T @ engine.mass_matrix() @ shapes
     there = {node: point for node, point in (points or {}).items() if point.link not in gone}
@@ -110,7 +127,8 @@ def build_site(
 
 
 def list_parameters(robot: Robot, site: Site, effects: Sequence[Effect]) -> list[Parameter]:
-    """The parameters of all effects in their order; `site`, the whole robot at the first posture, scales defaults.
+    """The parameters of all effects in their order; `site`, the whole robot at the first posture, scales
+    defaults.
 
     Raises InputError where two effects claim the same parameter.
     """
@@ -119,30 +137,62 @@ def list_parameters(robot: Robot, site: Site, effects: Sequence[Effect]) -> list
         new = effect.parameters(robot, site, f"effects.{number}")
         taken = {p.name for p in parameters} & {p.name for p in new}
         if taken:
-            raise InputError(f"effects.{number}", f"parameter {min(taken)} is claimed by an effect above too", "each coordinate once")
+            raise InputError(
+                f"effects.{number}",
+                f"parameter {min(taken)} is claimed by an effect above too",
+                "each coordinate once",
+            )
         parameters += new
     return parameters
 
 
 def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array | None = None) -> System:
-    """The system at one posture, with joint rates (joints,), rad/s, if the robot moves; raises InputError where nothing is released."""
+    """The system at one posture, with joint rates (joints,), rad/s, if the robot moves; raises InputError
+    where nothing is released.
+    """
     free = {name for effect in effects for name in effect.released(robot)}
     released = np.array([index for index, name in enumerate(site.coordinates) if name in free], dtype=int)
     if not released.size:
-        raise InputError("effects", "no coordinate is released, so nothing can move", "a compliance", "add `kind: joint-compliance`")
+        raise InputError(
+            "effects",
+            "no coordinate is released, so nothing can move",
+            "a compliance",
+            "add `kind: joint-compliance`",
+        )
     parts = [effect.contributions(robot, site) for effect in effects]
     last = np.cumsum([len(part) for part in parts])
-    owners = tuple((effect, np.arange(end - len(part), end)) for effect, part, end in zip(effects, parts, last, strict=True))
+    owners = tuple(
+        (effect, np.arange(end - len(part), end))
+        for effect, part, end in zip(effects, parts, last, strict=True)
+    )
     pick = np.ix_(released, released)
     terms, factors = _reduce([contribution for part in parts for contribution in part], pick)
     names = tuple(site.coordinates[index] for index in released)
-    laws = [law for effect, numbers in owners if isinstance(effect, NonlinearEffect) for law in effect.placed(robot, numbers)]
+    laws = [
+        law
+        for effect, numbers in owners
+        if isinstance(effect, NonlinearEffect)
+        for law in effect.placed(robot, numbers)
+    ]
     moving = None if rates is None else _coriolis(site, rates)[pick]
-    return System(site, names, released, site.mass[pick], site.gravity_stiffness[pick], terms, factors, owners, tuple(laws), moving)
+    return System(
+        site,
+        names,
+        released,
+        site.mass[pick],
+        site.gravity_stiffness[pick],
+        terms,
+        factors,
+        owners,
+        tuple(laws),
+        moving,
+    )
 
 
 def _coriolis(site: Site, rates: Array) -> Array:
-    """(n, n): Coriolis and centrifugal forces per rate of the coordinates, linearised where the joints turn at rates (joints,)."""
+    """(n, n): Coriolis and centrifugal forces per rate of the coordinates, linearised where the joints turn
+    at rates (joints,).
+    """
     own = site.engine.mechanism.coordinates
     turning = np.zeros(len(own))
     for number, rate in enumerate(rates, start=1):
@@ -151,7 +201,9 @@ def _coriolis(site: Site, rates: Array) -> Array:
     return np.asarray(site.shapes.T @ site.engine.coriolis(turning) @ site.shapes)
 
 
-def _reduce(contributions: list[Contribution], pick: tuple[NDArray[np.intp], ...]) -> tuple[dict[str, Array], Factors]:
+def _reduce(
+    contributions: list[Contribution], pick: tuple[NDArray[np.intp], ...]
+) -> tuple[dict[str, Array], Factors]:
     """The contributions over the released coordinates, as stacks and as thin columns."""
     size = pick[0].size
     terms = {role: np.zeros((len(contributions), size, size)) for role in _ROLES}
@@ -169,4 +221,6 @@ def _reduce(contributions: list[Contribution], pick: tuple[NDArray[np.intp], ...
                 power.append(exponent)
                 weight.append(value * factor)
                 owner.append(number)
-    return terms, Factors(np.array(vectors).reshape(-1, size).T, np.array(power, int), np.array(weight), np.array(owner, int))
+    return terms, Factors(
+        np.array(vectors).reshape(-1, size).T, np.array(power, int), np.array(weight), np.array(owner, int)
+    )

@@ -1,8 +1,10 @@
-"""What nonlinear joint torques do after the blow of a hammer: time steps in modal coordinates, for many models and blows at once.
+"""What nonlinear joint torques do after the blow of a hammer: time steps in modal coordinates, for many
+models and blows at once.
 
-The modes of the linear model advance exactly under forces that are constant within a step.  The torque of a step is that of its law
-at a share _AT of the step, solved together with what the torque itself does to the joint until then: second order at one half,
-and above one half it damps what alternates from step to step, so that sticking friction, however stiff, does not ring.
+The modes of the linear model advance exactly under forces that are constant within a step.  The torque of a
+step is that of its law at a share _AT of the step, solved together with what the torque itself does to the
+joint until then: second order at one half, and above one half it damps what alternates from step to step, so
+that sticking friction, however stiff, does not ring.
 """
 
 from __future__ import annotations
@@ -11,24 +13,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.model.effects.nonlinear import Law
 from identify.model.impact import Impact
 from identify.model.modes import state_eigen
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 _AT = 0.55
 _BLOCK = 64
 _SWEEPS = 8
-"""Rounds over the joints of a step, each joint solved with the torques of the others, from those of the step before."""
+"""Rounds over the joints of a step, each joint solved with the torques of the others, from those of the step
+before.
+"""
 
 
 @dataclass(frozen=True)
 class Models:
-    """S linear models: mass, damping, stiffness (S, n, n), force (S, n, inputs), and the blow that each gets at each input."""
+    """S linear models: mass, damping, stiffness (S, n, n), force (S, n, inputs), and the blow that each gets
+    at each input.
+    """
 
     mass: Array
     damping: Array
@@ -39,7 +42,9 @@ class Models:
 
 @dataclass(frozen=True)
 class Attached:
-    """A nonlinear torque: the coordinate (S, n) that it turns in each model, its law and own (S, k), the law's parameters."""
+    """A nonlinear torque: the coordinate (S, n) that it turns in each model, its law and own (S, k), the
+    law's parameters.
+    """
 
     law: Law
     coordinate: Array
@@ -48,7 +53,9 @@ class Attached:
 
 @dataclass(frozen=True)
 class Response:
-    """torque (steps, J, S, inputs) of each of J laws, N m, constant within steps of `step` s; x, v (S, n, inputs): motion at the end."""
+    """torque (steps, J, S, inputs) of each of J laws, N m, constant within steps of `step` s; x, v (S, n,
+    inputs): motion at the end.
+    """
 
     step: float
     torque: Array
@@ -71,7 +78,9 @@ class Response:
 
 @dataclass(frozen=True)
 class _Modal:
-    """eigenvalues (S, m); shapes (S, n, m) such that motion is the real part of their sum; left (S, m, n) = what forces do to the modes."""
+    """eigenvalues (S, m); shapes (S, n, m) such that motion is the real part of their sum; left (S, m, n) =
+    what forces do to the modes.
+    """
 
     eigenvalues: Complex
     shapes: Complex
@@ -79,12 +88,16 @@ class _Modal:
 
 
 def simulate(models: Models, attached: Sequence[Attached], record: float, steps: int) -> Response:
-    """All models from rest through the blow to the end of the record (s); a model that grows without bound gives NaN."""
+    """All models from rest through the blow to the end of the record (s); a model that grows without bound
+    gives NaN.
+    """
     step, inputs = record / steps, models.force.shape[2]
     modal = _modal(models)
     count, size = modal.eigenvalues.shape
     loop = _Loop(modal, models, attached, step)
-    blows = np.repeat(np.stack([impact.means(step, steps) for impact in models.impacts], axis=1), inputs, axis=1)
+    blows = np.repeat(
+        np.stack([impact.means(step, steps) for impact in models.impacts], axis=1), inputs, axis=1
+    )
     struck = int(np.flatnonzero(blows.any(axis=1)).max(initial=-1)) + 1
     torque = np.zeros((steps, len(attached), count * inputs))
     state = np.zeros((size, count * inputs), dtype=complex)
@@ -98,9 +111,11 @@ def simulate(models: Models, attached: Sequence[Attached], record: float, steps:
 
 
 def _modal(models: Models) -> _Modal:
-    """Half of the conjugate pairs where all eigenvalues come in pairs (twice the real part), or else all eigenvalues.
+    """Half of the conjugate pairs where all eigenvalues come in pairs (twice the real part), or else all
+    eigenvalues.
 
-    With hysteretic damping those with Im > 0 are physical; the others stand for negative frequencies and are mirrored.
+    With hysteretic damping those with Im > 0 are physical; the others stand for negative frequencies and are
+    mirrored.
     """
     values, shapes = state_eigen(models.mass, models.damping, models.stiffness)
     count, n = len(values), models.mass.shape[1]
@@ -137,7 +152,9 @@ class _Loop:
             self.gain.append([np.sum((row * part + at_once) * push, axis=0).real for push in pushes])
 
     def advance(self, state: Complex, torque: Array, before: Array, blow: Array | None) -> Complex:
-        """The state (modes, columns) a step later; torque (J, columns) of the step is filled in; before: that of the last step."""
+        """The state (modes, columns) a step later; torque (J, columns) of the step is filled in; before: that
+        of the last step.
+        """
         free = [np.einsum("mc,mc->c", row, state).real for row in self.rows]
         if blow is not None:
             free = [one + kick * blow for one, kick in zip(free, self.kick, strict=True)]

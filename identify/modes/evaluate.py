@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.geometry import Geometry, displacements
@@ -17,7 +18,13 @@ from identify.modal.mac import auto_mac
 from identify.modal.settings import ESTIMATORS, ModalSettings
 from identify.results import fit as results
 from identify.results import tables
-from identify.results.modes import AnalysedMeasurement, ModeTable, Reciprocity, RejectedPoles, StabilisationDiagram
+from identify.results.modes import (
+    AnalysedMeasurement,
+    ModeTable,
+    Reciprocity,
+    RejectedPoles,
+    StabilisationDiagram,
+)
 
 _WHY = (
     ("appears in", "in too few orders"),
@@ -37,7 +44,9 @@ _WHY = (
 
 @dataclass(frozen=True)
 class Measured:
-    """What is analysed: FRFs with their place in a study, and where the sensors are (None: not known); drawn: the same for pictures."""
+    """What is analysed: FRFs with their place in a study, and where the sensors are (None: not known); drawn:
+    the same for pictures.
+    """
 
     name: str
     file: str
@@ -90,7 +99,9 @@ def _modes(found: ModalAnalysis) -> ModeTable:
 
 
 def _rejected(found: ModalAnalysis) -> RejectedPoles:
-    rows = np.array([[c.frequency_hz, c.damping_ratio, c.presence, c.mpc, np.degrees(c.mpd)] for c in found.rejected])
+    rows = np.array(
+        [[c.frequency_hz, c.damping_ratio, c.presence, c.mpc, np.degrees(c.mpd)] for c in found.rejected]
+    )
     frequency, damping, presence, mpc, mpd = rows.reshape(-1, 5).T
     return RejectedPoles(frequency, damping, presence, mpc, mpd, tuple(c.reason for c in found.rejected))
 
@@ -101,7 +112,12 @@ def _diagram(found: ModalAnalysis, settings: ModalSettings) -> StabilisationDiag
     counts = np.bincount(diagram.cluster[clustered], minlength=1)
     firm = counts[np.maximum(diagram.cluster, 0)] >= settings.min_presence * len(diagram.orders)
     return StabilisationDiagram(
-        diagram.order, diagram.frequency_hz, diagram.damping_ratio, clustered & firm, found.layout.frequency_hz, found.mode_indicator
+        diagram.order,
+        diagram.frequency_hz,
+        diagram.damping_ratio,
+        clustered & firm,
+        found.layout.frequency_hz,
+        found.mode_indicator,
     )
 
 
@@ -136,18 +152,28 @@ def _frf(found: ModalAnalysis, data: FrfSet) -> results.FrfComparison:
     )
 
 
-def _coherence(data: FrfSet, frequency_hz: results.Array, outputs: list[Channel], inputs: list[Channel]) -> results.Array | None:
+def _coherence(
+    data: FrfSet, frequency_hz: Array, outputs: list[Channel], inputs: list[Channel]
+) -> Array | None:
     if data.coherence is None:
         return None
     lines = np.isin(data.frequency_hz, frequency_hz)
-    return data.coherence[lines][:, [data.outputs.index(c) for c in outputs], [data.inputs.index(c) for c in inputs]]
+    return data.coherence[lines][
+        :, [data.outputs.index(c) for c in outputs], [data.inputs.index(c) for c in inputs]
+    ]
 
 
 def verdict(measurements: Sequence[AnalysedMeasurement]) -> tuple[str, ...]:
-    """What was found, how well it rebuilds the FRFs, what was rejected, and what the window did: one paragraph a measurement."""
+    """What was found, how well it rebuilds the FRFs, what was rejected, and what the window did: one
+    paragraph a measurement.
+    """
     named = len(measurements) > 1
-    paragraphs = [" ".join(filter(None, (_found(m), _rebuilt(m), _turned_down(m), _window(m)))) for m in measurements]
-    return tuple(f"{m.name}: {said}" if named else said for m, said in zip(measurements, paragraphs, strict=True))
+    paragraphs = [
+        " ".join(filter(None, (_found(m), _rebuilt(m), _turned_down(m), _window(m)))) for m in measurements
+    ]
+    return tuple(
+        f"{m.name}: {said}" if named else said for m, said in zip(measurements, paragraphs, strict=True)
+    )
 
 
 def _found(m: AnalysedMeasurement) -> str:
@@ -161,14 +187,20 @@ def _rebuilt(m: AnalysedMeasurement) -> str:
     if not len(m.modes.frequency_hz):
         return ""
     median = float(np.nanmedian(m.frf.relative_error))
-    return f"FRFs rebuilt from them are off by {100 * m.total_error:.3g} % (RMS over all; median FRF {100 * median:.3g} %)."
+    return (
+        f"FRFs rebuilt from them are off by {100 * m.total_error:.3g} % (RMS over all; median FRF"
+        f" {100 * median:.3g} %)."
+    )
 
 
 def _turned_down(m: AnalysedMeasurement) -> str:
     reasons = m.rejected.reason
     if not reasons:
         return "No candidate was rejected."
-    why = Counter(next((short for start, short in _WHY if reason.startswith(start)), "for other reasons") for reason in reasons)
+    why = Counter(
+        next((short for start, short in _WHY if reason.startswith(start)), "for other reasons")
+        for reason in reasons
+    )
     parts = ", ".join(f"{count} {short}" for short, count in why.most_common())
     return f"{len(reasons)} candidate{'s were' if len(reasons) > 1 else ' was'} rejected: {parts}."
 
@@ -179,4 +211,7 @@ def _window(m: AnalysedMeasurement) -> str:
         return ""
     most = int(np.argmax(seen - ratio))
     change = f"{100 * seen[most]:.3g} % became {100 * ratio[most]:.3g} %"
-    return f"The damping of the exponential window ({decay:.4g} 1/s) was taken out; at {m.modes.frequency_hz[most]:.4g} Hz {change}."
+    return (
+        f"The damping of the exponential window ({decay:.4g} 1/s) was taken out; at"
+        f" {m.modes.frequency_hz[most]:.4g} Hz {change}."
+    )

@@ -1,4 +1,6 @@
-"""What `identify modes` does, without the terminal: FRFs in, modes with their quality out, as HDF5, YAML and universal files."""
+"""What `identify modes` does, without the terminal: FRFs in, modes with their quality out, as HDF5, YAML and
+universal files.
+"""
 
 from __future__ import annotations
 
@@ -51,11 +53,13 @@ def run_modes(
     geometry: Path | None = None,
     length_unit: str | None = None,
 ) -> tuple[ModesResult, list[Path]]:
-    """Modes of the FRFs in a file, or of every FRF measurement of a study; returns the result and what was written, the HDF5 file first.
+    """Modes of the FRFs in a file, or of every FRF measurement of a study; returns the result and what was
+    written, the HDF5 file first.
 
-    file: what the user says about a data file; modal: keys of `ModalSettings` that replace those of the study or the defaults;
-    geometry: universal file with the measurement points, by default the data file itself, its lengths in length_unit where it says
-    none.  A study has all but `modal` itself.  InputError for anything that cannot be read, analysed or written.
+    file: what the user says about a data file; modal: keys of `ModalSettings` that replace those of the study
+    or the defaults; geometry: universal file with the measurement points, by default the data file itself,
+    its lengths in length_unit where it says none.  A study has all but `modal` itself.  InputError for
+    anything that cannot be read, analysed or written.
     """
     begun = time.perf_counter()
     notes: list[str] = []
@@ -69,7 +73,9 @@ def run_modes(
             one, notes = _of_file(data, file, geometry, length_unit)
             measured, settings, name = [one], _settings(ModalSettings(), modal), data.stem
             inputs = [(str(path), sha256(path)) for path in (data, geometry) if path is not None]
-            came_from = provenance("", _asked(file, settings, geometry, length_unit), inputs, _sources(file, settings, modal))
+            came_from = provenance(
+                "", _asked(file, settings, geometry, length_unit), inputs, _sources(file, settings, modal)
+            )
         path = out or Path("reports") / f"{name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
         _keep_inputs(path, tables, [data, *(Path(m.data.source) for m in measured)])
@@ -77,7 +83,14 @@ def run_modes(
     kept = [one for _, one in pairs]
     seconds = time.perf_counter() - begun
     result = ModesResult(
-        result_file.LAYOUT, "modes", name, verdict(kept), tuple(notes), seconds, {one.name: one for one in kept}, came_from
+        result_file.LAYOUT,
+        "modes",
+        name,
+        verdict(kept),
+        tuple(notes),
+        seconds,
+        {one.name: one for one in kept},
+        came_from,
     )
     result_file.write(result, path)
     written = [path]
@@ -106,12 +119,16 @@ def _validated(model: type[T], values: dict[str, Any]) -> T:
         raise InputError(where, found, fault["msg"][:1].lower() + fault["msg"][1:]) from error
 
 
-def _study(config: Path, file: FrfFileOptions | None, geometry: Path | None, length_unit: str | None) -> Problem:
+def _study(
+    config: Path, file: FrfFileOptions | None, geometry: Path | None, length_unit: str | None
+) -> Problem:
     """The problem of a study, which says itself what its files and its geometry are."""
     given = file is not None and file != FrfFileOptions()
     if given or geometry is not None or length_unit is not None:
         fix = "write them into the study, or give a file of FRFs in its place"
-        raise InputError(str(config), "options for a data file beside a study", "only options of the analysis", fix)
+        raise InputError(
+            str(config), "options for a data file beside a study", "only options of the analysis", fix
+        )
     problem = load_problem(read_study(config))
     if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
         raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
@@ -124,9 +141,14 @@ def _overridden(problem: Problem, modal: dict[str, Any] | None) -> Problem:
     return replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
 
 
-def _sources(file: FrfFileOptions, settings: ModalSettings, modal: dict[str, Any] | None) -> tables.SettingTable:
+def _sources(
+    file: FrfFileOptions, settings: ModalSettings, modal: dict[str, Any] | None
+) -> tables.SettingTable:
     """The settings of an analysis of a file, each with its source."""
-    given = {**file.model_dump(exclude_defaults=True), **{f"modal.{key}": value for key, value in (modal or {}).items()}}
+    given = {
+        **file.model_dump(exclude_defaults=True),
+        **{f"modal.{key}": value for key, value in (modal or {}).items()},
+    }
     return option_settings({"": file, "modal": settings}, given)
 
 
@@ -137,20 +159,34 @@ def _of_study(problem: Problem) -> list[Measured]:
         if isinstance(m.target, FrfTarget):
             engine, points = m.system.site.engine, standing(problem.points, m.system.site)
             places = sensor_geometry(engine, points), drawn_geometry(engine, points)
-            found.append(Measured(m.name, str(m.settings.source), m.target.data, m.settings.posture_deg, *places))
+            found.append(
+                Measured(m.name, str(m.settings.source), m.target.data, m.settings.posture_deg, *places)
+            )
     return found
 
 
-def _of_file(data: Path, file: FrfFileOptions, geometry: Path | None, length_unit: str | None) -> tuple[Measured, list[str]]:
+def _of_file(
+    data: Path, file: FrfFileOptions, geometry: Path | None, length_unit: str | None
+) -> tuple[Measured, list[str]]:
     """The FRFs of a file with their geometry, and what is to be said about it."""
     frf_set = load_frf_set(data, file)
     sensors, notes = _geometry(data, geometry, length_unit)
     if sensors is not None and not {c.node for c in (*frf_set.outputs, *frf_set.inputs)} & set(sensors.nodes):
-        raise InputError(str(geometry or data), "a geometry without any measured point", "the nodes of the FRFs", "check its node numbers")
-    return Measured(data.stem, str(data), frf_set, (), sensors, None if sensors is None else _drawn(sensors)), notes
+        raise InputError(
+            str(geometry or data),
+            "a geometry without any measured point",
+            "the nodes of the FRFs",
+            "check its node numbers",
+        )
+    return (
+        Measured(data.stem, str(data), frf_set, (), sensors, None if sensors is None else _drawn(sensors)),
+        notes,
+    )
 
 
-def _geometry(data: Path, geometry: Path | None, length_unit: str | None) -> tuple[Geometry | None, list[str]]:
+def _geometry(
+    data: Path, geometry: Path | None, length_unit: str | None
+) -> tuple[Geometry | None, list[str]]:
     if geometry is not None:
         return read_geometry(geometry, length_unit), []
     is_universal = FORMAT_OF_SUFFIX.get(data.suffix.lower()) == "uff"
@@ -160,10 +196,18 @@ def _geometry(data: Path, geometry: Path | None, length_unit: str | None) -> tup
         except InputError as error:
             if length_unit is not None:
                 raise
-            return None, [f"the geometry in the data file was left out, so shapes are not drawn (`--length-unit` would say it): {error}"]
+            return None, [
+                "the geometry in the data file was left out, so shapes are not drawn (`--length-unit` would"
+                f" say it): {error}"
+            ]
     if length_unit is not None:
-        raise InputError("length_unit", f"{length_unit!r} without a geometry", fix="name one with `--geometry`")
-    return None, ["no geometry was given, so shapes are not drawn: `--geometry` takes a universal file with datasets 15 or 2411"]
+        raise InputError(
+            "length_unit", f"{length_unit!r} without a geometry", fix="name one with `--geometry`"
+        )
+    return None, [
+        "no geometry was given, so shapes are not drawn: `--geometry` takes a universal file with datasets 15"
+        " or 2411"
+    ]
 
 
 def _drawn(sensors: Geometry) -> tables.Geometry:
@@ -180,10 +224,16 @@ def _drawn(sensors: Geometry) -> tables.Geometry:
     )
 
 
-def _asked(file: FrfFileOptions, settings: ModalSettings, geometry: Path | None, length_unit: str | None) -> str:
+def _asked(
+    file: FrfFileOptions, settings: ModalSettings, geometry: Path | None, length_unit: str | None
+) -> str:
     """What was asked of a data file as YAML, with every setting of the analysis."""
     said: dict[str, Any] = dict(file.model_dump(exclude_defaults=True))
-    said |= {key: value for key, value in (("geometry", geometry and str(geometry)), ("length_unit", length_unit)) if value is not None}
+    said |= {
+        key: value
+        for key, value in (("geometry", geometry and str(geometry)), ("length_unit", length_unit))
+        if value is not None
+    }
     stream = io.StringIO()
     YAML().dump({**said, "modal": settings.model_dump(mode="json")}, stream)
     return stream.getvalue()
@@ -196,16 +246,25 @@ def _suffix(one: Measured, all_of_them: Sequence[Measured]) -> str:
 def _keep_inputs(path: Path, tables: Sequence[Path], inputs: Sequence[Path]) -> None:
     """InputError where a file to be written is one that was read."""
     if path.suffix not in (".h5", ".hdf5"):
-        raise InputError(str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`")
+        raise InputError(
+            str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`"
+        )
     read = {entry.resolve() for entry in inputs}
     reports = (path.with_suffix(suffix) for suffix in (".html", ".pdf"))
     for new in (path, *reports, *tables, *(table.with_suffix(".uff") for table in tables)):
         if new.resolve() in read:
-            raise InputError(str(new), "would be overwritten, and is an input", "another place", "choose another with `--out`")
+            raise InputError(
+                str(new),
+                "would be overwritten, and is an input",
+                "another place",
+                "choose another with `--out`",
+            )
 
 
 def _write_tables(table: ModalTable, sensors: Geometry | None, path: Path) -> list[Path]:
-    """The modal table as YAML, and shapes with their geometry as a universal file; nothing where no mode was found."""
+    """The modal table as YAML, and shapes with their geometry as a universal file; nothing where no mode was
+    found.
+    """
     if not len(table):
         return []
     shapes = path.with_suffix(".uff")

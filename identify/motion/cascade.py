@@ -1,6 +1,8 @@
-"""The cascade of industrial servos: position P, velocity PI and, for a motor that wants a voltage, current PI, each at its own rate.
+"""The cascade of industrial servos: position P, velocity PI and, for a motor that wants a voltage, current
+PI, each at its own rate.
 
-Feed-forward of the commanded velocity and of the torque by inverse dynamics (Nagoya section 5, the conventional controller).
+Feed-forward of the commanded velocity and of the torque by inverse dynamics (Nagoya section 5, the
+conventional controller).
 """
 
 from __future__ import annotations
@@ -10,27 +12,31 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.motion.controller import Controller, Law, Sample
 from identify.motion.numbers import Number, quantity
 
-Array = NDArray[np.float64]
-
 
 class Cascade(Controller):
-    """Position P, velocity PI, and current PI where `output` is a voltage; the period is that of the innermost loop."""
+    """Position P, velocity PI, and current PI where `output` is a voltage; the period is that of the
+    innermost loop.
+    """
 
     kind: Literal["cascade"] = "cascade"
-    output: Literal["torque", "voltage"] = Field("torque", description="what the motor is given: `voltage` needs the current loop")
+    output: Literal["torque", "voltage"] = Field(
+        "torque", description="what the motor is given: `voltage` needs the current loop"
+    )
     velocity_every: int = Field(1, ge=1, description="ticks between two runs of the velocity loop")
     position_every: int = Field(1, ge=1, description="ticks between two runs of the position loop")
     position_gain: Number = quantity("1/s", "velocity asked for per position error", least=1e-12)
     velocity_gain: Number = quantity("N m s/rad", "torque at the gear output per velocity error")
     velocity_integral: Number = quantity("1/s", "the inverse of the velocity loop's integral time", 0.0)
     velocity_feedforward: Number = quantity("", "share of the commanded velocity", 0.0)
-    torque_feedforward: Number = quantity("", "share of the torque that the command takes by inverse dynamics", 0.0)
+    torque_feedforward: Number = quantity(
+        "", "share of the torque that the command takes by inverse dynamics", 0.0
+    )
     current_gain: Number = quantity("V/A", "of the current loop", 0.0)
     current_integral: Number = quantity("1/s", "the inverse of the current loop's integral time", 0.0)
 
@@ -45,11 +51,16 @@ class Cascade(Controller):
 
     def cascade(self, numbers: Mapping[str, Array]) -> CascadeLaw:
         """The three loops."""
-        own = {key.removeprefix("servo."): value for key, value in numbers.items() if key.startswith("servo.")}
+        own = {
+            key.removeprefix("servo."): value for key, value in numbers.items() if key.startswith("servo.")
+        }
         winding = None
         if self.output == "voltage":
             winding = Winding(
-                numbers["motor.torque_constant"], own["current_gain"], own["current_integral"], numbers["motor.voltage_limit"]
+                numbers["motor.torque_constant"],
+                own["current_gain"],
+                own["current_integral"],
+                numbers["motor.voltage_limit"],
             )
         limit = numbers.get("motor.torque_limit", np.full_like(own["position_gain"], np.inf))
         return CascadeLaw(self, own, numbers["gear.ratio"], limit, winding)
@@ -67,7 +78,9 @@ class Winding:
 
 @dataclass(frozen=True)
 class CascadeState:
-    """Velocity asked for (rad/s), turn at the last velocity run, its integral and torque (N m, gear output), and the voltage integral."""
+    """Velocity asked for (rad/s), turn at the last velocity run, its integral and torque (N m, gear output),
+    and the voltage integral.
+    """
 
     wanted: Array
     turn: Array
@@ -90,7 +103,9 @@ class CascadeLaw(Law):
         """None: the integral holds; without one, what the proportional gains leave."""
         torque = self.ratio * (holding if self.winding is None else np.zeros_like(holding))
         stiffness = self.gains["position_gain"] * self.gains["velocity_gain"]
-        leaves = (self.gains["velocity_integral"] == 0) & (self.gains["torque_feedforward"] == 0) & (stiffness > 0)
+        leaves = (
+            (self.gains["velocity_integral"] == 0) & (self.gains["torque_feedforward"] == 0) & (stiffness > 0)
+        )
         return np.where(leaves, torque / np.where(stiffness > 0, stiffness, 1.0), 0.0)
 
     def begin(self, sample: Sample, holding: Array) -> CascadeState:
@@ -98,14 +113,20 @@ class CascadeLaw(Law):
         current = sample.current
         torque = self.ratio * (holding if self.winding is None else self.winding.torque_constant * current)
         wanted = self.gains["position_gain"] * (sample.position - sample.turn)
-        integral = torque - self.gains["torque_feedforward"] * sample.feedforward - self.gains["velocity_gain"] * wanted
+        integral = (
+            torque
+            - self.gains["torque_feedforward"] * sample.feedforward
+            - self.gains["velocity_gain"] * wanted
+        )
         return CascadeState(wanted, sample.turn, integral, torque, holding)
 
     def act(self, state: CascadeState, sample: Sample) -> tuple[Array, CascadeState]:
         """The loops that are due at this tick, from the outermost in."""
         if sample.tick % self.settings.position_every == 0:
             ahead = self.gains["velocity_feedforward"] * sample.velocity
-            state = replace(state, wanted=self.gains["position_gain"] * (sample.position - sample.turn) + ahead)
+            state = replace(
+                state, wanted=self.gains["position_gain"] * (sample.position - sample.turn) + ahead
+            )
         if sample.tick % self.settings.velocity_every == 0:
             state = self._velocity_loop(state, sample)
         if self.winding is None:
@@ -115,12 +136,20 @@ class CascadeLaw(Law):
     def _velocity_loop(self, state: CascadeState, sample: Sample) -> CascadeState:
         period = self.settings.velocity_every * self.settings.period_s
         error = state.wanted - (sample.turn - state.turn) / period
-        integral = state.integral + self.gains["velocity_gain"] * self.gains["velocity_integral"] * period * error
-        torque = self.gains["velocity_gain"] * error + integral + self.gains["torque_feedforward"] * sample.feedforward
+        integral = (
+            state.integral + self.gains["velocity_gain"] * self.gains["velocity_integral"] * period * error
+        )
+        torque = (
+            self.gains["velocity_gain"] * error
+            + integral
+            + self.gains["torque_feedforward"] * sample.feedforward
+        )
         integral = np.where(np.abs(torque) < self.limit * self.ratio, integral, state.integral)
         return replace(state, turn=sample.turn, integral=integral, torque=torque)
 
-    def _current_loop(self, winding: Winding, state: CascadeState, sample: Sample) -> tuple[Array, CascadeState]:
+    def _current_loop(
+        self, winding: Winding, state: CascadeState, sample: Sample
+    ) -> tuple[Array, CascadeState]:
         error = state.torque / (self.ratio * winding.torque_constant) - sample.current
         integral = state.voltage + winding.gain * winding.integral * self.settings.period_s * error
         command = winding.gain * error + integral

@@ -1,16 +1,16 @@
-"""Commands of motion: joint moves with limited velocity, acceleration and jerk, sampled at the controller's ticks."""
+"""Commands of motion: joint moves with limited velocity, acceleration and jerk, sampled at the controller's
+ticks.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.motion.numbers import Settings
-
-Array = NDArray[np.float64]
 
 
 class Move(Settings):
@@ -21,14 +21,18 @@ class Move(Settings):
     by_deg: float = Field(description="how far it turns")
     speed_deg_s: float = Field(gt=0, description="largest velocity")
     acceleration_deg_s2: float = Field(gt=0, description="largest acceleration")
-    smoothing_s: float = Field(0.0, ge=0, description="time over which acceleration builds up (moving average of the velocity)")
+    smoothing_s: float = Field(
+        0.0, ge=0, description="time over which acceleration builds up (moving average of the velocity)"
+    )
 
     @property
     def duration_s(self) -> float:
         """From beginning to standstill."""
         distance, speed = abs(self.by_deg), self.speed_deg_s
         ramp = min(speed / self.acceleration_deg_s2, np.sqrt(distance / self.acceleration_deg_s2))
-        return float(distance / (self.acceleration_deg_s2 * ramp) + ramp + self.smoothing_s) if distance else 0.0
+        return (
+            float(distance / (self.acceleration_deg_s2 * ramp) + ramp + self.smoothing_s) if distance else 0.0
+        )
 
     def angle(self, time: Array) -> Array:
         """How far it has turned, rad, at times (n,), s."""
@@ -41,7 +45,9 @@ class Move(Settings):
 
     def _corners(self) -> tuple[float, float, float]:
         """Acceleration, its time and the whole time, unsmoothed, for a positive turn."""
-        ramp = min(self.speed_deg_s / self.acceleration_deg_s2, np.sqrt(abs(self.by_deg) / self.acceleration_deg_s2))
+        ramp = min(
+            self.speed_deg_s / self.acceleration_deg_s2, np.sqrt(abs(self.by_deg) / self.acceleration_deg_s2)
+        )
         return self.acceleration_deg_s2, float(ramp), self.duration_s - self.smoothing_s
 
     def _powers(self, since: Array, power: int) -> Array:

@@ -1,8 +1,8 @@
 """What a controller is, and the registry of all kinds.
 
-A controller's settings are what the config says.  With numbers for every lane (a lane is one candidate on one record) they make a
-law, which holds nothing that changes; what changes is its state, handed out at every tick.
-Positions and velocities are the drive's at the gear output: the rotor's over the gear ratio.
+A controller's settings are what the config says.  With numbers for every lane (a lane is one candidate on one
+record) they make a law, which holds nothing that changes; what changes is its state, handed out at every
+tick. Positions and velocities are the drive's at the gear output: the rotor's over the gear ratio.
 """
 
 from __future__ import annotations
@@ -12,14 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.registry import Registry, parse_kind
 from identify.motion.numbers import Settings
-
-Array = NDArray[np.float64]
 
 CONTROLLERS = Registry(
     "controller",
@@ -36,8 +33,9 @@ CONTROLLERS = Registry(
 class Sample:
     """What a controller sees at a tick, (lanes, joints) each.
 
-    tick: its number; position, velocity: commanded, rad, rad/s; feedforward: torque of the command by inverse dynamics at the gear
-    output, N m; turn: measured turn of the drive, rad; current: measured, A; mode_hz: the arm's first mode at the commanded posture.
+    tick: its number; position, velocity: commanded, rad, rad/s; feedforward: torque of the command by inverse
+    dynamics at the gear output, N m; turn: measured turn of the drive, rad; current: measured, A; mode_hz:
+    the arm's first mode at the commanded posture.
     """
 
     tick: int
@@ -54,7 +52,9 @@ class Law(ABC):
 
     @abstractmethod
     def standing_error(self, holding: Array) -> Array:
-        """How far the drive stands behind its command (rad) when the motor is to be given `holding` (V or N m) at rest."""
+        """How far the drive stands behind its command (rad) when the motor is to be given `holding` (V or N
+        m) at rest.
+        """
 
     @abstractmethod
     def begin(self, sample: Sample, holding: Array) -> Any:
@@ -62,7 +62,9 @@ class Law(ABC):
 
     @abstractmethod
     def act(self, state: Any, sample: Sample) -> tuple[Array, Any]:
-        """What the motors are given until the next tick (V or N m, before their limits), and the state then."""
+        """What the motors are given until the next tick (V or N m, before their limits), and the state
+        then.
+        """
 
 
 class Controller(Settings, ABC):
@@ -79,12 +81,16 @@ class Controller(Settings, ABC):
 
     @property
     def flexible(self) -> bool:
-        """Whether it is commanded through the elastic model: the motor's position and torque that take the link along the command."""
+        """Whether it is commanded through the elastic model: the motor's position and torque that take the
+        link along the command.
+        """
         return False
 
     @abstractmethod
     def law(self, numbers: Mapping[str, Array]) -> Law:
-        """The law with the numbers of motor, gear and controller (`servo.position_gain`), (lanes, joints) each."""
+        """The law with the numbers of motor, gear and controller (`servo.position_gain`), (lanes, joints)
+        each.
+        """
 
 
 def parse_controller(data: Any) -> Controller:

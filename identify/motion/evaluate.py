@@ -6,24 +6,28 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.tables import parameter_table, start_table
-from identify.fitting.uncertainty import Trust
+from identify.fitting.uncertainty import Uncertainty
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
 from identify.motion.simulate import Motion
 from identify.motion.tool import recorded_paths, tool_paths
-from identify.motion.trajectory import TrajectoryObjective, all_signals, phase_rms, simulated, trajectory_trust
+from identify.motion.trajectory import (
+    TrajectoryObjective,
+    all_signals,
+    phase_rms,
+    simulated,
+    trajectory_trust,
+)
 from identify.motion.trajectory_fit import MotionFit, judge
 from identify.results import motion as results
 from identify.results.circular import circular_test
 from identify.results.file import LAYOUT
 from identify.results.provenance import provenance, sha256
 from identify.results.tables import Provenance
-
-Array = NDArray[np.float64]
 
 UNITS = {"position": "rad", "velocity": "rad/s", "torque": "N m", "current": "A"}
 WHOLE = "whole"
@@ -47,7 +51,9 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     first = started.run(started.initial[None], started.records)
     scale = Scale(problem.parameters)
     fitted = [record for record in problem.records if record.settings.use == "fit"]
-    trusted = trajectory_trust(TrajectoryObjective(problem, fitted, problem.file.study.noise), scale, found.fit.values)
+    trusted = trajectory_trust(
+        TrajectoryObjective(problem, fitted, problem.file.study.noise), scale, found.fit.values
+    )
     return _result(problem, _records(problem, motion, first), seconds, found, trusted)
 
 
@@ -61,12 +67,20 @@ def provenance_of_motion(problem: MotionProblem) -> Provenance:
     file = problem.file
     robot = file.study.robot.urdf or file.study.robot.dh
     given = [(str(robot), sha256(file.resolve(robot)))] if robot else []
-    recorded = [(str(r.settings.measured.file), r.measured.sha256) for r in problem.records if r.settings.measured and r.measured]
+    recorded = [
+        (str(r.settings.measured.file), r.measured.sha256)
+        for r in problem.records
+        if r.settings.measured and r.measured
+    ]
     return provenance(file.path.name, file.text, [*given, *recorded])
 
 
 def _result(
-    problem: MotionProblem, records: dict[str, results.RecordResult], seconds: float, found: MotionFit | None, trusted: Trust | None
+    problem: MotionProblem,
+    records: dict[str, results.RecordResult],
+    seconds: float,
+    found: MotionFit | None,
+    trusted: Uncertainty | None,
 ) -> results.MotionResult:
     study, file = problem.file.study, problem.file
     scale = Scale(problem.parameters)
@@ -115,7 +129,9 @@ def _records(problem: MotionProblem, motion: Motion, first: Motion | None) -> di
     return {record.settings.name: _record(problem, record, number, motion, first) for number, record in rows}
 
 
-def _record(problem: MotionProblem, record: Record, number: int, motion: Motion, first: Motion | None) -> results.RecordResult:
+def _record(
+    problem: MotionProblem, record: Record, number: int, motion: Motion, first: Motion | None
+) -> results.RecordResult:
     ticks, settings = len(record.command.position), record.settings
     signals = {name: values[number, :ticks] for name, values in all_signals(problem, motion).items()}
     commanded = {"command_position": record.command.position, "command_velocity": record.command.velocity}
@@ -128,7 +144,11 @@ def _record(problem: MotionProblem, record: Record, number: int, motion: Motion,
         sha256=record.measured.sha256 if record.measured else "",
         start_deg=np.array(settings.start_deg),
         time_s=problem.file.study.servo.period_s * np.arange(ticks, dtype=float),
-        signals={name: results.Trace(unit(name), values) for name, values in {**commanded, **signals}.items() if np.isfinite(values).any()},
+        signals={
+            name: results.Trace(unit(name), values)
+            for name, values in {**commanded, **signals}.items()
+            if np.isfinite(values).any()
+        },
         comparisons=comparisons,
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
@@ -160,8 +180,15 @@ def _comparisons(
     before = simulated(problem, first, record, number, count) if first is not None else {}
     found = {}
     for quantity, values in now.items():
-        measured, begun = record.measured.signals[quantity], before[quantity][0] if quantity in before else None
-        rms = [phase_rms(model - measured, record.measured.time_s, phases) for model in (values[0], begun) if model is not None]
+        measured, begun = (
+            record.measured.signals[quantity],
+            before[quantity][0] if quantity in before else None,
+        )
+        rms = [
+            phase_rms(model - measured, record.measured.time_s, phases)
+            for model in (values[0], begun)
+            if model is not None
+        ]
         found[quantity] = results.TrajectoryComparison(
             unit=unit(quantity),
             time_s=record.measured.time_s,
@@ -192,18 +219,43 @@ def _sentences(problem: MotionProblem) -> tuple[str, ...]:
     return (*elastic, f"motors of kind {study.motor.kind}", f"controller of kind {study.servo.kind}")
 
 
-def _verdict(problem: MotionProblem, found: MotionFit | None, trusted: Trust | None, realtime: float) -> tuple[str, ...]:
-    speed = f"{len(problem.records)} motions simulated {realtime:.0f} times as fast as they happen, in steps of {problem.step_s:.3g} s."
+def _verdict(
+    problem: MotionProblem, found: MotionFit | None, trusted: Uncertainty | None, realtime: float
+) -> tuple[str, ...]:
+    speed = (
+        f"{len(problem.records)} motions simulated {realtime:.0f} times as fast as they happen, in steps of"
+        f" {problem.step_s:.3g} s."
+    )
     if found is None or trusted is None:
         return (speed,)
     kept = [trial.name for trial in found.trials[1:] if trial.kept]
     gaps = found.fit.cost, judge(problem, found.fit.values)
-    first = f"The gap is {gaps[0]:.2f} times the noise on the fitted records and {gaps[1]:.2f} on those that judge."
+    first = (
+        f"The gap is {gaps[0]:.2f} times the noise on the fitted records and {gaps[1]:.2f} on those that"
+        " judge."
+    )
     added = f"Added because they improve the records that judge: {', '.join(kept)}." if kept else ""
     determined = sum(status == "determined" for status in trusted.status)
-    return tuple(line for line in (first, added, f"{determined} of {len(trusted.status)} free parameters are determined.", speed) if line)
+    return tuple(
+        line
+        for line in (
+            first,
+            added,
+            f"{determined} of {len(trusted.status)} free parameters are determined.",
+            speed,
+        )
+        if line
+    )
 
 
 def _notes(records: dict[str, results.RecordResult]) -> tuple[str, ...]:
-    lost = [name for name, record in records.items() if not all(np.isfinite(trace.values).all() for trace in record.signals.values())]
-    return (f"the motion runs away in {', '.join(lost)}: the controller is unstable with this arm",) if lost else ()
+    lost = [
+        name
+        for name, record in records.items()
+        if not all(np.isfinite(trace.values).all() for trace in record.signals.values())
+    ]
+    return (
+        (f"the motion runs away in {', '.join(lost)}: the controller is unstable with this arm",)
+        if lost
+        else ()
+    )

@@ -1,7 +1,8 @@
 """Excitation of a controlled joint, and the FRFs of the arm in the closed loop (Nagoya Fig. 8).
 
-While the controller runs, a torque is added to what it gives the motor; FRFs are those from the whole torque to what it moves, so that
-the controller drops out.  The torque repeats itself, so that whole periods have neither leakage nor, behind the first, a transient.
+While the controller runs, a torque is added to what it gives the motor; FRFs are those from the whole torque
+to what it moves, so that the controller drops out.  The torque repeats itself, so that whole periods have
+neither leakage nor, behind the first, a transient.
 """
 
 from __future__ import annotations
@@ -9,14 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from identify.core.arrays import Array, Complex
 from identify.measured.estimators import estimate
-from identify.measured.frf_set import Complex
 from identify.motion.numbers import Settings
-
-Array = NDArray[np.float64]
 
 
 class Excitation(Settings):
@@ -31,7 +29,9 @@ class Excitation(Settings):
     def _rises(self) -> Excitation:
         low, high = self.band_hz
         if not 0 < low < high:
-            raise ValueError(f"band_hz: [{low:g}, {high:g}]; expected two frequencies above zero, the lower first")
+            raise ValueError(
+                f"band_hz: [{low:g}, {high:g}]; expected two frequencies above zero, the lower first"
+            )
         return self
 
     def torque(self, time: Array) -> Array:
@@ -42,14 +42,20 @@ class Excitation(Settings):
         return np.asarray(self.torque_n_m * np.sin(phase))
 
 
-def closed_loop_frf(torques: Sequence[Array], responses: Sequence[Array], sample_s: float, period_s: float) -> tuple[Array, Complex, Array]:
-    """Frequencies (lines,), Hz, FRFs and coherences (lines, outputs, joints) from records of torque (samples, joints) and response
-    (samples, outputs), in each of which another joint is excited; the first period of each is left out.  H1 over all periods.
+def closed_loop_frf(
+    torques: Sequence[Array], responses: Sequence[Array], sample_s: float, period_s: float
+) -> tuple[Array, Complex, Array]:
+    """Frequencies (lines,), Hz, FRFs and coherences (lines, outputs, joints) from records of torque (samples,
+    joints) and response (samples, outputs), in each of which another joint is excited; the first period of
+    each is left out.  H1 over all periods.
 
-    A period must be a whole number of samples.  InputError where the records together do not excite all joints.
+    A period must be a whole number of samples.  InputError where the records together do not excite all
+    joints.
     """
     size = round(period_s / sample_s)
-    spectra = [np.concatenate([_periods(record, size) for record in records]) for records in (responses, torques)]
+    spectra = [
+        np.concatenate([_periods(record, size) for record in records]) for records in (responses, torques)
+    ]
     frf, coherence = estimate(spectra[0], spectra[1], "h1", "closed-loop FRFs")
     return np.asarray(np.fft.rfftfreq(size, sample_s)[1:], dtype=np.float64), frf, coherence
 

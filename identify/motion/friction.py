@@ -8,11 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.motion.numbers import Number, Settings, quantity
-
-Array = NDArray[np.float64]
 
 
 class Friction(Settings):
@@ -22,21 +20,30 @@ class Friction(Settings):
     viscous: Number = quantity("N m s/rad", "F_v, in proportion to speed", 0.0)
     stribeck: Number = quantity("N m", "F_s, what is added near standstill", 0.0)
     stribeck_velocity: Number = quantity("rad/s", "v_s, over which F_s dies out", 0.05, least=1e-9)
-    creep_velocity: Number = quantity("rad/s", "below this, sgn(v) is a slope: what a joint that sticks still creeps", 1e-4, least=1e-9)
+    creep_velocity: Number = quantity(
+        "rad/s", "below this, sgn(v) is a slope: what a joint that sticks still creeps", 1e-4, least=1e-9
+    )
 
 
-def friction_torque(velocity: Array, coulomb: Array, viscous: Array, stribeck: Array, stribeck_velocity: Array) -> Array:
+def friction_torque(
+    velocity: Array, coulomb: Array, viscous: Array, stribeck: Array, stribeck_velocity: Array
+) -> Array:
     """Eq. 11 as it is written, N m, for velocities of the gear output, rad/s."""
-    return np.sign(velocity) * (coulomb + stribeck * np.exp(-np.abs(velocity) / stribeck_velocity)) + viscous * velocity
+    return (
+        np.sign(velocity) * (coulomb + stribeck * np.exp(-np.abs(velocity) / stribeck_velocity))
+        + viscous * velocity
+    )
 
 
 @dataclass
 class FrictionDamper:
-    """Eq. 11 as a damper for a step that takes dampers implicitly, found by passes, each called with the velocities that the last gave.
+    """Eq. 11 as a damper for a step that takes dampers implicitly, found by passes, each called with the
+    velocities that the last gave.
 
-    numbers: coefficients by name, (lanes, joints); viscous: further viscous friction, N m s/rad; inertia: what a drive's own push must
-    accelerate, kg m^2; step_s.  A drive's own step, a v + h F(v) = p with p as the last pass shows it, is solved in closed form, because
-    friction over the last velocity takes many passes where a drive sticks or breaks loose.
+    numbers: coefficients by name, (lanes, joints); viscous: further viscous friction, N m s/rad; inertia:
+    what a drive's own push must accelerate, kg m^2; step_s.  A drive's own step, a v + h F(v) = p with p as
+    the last pass shows it, is solved in closed form, because friction over the last velocity takes many
+    passes where a drive sticks or breaks loose.
     """
 
     numbers: dict[str, Array]

@@ -1,9 +1,10 @@
-"""Gears: ratio, and what makes their spring nonlinear: hardening (Nagoya Eq. 8), transmission error (Eq. 9) and backlash.
+"""Gears: ratio, and what makes their spring nonlinear: hardening (Nagoya Eq. 8), transmission error (Eq. 9)
+and backlash.
 
-The linear spring and damper are the effect `joint-compliance` about rz.  With theta the drive's turn at the gear output (the rotor's
-turn over the ratio) and delta the coordinate rz, the link is at theta + delta, and the torque on the link is
-tau = k e + A_3 e^3, where e is what is left of delta - theta_TE(n theta) once half the backlash either way is taken out.  The
-transmission error acts back on the rotor, so that energy is kept.
+The linear spring and damper are the effect `joint-compliance` about rz.  With theta the drive's turn at the
+gear output (the rotor's turn over the ratio) and delta the coordinate rz, the link is at theta + delta, and
+the torque on the link is tau = k e + A_3 e^3, where e is what is left of delta - theta_TE(n theta) once half
+the backlash either way is taken out.  The transmission error acts back on the rotor, so that energy is kept.
 """
 
 from __future__ import annotations
@@ -13,12 +14,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.motion.numbers import Number, Settings, quantity
-
-Array = NDArray[np.float64]
 
 
 class Ripple(Settings):
@@ -39,12 +38,17 @@ class Gear(Settings):
 
     def sections(self) -> dict[str, Settings]:
         """The parts that hold numbers, by the name they have in parameters."""
-        return {"gear": self, **{f"gear.transmission_error.{n}": ripple for n, ripple in enumerate(self.transmission_error)}}
+        return {
+            "gear": self,
+            **{f"gear.transmission_error.{n}": ripple for n, ripple in enumerate(self.transmission_error)},
+        }
 
 
 @dataclass(frozen=True)
 class GearSpring:
-    """The spring of gears, arrays (lanes, joints): a component of the transmission error is (order, amplitude, phase)."""
+    """The spring of gears, arrays (lanes, joints): a component of the transmission error is (order,
+    amplitude, phase).
+    """
 
     ratio: Array
     stiffness: Array
@@ -78,7 +82,9 @@ class GearSpring:
         return torque * slope, self.stiffness * delta - torque
 
     def windup(self, torque: Array) -> Array:
-        """delta - theta_TE under a torque, N m, by Newton's method; the inverse of `torque`, at the near stop of the backlash."""
+        """delta - theta_TE under a torque, N m, by Newton's method; the inverse of `torque`, at the near stop
+        of the backlash.
+        """
         stiffness = np.where(self.stiffness > 0, self.stiffness, 1.0)
         e = torque / stiffness
         for _ in range(30):
@@ -87,9 +93,21 @@ class GearSpring:
 
 
 def gear_spring(gear: Gear, numbers: Mapping[str, Array], stiffness: Array) -> GearSpring:
-    """The springs with the numbers of the gears and the linear stiffness (lanes, joints), 0 where a joint is rigid."""
+    """The springs with the numbers of the gears and the linear stiffness (lanes, joints), 0 where a joint is
+    rigid.
+    """
     ripples: Sequence[tuple[int, Array, Array]] = [
-        (ripple.order, numbers[f"gear.transmission_error.{n}.amplitude"], numbers[f"gear.transmission_error.{n}.phase"])
+        (
+            ripple.order,
+            numbers[f"gear.transmission_error.{n}.amplitude"],
+            numbers[f"gear.transmission_error.{n}.phase"],
+        )
         for n, ripple in enumerate(gear.transmission_error)
     ]
-    return GearSpring(numbers["gear.ratio"], stiffness, numbers["gear.cubic_stiffness"], numbers["gear.backlash"], tuple(ripples))
+    return GearSpring(
+        numbers["gear.ratio"],
+        stiffness,
+        numbers["gear.cubic_stiffness"],
+        numbers["gear.backlash"],
+        tuple(ripples),
+    )

@@ -1,7 +1,8 @@
-"""Motors: a direct-current motor with winding and back-EMF (Kawasaki Eq. 2), or one that follows a torque command.
+"""Motors: a direct-current motor with winding and back-EMF (Kawasaki Eq. 2), or one that follows a torque
+command.
 
-A `Motor*` class is what the config says; its `plant` is the same with arrays (lanes, joints), and the state is an array beside it.
-Velocities and torques are the rotor's, before the gear.
+A `Motor*` class is what the config says; its `plant` is the same with arrays (lanes, joints), and the state
+is an array beside it. Velocities and torques are the rotor's, before the gear.
 """
 
 from __future__ import annotations
@@ -12,11 +13,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.motion.numbers import Number, Settings, quantity
-
-Array = NDArray[np.float64]
 
 
 class MotorPlant(ABC):
@@ -31,7 +30,9 @@ class MotorPlant(ABC):
         """Torque of the rotor, N m."""
 
     def torque_at(self, state: Array, command: Array) -> Array:
-        """Torque at the moment at which the command is given, N m; the mean of before and after where it jumps."""
+        """Torque at the moment at which the command is given, N m; the mean of before and after where it
+        jumps.
+        """
         return self.torque(state)
 
     @abstractmethod
@@ -44,7 +45,9 @@ class MotorPlant(ABC):
 
 
 class DcMotor(Settings):
-    """A direct-current motor, or a synchronous one seen as such: L di/dt = U - R i - k_e omega, torque k_m i."""
+    """A direct-current motor, or a synchronous one seen as such: L di/dt = U - R i - k_e omega, torque k_m
+    i.
+    """
 
     kind: Literal["dc"] = "dc"
     torque_constant: Number = quantity("N m/A", "k_m", least=1e-9)
@@ -58,7 +61,9 @@ class DcMotor(Settings):
     def plant(self, numbers: Mapping[str, Array]) -> MotorPlant:
         """With the numbers of its section, (lanes, joints) each."""
         n = {key.removeprefix("motor."): value for key, value in numbers.items() if key.startswith("motor.")}
-        return _DcPlant(n["torque_constant"], n["back_emf"], n["resistance"], n["inductance"], n["voltage_limit"])
+        return _DcPlant(
+            n["torque_constant"], n["back_emf"], n["resistance"], n["inductance"], n["voltage_limit"]
+        )
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,9 @@ class _DcPlant(MotorPlant):
 
 
 class TorqueMotor(Settings):
-    """A motor with a current loop of its own that is fast and good enough to be called a torque source with a lag."""
+    """A motor with a current loop of its own that is fast and good enough to be called a torque source with a
+    lag.
+    """
 
     kind: Literal["torque"] = "torque"
     bandwidth_hz: Number = quantity("Hz", "of the first-order lag from command to torque", np.inf, least=1e-6)
@@ -98,7 +105,9 @@ class TorqueMotor(Settings):
 
     def plant(self, numbers: Mapping[str, Array]) -> MotorPlant:
         """With the numbers of its section, (lanes, joints) each."""
-        return _TorquePlant(numbers["motor.bandwidth_hz"], numbers["motor.torque_constant"], numbers["motor.torque_limit"])
+        return _TorquePlant(
+            numbers["motor.bandwidth_hz"], numbers["motor.torque_constant"], numbers["motor.torque_limit"]
+        )
 
 
 @dataclass(frozen=True)

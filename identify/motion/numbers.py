@@ -1,4 +1,6 @@
-"""Numbers of a motion study that belong to joints: given, or to be identified; and their arrays over a population of candidates."""
+"""Numbers of a motion study that belong to joints: given, or to be identified; and their arrays over a
+population of candidates.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +13,9 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
-
-Array = NDArray[np.float64]
 
 
 class Settings(BaseModel):
@@ -26,13 +27,21 @@ class Settings(BaseModel):
 class JointNumber(Settings):
     """One number per joint, or one for all; searched within `bounds` unless `fixed`."""
 
-    initial: float | list[float] = Field(description="value, or where the search starts; one for all joints, or one per joint")
-    bounds: tuple[float, float] | None = Field(None, description="smallest and largest value; both above zero: searched on a log scale")
+    initial: float | list[float] = Field(
+        description="value, or where the search starts; one for all joints, or one per joint"
+    )
+    bounds: tuple[float, float] | None = Field(
+        None, description="smallest and largest value; both above zero: searched on a log scale"
+    )
     fixed: bool = Field(False, description="true: kept at `initial`")
 
 
 def _from_number(data: Any) -> Any:
-    return {"initial": data, "fixed": True} if isinstance(data, (int, float, list, tuple)) and not isinstance(data, bool) else data
+    return (
+        {"initial": data, "fixed": True}
+        if isinstance(data, (int, float, list, tuple)) and not isinstance(data, bool)
+        else data
+    )
 
 
 Number = Annotated[JointNumber, BeforeValidator(_from_number)]
@@ -40,7 +49,9 @@ Number = Annotated[JointNumber, BeforeValidator(_from_number)]
 
 
 def quantity(unit: str, about: str, default: float | None = None, least: float = 0.0) -> Any:
-    """A field of a section: its unit, what it is, its value where it is left out (None: it must be given), and the least it can be."""
+    """A field of a section: its unit, what it is, its value where it is left out (None: it must be given),
+    and the least it can be.
+    """
     extra: dict[str, Any] = {"unit": unit, "least": least}
     text = f"{about} ({unit})" if unit else about
     if default is None:
@@ -52,7 +63,8 @@ def quantity(unit: str, about: str, default: float | None = None, least: float =
 class NumberTable:
     """All numbers of some sections: free ones as parameters, and the value of every one for every joint.
 
-    given: (joints,) by `section.key`; columns: parameter numbers (joints,) of those that are to be identified.
+    given: (joints,) by `section.key`; columns: parameter numbers (joints,) of those that are to be
+    identified.
     """
 
     parameters: tuple[Parameter, ...]
@@ -61,7 +73,9 @@ class NumberTable:
 
     def arrays(self, values: Array) -> dict[str, Array]:
         """(m, joints) by `section.key` at parameter values (m, parameters)."""
-        arrays = {key: np.broadcast_to(given, (len(values), given.size)).copy() for key, given in self.given.items()}
+        arrays = {
+            key: np.broadcast_to(given, (len(values), given.size)).copy() for key, given in self.given.items()
+        }
         for key, columns in self.columns.items():
             arrays[key] = values[:, columns]
         return arrays
@@ -83,7 +97,10 @@ def number_table(sections: Mapping[str, BaseModel], joints: int, first: int = 0)
             given[where] = _values(number, field, joints, where)
             if not number.fixed:
                 columns[where] = np.arange(first + len(parameters), first + len(parameters) + joints)
-                parameters += [_parameter(f"joint{n + 1}.{where}", value, number, field, where) for n, value in enumerate(given[where])]
+                parameters += [
+                    _parameter(f"joint{n + 1}.{where}", value, number, field, where)
+                    for n, value in enumerate(given[where])
+                ]
     return NumberTable(tuple(parameters), given, columns)
 
 
@@ -99,15 +116,28 @@ def _values(number: JointNumber, field: FieldInfo, joints: int, where: str) -> A
 def _parameter(name: str, value: float, number: JointNumber, field: FieldInfo, where: str) -> Parameter:
     if number.bounds is None:
         raise InputError(
-            f"{where}.bounds", "missing", "the smallest and largest value", "add `bounds`, or give the plain number to keep it"
+            f"{where}.bounds",
+            "missing",
+            "the smallest and largest value",
+            "add `bounds`, or give the plain number to keep it",
         )
     lower, upper = number.bounds
     if not _extra(field)["least"] <= lower < upper:
-        raise InputError(f"{where}.bounds", f"[{lower:g}, {upper:g}]", f"the smaller bound first, at least {_extra(field)['least']:g}")
+        raise InputError(
+            f"{where}.bounds",
+            f"[{lower:g}, {upper:g}]",
+            f"the smaller bound first, at least {_extra(field)['least']:g}",
+        )
     if not lower <= value <= upper:
-        raise InputError(f"{where}.initial", f"{value:g}", f"a value within its bounds [{lower:g}, {upper:g}]")
+        raise InputError(
+            f"{where}.initial", f"{value:g}", f"a value within its bounds [{lower:g}, {upper:g}]"
+        )
     return Parameter(name, str(_extra(field)["unit"]), float(value), lower, upper, log=lower > 0)
 
 
 def _extra(field: FieldInfo) -> dict[str, Any]:
-    return dict(field.json_schema_extra) if isinstance(field.json_schema_extra, dict) else {"unit": "", "least": -np.inf}
+    return (
+        dict(field.json_schema_extra)
+        if isinstance(field.json_schema_extra, dict)
+        else {"unit": "", "least": -np.inf}
+    )

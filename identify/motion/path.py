@@ -1,6 +1,7 @@
 """Commands along a path of the tool: a circle at a feed rate, turned into joint angles by inverse kinematics.
 
-The tool keeps the orientation that it has at the start where the robot has six joints or more; with fewer, only its point is led.
+The tool keeps the orientation that it has at the start where the robot has six joints or more; with fewer,
+only its point is led.
 """
 
 from __future__ import annotations
@@ -11,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.motion.command import Move
 from identify.motion.numbers import Settings
 from identify.robot.engine_motion import MovingArm
-
-Array = NDArray[np.float64]
 
 _PLANES = {"XY": (0, 1), "YZ": (1, 2), "ZX": (2, 0)}
 _TOLERANCE = 1e-12
@@ -34,7 +34,9 @@ class Tool(Settings):
 
 
 class Circle(Settings):
-    """The tool runs on a circle through its start, which lies in the direction of the plane's first axis from the centre."""
+    """The tool runs on a circle through its start, which lies in the direction of the plane's first axis from
+    the centre.
+    """
 
     kind: Literal["circle"] = "circle"
     plane: Literal["XY", "YZ", "ZX"] = Field(
@@ -42,7 +44,9 @@ class Circle(Settings):
     )
     radius_mm: float = Field(gt=0, description="radius")
     feed_mm_min: float = Field(gt=0, description="speed along the circle")
-    turns: float = Field(2.0, ge=1, description="how often it goes round; the turn in the middle is the one that is judged")
+    turns: float = Field(
+        2.0, ge=1, description="how often it goes round; the turn in the middle is the one that is judged"
+    )
     clockwise: bool = Field(False, description="true: from the second axis to the first")
     start_s: float = Field(0.0, ge=0, description="when it begins")
     acceleration_mm_s2: float = Field(1000.0, gt=0, description="largest acceleration along the circle")
@@ -81,8 +85,8 @@ class Circle(Settings):
 
 
 def joint_path(arm: MovingArm, tool: Tool, start: Array, places: Array, where: str) -> Array:
-    """Joint angles (n, joints), rad, of a rigid arm that take the tool through places (n, 3), m, from angles (joints,) on, by Newton's
-    method from each place to the next; InputError where the arm cannot follow.
+    """Joint angles (n, joints), rad, of a rigid arm that take the tool through places (n, 3), m, from angles
+    (joints,) on, by Newton's method from each place to the next; InputError where the arm cannot follow.
     """
     point = np.array(tool.at_m)
     upright = arm.frame_motion(start, tool.link, point)[1]
@@ -97,6 +101,11 @@ def joint_path(arm: MovingArm, tool: Tool, start: Array, places: Array, where: s
             if np.abs(step).max() < _TOLERANCE or np.abs(step).max() > _REACH:
                 break
         if np.abs(step).max() > _REACH or np.linalg.norm(place - at) > 1e-9:
-            raise InputError(where, f"place {np.round(place, 4).tolist()} m", "a path that the arm can follow", "another start or radius")
+            raise InputError(
+                where,
+                f"place {np.round(place, 4).tolist()} m",
+                "a path that the arm can follow",
+                "another start or radius",
+            )
         found[number] = angles
     return found

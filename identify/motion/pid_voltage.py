@@ -1,4 +1,6 @@
-"""PD and PID controllers of the motor voltage, each joint on its own (Kawasaki Eq. 3; its section 6 asks for the integral)."""
+"""PD and PID controllers of the motor voltage, each joint on its own (Kawasaki Eq. 3; its section 6 asks for
+the integral).
+"""
 
 from __future__ import annotations
 
@@ -7,16 +9,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.motion.controller import Controller, Law, Sample
 from identify.motion.numbers import Number, quantity
 
-Array = NDArray[np.float64]
-
 
 class PidVoltage(Controller):
-    """U = K_p e + K_d de/dt + K_i integral of e, with e the command less the measured position at the gear output."""
+    """U = K_p e + K_d de/dt + K_i integral of e, with e the command less the measured position at the gear
+    output.
+    """
 
     kind: Literal["pid-voltage"] = "pid-voltage"
     position_gain: Number = quantity("V/rad", "K_p", least=1e-12)
@@ -30,7 +32,9 @@ class PidVoltage(Controller):
 
     def law(self, numbers: Mapping[str, Array]) -> PidLaw:
         """With its three gains."""
-        position, derivative, integral = (numbers[f"servo.{key}_gain"] for key in ("position", "derivative", "integral"))
+        position, derivative, integral = (
+            numbers[f"servo.{key}_gain"] for key in ("position", "derivative", "integral")
+        )
         return PidLaw(position, derivative, integral, numbers["motor.voltage_limit"], self.period_s)
 
 

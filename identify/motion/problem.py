@@ -1,4 +1,6 @@
-"""A study of motion turned into something that moves: the robot read, its numbers listed, commands sampled, records read."""
+"""A study of motion turned into something that moves: the robot read, its numbers listed, commands sampled,
+records read.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.system import build_site
@@ -22,17 +24,18 @@ from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm, Passive
 from identify.robot.read import read_robot
 
-Array = NDArray[np.float64]
-
 _EVERY = 20
 """Ticks between postures at which the first mode is computed."""
 _FASTEST = 0.3
-"""Largest step times angular frequency of the fastest mode: leapfrog is stable to 2 and off by (0.3)^2 / 24 = 0.4 % in frequency."""
+"""Largest step times angular frequency of the fastest mode: leapfrog is stable to 2 and off by (0.3)^2 / 24 =
+0.4 % in frequency.
+"""
 
 
 @dataclass(frozen=True)
 class MotionProblem:
-    """Everything a simulation works on.  parameters: those of the effects in their order, then those of the sections.
+    """Everything a simulation works on.  parameters: those of the effects in their order, then those of the
+    sections.
 
     freed: numbers by `section.key` that `with_numbers` set free.
     """
@@ -60,7 +63,9 @@ class MotionProblem:
     def resolution(self) -> Array:
         """Turn of the motor per count of its encoder, rad; 0 where continuous."""
         counts = self.file.study.encoder_counts
-        return np.zeros(len(self.robot.joints)) if counts is None else 2 * np.pi / np.array(counts, dtype=float)
+        return (
+            np.zeros(len(self.robot.joints)) if counts is None else 2 * np.pi / np.array(counts, dtype=float)
+        )
 
     @cached_property
     def continuous(self) -> MotionProblem:
@@ -80,7 +85,9 @@ class MotionProblem:
         return Passive(armature, stiffness, damping)
 
     def run(self, values: Array, records: Sequence[Record]) -> Motion:
-        """The motion of every candidate (m, parameters) on every record; lanes run through the records of the first candidate first."""
+        """The motion of every candidate (m, parameters) on every record; lanes run through the records of the
+        first candidate first.
+        """
         ticks = max(len(record.command.position) for record in records)
         lanes = np.repeat(values, len(records), axis=0)
         numbers = self.table.arrays(lanes)
@@ -91,12 +98,24 @@ class MotionProblem:
     def plant(self, lanes: Array, numbers: dict[str, Array]) -> Plant:
         """What moves, a lane per row of parameter values (lanes, parameters)."""
         study, passive = self.file.study, self.passive(lanes, numbers)
-        wound = [(joint, self.arm.names.index(name)) for joint, name in enumerate(self._windups) if name in self.arm.names]
+        wound = [
+            (joint, self.arm.names.index(name))
+            for joint, name in enumerate(self._windups)
+            if name in self.arm.names
+        ]
         joint, coordinate = np.array(wound, dtype=int).reshape(-1, 2).T
         stiffness = np.zeros((len(lanes), len(self.robot.joints)))
         stiffness[:, joint] = passive.stiffness[:, coordinate]
         spring = gear_spring(study.gear, numbers, stiffness)
-        return Plant(self.arm, passive, study.motor.plant(numbers), spring, numbers, np.array([joint, coordinate]), self.resolution)
+        return Plant(
+            self.arm,
+            passive,
+            study.motor.plant(numbers),
+            spring,
+            numbers,
+            np.array([joint, coordinate]),
+            self.resolution,
+        )
 
     def law(self, numbers: Mapping[str, Array]) -> Law:
         """The controller with numbers for every lane."""
@@ -113,22 +132,33 @@ class MotionProblem:
         return [f"joint{number + 1}.rz" for number in range(len(self.robot.joints))]
 
     def _orders(self, records: Sequence[Record], plant: Plant, candidates: int, ticks: int) -> Orders:
-        """Commands of all lanes; of a flexible controller, those of the drives that take the links along them."""
+        """Commands of all lanes; of a flexible controller, those of the drives that take the links along
+        them.
+        """
 
         def all_lanes(rows: list[Array]) -> Array:
             return np.tile(np.array([_padded(row, ticks) for row in rows]), (candidates, 1, 1))
 
         position, velocity, acceleration = (
-            all_lanes([getattr(r.command, key) for r in records]) for key in ("position", "velocity", "acceleration")
+            all_lanes([getattr(r.command, key) for r in records])
+            for key in ("position", "velocity", "acceleration")
         )
         torque, mode = all_lanes([r.torque for r in records]), np.zeros((*position.shape[:2], 1))
         if self.file.study.servo.flexible:
             mode = all_lanes([self.first_mode(r.command.position) for r in records])
-            position = position + np.stack([plant.spring.windup(row) for row in np.moveaxis(torque, 1, 0)], axis=1)
+            position = position + np.stack(
+                [plant.spring.windup(row) for row in np.moveaxis(torque, 1, 0)], axis=1
+            )
             velocity = np.gradient(position, self.file.study.servo.period_s, axis=1)
             acceleration = np.gradient(velocity, self.file.study.servo.period_s, axis=1)
         rotors = (plant.numbers["gear.ratio"] ** 2 * plant.numbers["motor.rotor_inertia"])[:, None]
-        return Orders(position, velocity, torque + rotors * acceleration, mode, all_lanes([self._excitation(r) for r in records]))
+        return Orders(
+            position,
+            velocity,
+            torque + rotors * acceleration,
+            mode,
+            all_lanes([self._excitation(r) for r in records]),
+        )
 
     def _excitation(self, record: Record) -> Array:
         """(ticks, joints), N m at the gear output."""
@@ -139,7 +169,9 @@ class MotionProblem:
         return torque
 
     def first_mode(self, position: Array) -> Array:
-        """(ticks, 1), Hz: the first mode of the arm at its start values, drives free, at commanded positions (ticks, joints)."""
+        """(ticks, 1), Hz: the first mode of the arm at its start values, drives free, at commanded positions
+        (ticks, joints).
+        """
         rows = np.unique(np.append(np.arange(0, len(position), _EVERY), len(position) - 1))
         found = [_modes(self, row) for row in position[rows]]
         first = [min((omega for omega in modes if omega > 1.0), default=0.0) / 2 / np.pi for modes in found]
@@ -156,7 +188,11 @@ def load_motion(file: MotionFile) -> MotionProblem:
     springs: list[Parameter] = []
     if study.effects:
         site = build_site(robot, first, study.effects)
-        springs = [p for n, effect in enumerate(study.effects) for p in effect.parameters(robot, site, f"effects.{n}")]
+        springs = [
+            p
+            for n, effect in enumerate(study.effects)
+            for p in effect.parameters(robot, site, f"effects.{n}")
+        ]
     arm = MovingArm(robot, [name for effect in study.effects for name in effect.released(robot)])
     table = number_table(_sections(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
@@ -171,8 +207,11 @@ def _sections(file: MotionFile) -> dict[str, Settings]:
     return {"motor": study.motor, **study.gear.sections(), "friction": study.friction, "servo": study.servo}
 
 
-def with_numbers(problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]) -> MotionProblem:
-    """The same problem with further numbers (by `section.key`) set free; parameters named in `values` start there.
+def with_numbers(
+    problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]
+) -> MotionProblem:
+    """The same problem with further numbers (by `section.key`) set free; parameters named in `values` start
+    there.
 
     Raises InputError for a number that the study's sections do not have.
     """
@@ -192,20 +231,28 @@ def with_numbers(problem: MotionProblem, free: Mapping[str, JointNumber], values
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:
     gear = file.study.gear
-    soft = bool(gear.transmission_error) or any(np.any(np.asarray(number.initial) > 0) for number in (gear.cubic_stiffness, gear.backlash))
+    soft = bool(gear.transmission_error) or any(
+        np.any(np.asarray(number.initial) > 0) for number in (gear.cubic_stiffness, gear.backlash)
+    )
     elastic = any(name.startswith("joint") and name.endswith(".rz") for name in arm.names)
     if soft and not elastic:
         found = "a gear with hardening, backlash or transmission error, and no joint that is elastic about rz"
         raise InputError("gear", found, "an effect of kind joint-compliance with axes [rz]")
     if elastic and np.min(file.study.motor.rotor_inertia.initial) <= 0:
-        raise InputError("motor.rotor_inertia", "0 with a joint that is elastic about rz", "that of the rotor, which now moves alone")
+        raise InputError(
+            "motor.rotor_inertia",
+            "0 with a joint that is elastic about rz",
+            "that of the rotor, which now moves alone",
+        )
     counts = file.study.encoder_counts
     if counts is not None and (len(counts) != len(arm.drive) or min(counts) < 1):
         raise InputError("encoder_counts", f"{counts}", f"{len(arm.drive)} positive numbers, one per joint")
 
 
 def _step(problem: MotionProblem) -> float:
-    """The step: as the study says where that divides the controller's period and resolves the fastest mode, else as large as does."""
+    """The step: as the study says where that divides the controller's period and resolves the fastest mode,
+    else as large as does.
+    """
     study = problem.file.study
     period, wanted = study.servo.period_s, study.step_s
     omega = fastest_mode(problem)
@@ -216,17 +263,26 @@ def _step(problem: MotionProblem) -> float:
         raise InputError("step_s", f"{wanted:g}", f"the controller's period {period:g} or a whole part of it")
     if wanted * omega > 1.0:
         fix = f"at most {_FASTEST / omega:.2g} s is advised"
-        raise InputError("step_s", f"{wanted:g} s with a mode of {omega / 2 / np.pi:.0f} Hz", "a step that resolves it", fix)
+        raise InputError(
+            "step_s",
+            f"{wanted:g} s with a mode of {omega / 2 / np.pi:.0f} Hz",
+            "a step that resolves it",
+            fix,
+        )
     return period / round(parts)
 
 
 def fastest_mode(problem: MotionProblem) -> float:
-    """Angular frequency, rad/s, of the fastest undamped mode of the arm with free drives at the first record's start; 0 for a rigid arm."""
+    """Angular frequency, rad/s, of the fastest undamped mode of the arm with free drives at the first
+    record's start; 0 for a rigid arm.
+    """
     return float(_modes(problem, problem.records[0].command.position[0]).max(initial=0.0))
 
 
 def _modes(problem: MotionProblem, turn: Array) -> Array:
-    """Angular frequencies, rad/s, of the undamped arm with free drives at drive angles (joints,) and start values; 0 for rigid motion."""
+    """Angular frequencies, rad/s, of the undamped arm with free drives at drive angles (joints,) and start
+    values; 0 for rigid motion.
+    """
     values = problem.initial[None]
     passive = problem.passive(values, problem.table.arrays(values))
     position = np.zeros(len(problem.arm.names))

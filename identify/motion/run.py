@@ -21,8 +21,12 @@ from identify.results import file as result_file
 from identify.results.motion import MotionResult, RecordResult
 
 
-def run_simulation(config: Path, out: Path | None, tables: Path | None = None) -> tuple[MotionResult, list[Path]]:
-    """Simulate every record of a study of motion; the result and the files written: HDF5, and a CSV per record in the folder `tables`."""
+def run_simulation(
+    config: Path, out: Path | None, tables: Path | None = None
+) -> tuple[MotionResult, list[Path]]:
+    """Simulate every record of a study of motion; the result and the files written: HDF5, and a CSV per
+    record in the folder `tables`.
+    """
     file = read_motion_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
     with threadpool_limits(1):
@@ -34,9 +38,16 @@ def run_simulation(config: Path, out: Path | None, tables: Path | None = None) -
 
 
 def run_motion_fit(
-    config: Path, out: Path | None, overrides: dict[str, Any], progress: Progress | None = None, *, resume: bool = False
+    config: Path,
+    out: Path | None,
+    overrides: dict[str, Any],
+    progress: Progress | None = None,
+    *,
+    resume: bool = False,
 ) -> tuple[MotionResult, Path]:
-    """Fit a study of motion; overrides replace keys of the study; interrupted and resumed as `identify.vibration.run.run_fit` is."""
+    """Fit a study of motion; overrides replace keys of the study; interrupted and resumed as
+    `identify.vibration.run.run_fit` is.
+    """
     file = override(read_motion_study(config), overrides)
     path, progress = out or Path("reports") / f"{file.study.name}.h5", progress or Progress()
     with threadpool_limits(1):
@@ -50,7 +61,9 @@ def run_motion_fit(
 
 
 def write_tables(result: MotionResult, folder: Path | None) -> list[Path]:
-    """A CSV per record with every signal of every joint over time, units in the names of the columns; nothing where folder is None."""
+    """A CSV per record with every signal of every joint over time, units in the names of the columns; nothing
+    where folder is None.
+    """
     if folder is None:
         return []
     paths = [folder / f"{result.name}_{name}.csv" for name in result.records]

@@ -1,4 +1,5 @@
-"""Simulation of driven arms: controllers at their own rates, motors and gears at every step, the arm by the engine.
+"""Simulation of driven arms: controllers at their own rates, motors and gears at every step, the arm by the
+engine.
 
 All lanes (a lane is one candidate's numbers on one record) move side by side, as arrays (lanes, joints).
 """
@@ -10,20 +11,20 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Index
 from identify.motion.controller import Law, Sample
 from identify.motion.friction import FrictionDamper
 from identify.motion.gear import GearSpring
 from identify.motion.motor import MotorPlant
-from identify.robot.engine_motion import Array, Lanes, MovingArm, Passive
-
-Index = NDArray[np.intp]
+from identify.robot.engine_motion import Lanes, MovingArm, Passive
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Step of integration, s; steps between ticks of the controller; steps from measuring to the motor; ticks to simulate."""
+    """Step of integration, s; steps between ticks of the controller; steps from measuring to the motor; ticks
+    to simulate.
+    """
 
     step_s: float
     steps_per_tick: int
@@ -33,10 +34,11 @@ class Timing:
 
 @dataclass(frozen=True)
 class Plant:
-    """What moves: the arm, what hangs on its coordinates, motors, gears and friction (`numbers`), and the encoders' steps.
+    """What moves: the arm, what hangs on its coordinates, motors, gears and friction (`numbers`), and the
+    encoders' steps.
 
-    wound: for each joint with an elastic rz, (joint, its coordinate), (2, j).
-    resolution (joints,): turn of the gear output per count of the encoder, rad, times the ratio; 0 where continuous.
+    wound: for each joint with an elastic rz, (joint, its coordinate), (2, j). resolution (joints,): turn of
+    the gear output per count of the encoder, rad, times the ratio; 0 where continuous.
     """
 
     arm: MovingArm
@@ -56,10 +58,11 @@ class Plant:
 
 @dataclass(frozen=True)
 class Orders:
-    """What is commanded, (lanes, ticks, joints): position, velocity, and the torque it takes by inverse dynamics, at the gear output.
+    """What is commanded, (lanes, ticks, joints): position, velocity, and the torque it takes by inverse
+    dynamics, at the gear output.
 
-    mode_hz (lanes, ticks, 1): the first mode at the commanded posture, 0 where no controller asks for it; excitation: torque at the gear
-    output that is added to the controller's.
+    mode_hz (lanes, ticks, 1): the first mode at the commanded posture, 0 where no controller asks for it;
+    excitation: torque at the gear output that is added to the controller's.
     """
 
     position: Array
@@ -71,8 +74,9 @@ class Orders:
 
 @dataclass(frozen=True)
 class Motion:
-    """What happened at the ticks: coordinates and velocities (lanes, ticks, n); of the motors (lanes, ticks, joints) the current, the
-    torque at the gear output before friction, N m, and what the controller gave them.
+    """What happened at the ticks: coordinates and velocities (lanes, ticks, n); of the motors (lanes, ticks,
+    joints) the current, the torque at the gear output before friction, N m, and what the controller gave
+    them.
     """
 
     coordinates: Array
@@ -96,19 +100,27 @@ def simulate(plant: Plant, law: Law, orders: Orders, timing: Timing) -> Motion:
         command = command + orders.excitation[:, tick] / plant.spring.ratio
         before, row = (
             lanes.velocity.copy(),
-            (lanes.position.copy(), plant.motor.current(state), plant.spring.ratio * plant.motor.torque(state)),
+            (
+                lanes.position.copy(),
+                plant.motor.current(state),
+                plant.spring.ratio * plant.motor.torque(state),
+            ),
         )
         for step in range(timing.steps_per_tick):
             waiting.append(command)
             state = _step(plant, lanes, state, waiting.popleft(), inertia)
             if step == 0:
                 rows.append((*row, (before + lanes.velocity) / 2, command))
-    position, current, torque, velocity, commands = (np.stack(part, axis=1) for part in zip(*rows, strict=True))
+    position, current, torque, velocity, commands = (
+        np.stack(part, axis=1) for part in zip(*rows, strict=True)
+    )
     return Motion(position, velocity, current, torque, commands)
 
 
 def equilibrium(plant: Plant, law: Law, orders: Orders) -> tuple[Array, Array]:
-    """Coordinates (lanes, n) at rest under gravity with the controller at its first command; motor torques (lanes, joints) that hold."""
+    """Coordinates (lanes, n) at rest under gravity with the controller at its first command; motor torques
+    (lanes, joints) that hold.
+    """
     arm, ratio = plant.arm, plant.spring.ratio
     coordinates = np.zeros((len(orders.position), len(arm.names)))
     coordinates[:, arm.drive] = orders.position[:, 0]
@@ -123,12 +135,16 @@ def equilibrium(plant: Plant, law: Law, orders: Orders) -> tuple[Array, Array]:
         torque[:, joint] = -weight[:, wound]
         coordinates[:, wound] = (plant.spring.windup(torque) + error)[:, joint]
         holding = (weight[:, arm.drive] - torque * slope) / ratio
-        coordinates[:, arm.drive] = orders.position[:, 0] - law.standing_error(plant.motor.holding(holding)[1])
+        coordinates[:, arm.drive] = orders.position[:, 0] - law.standing_error(
+            plant.motor.holding(holding)[1]
+        )
     return coordinates, holding
 
 
 def _own_inertia(plant: Plant, coordinates: Array) -> Array:
-    """What a push on each drive accelerates while all else gives way, kg m^2, (lanes, joints), at coordinates (lanes, n)."""
+    """What a push on each drive accelerates while all else gives way, kg m^2, (lanes, joints), at coordinates
+    (lanes, n).
+    """
     mass = np.array([plant.arm.mass_matrix(row) for row in coordinates])
     mass += np.eye(mass.shape[1]) * plant.passive.armature[:, None]
     return np.asarray(1 / np.linalg.inv(mass)[:, plant.arm.drive, plant.arm.drive])
@@ -172,5 +188,7 @@ def _sample(plant: Plant, orders: Orders, tick: int, lanes: Lanes, state: Array)
         grain = plant.resolution / plant.spring.ratio
         turn = np.where(grain > 0, np.round(turn / np.where(grain > 0, grain, 1.0)) * grain, turn)
     current = plant.motor.current(state)
-    position, velocity, feedforward = (rows[:, tick] for rows in (orders.position, orders.velocity, orders.feedforward))
+    position, velocity, feedforward = (
+        rows[:, tick] for rows in (orders.position, orders.velocity, orders.feedforward)
+    )
     return Sample(tick, position, velocity, feedforward, turn, current, orders.mode_hz[:, tick])

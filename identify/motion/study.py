@@ -1,4 +1,5 @@
-"""A study of motion: config.yaml with `schema: identify-motion/1` read into settings, every error with its key, its line and a fix.
+"""A study of motion: config.yaml with `schema: identify-motion/1` read into settings, every error with its
+key, its line and a fix.
 
 What the settings mean is turned into something that moves in `identify.motion.problem`.
 """
@@ -26,14 +27,23 @@ from identify.motion.path import Circle, Tool
 from identify.robot.settings import RobotSettings
 
 SCHEMA = "identify-motion/1"
-WEIGHTS = ("motor_position", "motor_velocity", "motor_torque", "motor_current", "link_position", "link_velocity")
+WEIGHTS = (
+    "motor_position",
+    "motor_velocity",
+    "motor_torque",
+    "motor_current",
+    "link_position",
+    "link_velocity",
+)
 """Signals that a fit can compare."""
 
 
 def _spring(data: Any) -> Springs:
     effect = parse_effect(data)
     if not isinstance(effect, Springs):
-        raise ValueError(f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance")
+        raise ValueError(
+            f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance"
+        )
     return effect
 
 
@@ -42,8 +52,12 @@ class MeasuredMotion(Settings):
 
     file: Path = Field(description="CSV, MATLAB, HDF5 or universal file with time records")
     time: TimeAxis = Field(TimeAxis(at="time_s"), description="the time axis")
-    signals: dict[Quantity, SignalSettings] = Field(min_length=1, description="what was measured, by quantity")
-    tool: TrackerSettings | None = Field(None, description="where the tool was seen, by a laser tracker for example")
+    signals: dict[Quantity, SignalSettings] = Field(
+        min_length=1, description="what was measured, by quantity"
+    )
+    tool: TrackerSettings | None = Field(
+        None, description="where the tool was seen, by a laser tracker for example"
+    )
 
 
 class TrackerSettings(Settings):
@@ -59,11 +73,18 @@ class RecordSettings(Settings):
     name: str = Field(min_length=1, pattern=r"^[^/\\]+$", description="names it in results")
     start_deg: list[float] = Field(description="joint angles at the start, one per joint")
     moves: list[Move] = Field([], description="what is commanded, joint by joint; default: stand still")
-    path: Circle | None = Field(None, description="what is commanded of the tool, instead of moves; its paths are then reported and judged")
-    excitation: Excitation | None = Field(None, description="what is added to the torque that the controller gives, for FRFs")
+    path: Circle | None = Field(
+        None,
+        description="what is commanded of the tool, instead of moves; its paths are then reported and judged",
+    )
+    excitation: Excitation | None = Field(
+        None, description="what is added to the torque that the controller gives, for FRFs"
+    )
     duration_s: float = Field(gt=0, description="how long it is simulated")
     measured: MeasuredMotion | None = Field(None, description="what was recorded, to compare with and to fit")
-    phases_s: dict[str, tuple[float, float]] = Field({}, description="parts of the record, such as slow: [0, 6], with errors of their own")
+    phases_s: dict[str, tuple[float, float]] = Field(
+        {}, description="parts of the record, such as slow: [0, 6], with errors of their own"
+    )
     use: Literal["fit", "validate"] = Field("fit", description="`validate`: never fitted, only predicted")
 
     @model_validator(mode="after")
@@ -78,7 +99,8 @@ class Candidate(Settings):
 
     name: str = Field(min_length=1, description="what it is, such as Coulomb friction")
     numbers: dict[str, Number] = Field(
-        min_length=1, description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}"
+        min_length=1,
+        description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}",
     )
 
 
@@ -99,17 +121,31 @@ class MotionStudy(Settings):
     motor: Annotated[Motor, Field(discriminator="kind")] = Field(description="motors of all joints")
     gear: Gear = Field(description="gears of all joints")
     friction: Friction = Field(Friction(), description="friction of all drives")
-    encoder_counts: list[int] | None = Field(None, description="counts per turn of each motor; default: continuous")
-    servo: Annotated[Controller, BeforeValidator(parse_controller)] = Field(description="the controller of all joints")
-    step_s: float | None = Field(None, gt=0, description="step of integration; default: the controller's period, or less for fast modes")
-    records: list[RecordSettings] = Field(min_length=1)
-    noise: dict[str, Annotated[float, Field(gt=0)]] = Field({}, description="standard deviation of each measured signal that is fitted, SI")
-    candidates: list[Candidate] = Field([], description="effects that may be missing, tried one by one after a fit")
-    optimizer: Annotated[list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)] = Field(
-        [parse_optimizer("gauss-newton")], description="stages of a fit, one after the other"
+    encoder_counts: list[int] | None = Field(
+        None, description="counts per turn of each motor; default: continuous"
     )
+    servo: Annotated[Controller, BeforeValidator(parse_controller)] = Field(
+        description="the controller of all joints"
+    )
+    step_s: float | None = Field(
+        None,
+        gt=0,
+        description="step of integration; default: the controller's period, or less for fast modes",
+    )
+    records: list[RecordSettings] = Field(min_length=1)
+    noise: dict[str, Annotated[float, Field(gt=0)]] = Field(
+        {}, description="standard deviation of each measured signal that is fitted, SI"
+    )
+    candidates: list[Candidate] = Field(
+        [], description="effects that may be missing, tried one by one after a fit"
+    )
+    optimizer: Annotated[
+        list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)
+    ] = Field([parse_optimizer("gauss-newton")], description="stages of a fit, one after the other")
     starts: int = Field(1, ge=1, description="starts of a fit")
-    start_factor: float = Field(3.0, gt=1, description="further starts are drawn within this factor of the initial values")
+    start_factor: float = Field(
+        3.0, gt=1, description="further starts are drawn within this factor of the initial values"
+    )
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
     seed: int = Field(1, ge=0, description="all chance comes from this number")
 
@@ -118,7 +154,8 @@ class MotionStudy(Settings):
         wants = "voltage" if self.motor.kind == "dc" else "torque"
         if self.servo.gives != wants:
             raise ValueError(
-                f"servo: gives a {self.servo.gives}; expected a controller that gives a {wants} to a motor of kind {self.motor.kind}"
+                f"servo: gives a {self.servo.gives}; expected a controller that gives a {wants} to a motor of"
+                f" kind {self.motor.kind}"
             )
         excited = [record.name for record in self.records if record.excitation is not None]
         if excited and wants == "voltage":
@@ -129,7 +166,8 @@ class MotionStudy(Settings):
         led = [record.name for record in self.records if record.path is not None]
         if led and self.tool is None:
             raise ValueError(
-                f"tool: missing, and record {led[0]} has a path; expected the point that is led, such as tool: {{link: link6}}"
+                f"tool: missing, and record {led[0]} has a path; expected the point that is led, such as"
+                " tool: {link: link6}"
             )
         unknown = set(self.noise) - set(WEIGHTS)
         if unknown:
@@ -144,6 +182,7 @@ class MotionFile(ConfigFile[MotionStudy]):
 def read_motion_study(path: Path) -> MotionFile:
     """The study of motion in a YAML file.
 
-    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
+    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is
+    wrong.
     """
     return MotionFile.of(path, *read_settings(path, MotionStudy, SCHEMA))

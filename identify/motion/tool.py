@@ -1,23 +1,24 @@
-"""Where the tool of a motion was: commanded, as the motors' encoders believe, and in truth (Kobe, section 5.2)."""
+"""Where the tool of a motion was: commanded, as the motors' encoders believe, and in truth (Kobe, section
+5.2).
+"""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
 from identify.robot.engine_motion import MovingArm
-
-Array = NDArray[np.float64]
 
 COMMAND, FEEDBACK, END = "command", "feedback", "end"
 RECORDED_FEEDBACK, RECORDED_END = "recorded feedback", "recorded end"
 
 
 def tool_paths(problem: MotionProblem, record: Record, coordinates: Array) -> dict[str, Array]:
-    """Places of the tool (ticks, 3), m, in the base's axes, at coordinates (ticks, n): `command` and `feedback` are the drives' commanded
-    and actual angles through the rigid kinematics, `end` is where the elastic arm has the tool; nothing without a tool.
+    """Places of the tool (ticks, 3), m, in the base's axes, at coordinates (ticks, n): `command` and
+    `feedback` are the drives' commanded and actual angles through the rigid kinematics, `end` is where the
+    elastic arm has the tool; nothing without a tool.
     """
     tool, arm = problem.file.study.tool, problem.arm
     if tool is None:
@@ -29,8 +30,8 @@ def tool_paths(problem: MotionProblem, record: Record, coordinates: Array) -> di
 
 
 def recorded_paths(problem: MotionProblem, record: Record) -> dict[str, tuple[Array, Array]]:
-    """What was recorded of the same, times (samples,), s, and places (samples, 3), m: `recorded feedback` from motor positions through
-    the rigid kinematics, `recorded end` from a tracker.
+    """What was recorded of the same, times (samples,), s, and places (samples, 3), m: `recorded feedback`
+    from motor positions through the rigid kinematics, `recorded end` from a tracker.
     """
     tool, measured = problem.file.study.tool, record.measured
     if tool is None or measured is None:
@@ -38,7 +39,10 @@ def recorded_paths(problem: MotionProblem, record: Record) -> dict[str, tuple[Ar
     found = {}
     if "motor_position" in measured.signals:
         angles = measured.signals["motor_position"]
-        found[RECORDED_FEEDBACK] = measured.time_s, MovingArm(problem.robot).frame_position(angles, tool.link, np.array(tool.at_m))
+        found[RECORDED_FEEDBACK] = (
+            measured.time_s,
+            MovingArm(problem.robot).frame_position(angles, tool.link, np.array(tool.at_m)),
+        )
     if record.tool is not None:
         found[RECORDED_END] = measured.time_s, record.tool
     return found

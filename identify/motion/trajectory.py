@@ -1,4 +1,6 @@
-"""Costs on trajectories: simulated beside recorded signals, their RMS differences (Kawasaki Table 3), and what optimizers minimise."""
+"""Costs on trajectories: simulated beside recorded signals, their RMS differences (Kawasaki Table 3), and
+what optimizers minimise.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +8,22 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
-from identify.fitting.uncertainty import Trust, sandwich
+from identify.fitting.uncertainty import Uncertainty, sandwich
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
 from identify.motion.simulate import Motion
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 _BLOCK = 60
 """Numbers whose scores are summed before they are squared: some tens of samples of all joints."""
 _LANES = 200
-"""Lanes that move side by side at most: enough to spread the cost of a step, little enough to stay in the cache."""
+"""Lanes that move side by side at most: enough to spread the cost of a step, little enough to stay in the
+cache.
+"""
 _DIFFERENCE = 1e-3
 """Relative step of differences: well above what sticking makes of a smaller one."""
 
@@ -34,10 +35,17 @@ class TrajectoryObjective(Objective):
 
     def __init__(self, problem: MotionProblem, records: Sequence[Record], noise: Mapping[str, float]) -> None:
         self.problem, self.noise = problem, noise
-        self.records = [r for r in records if r.measured is not None and any(q in r.measured.signals for q in noise)]
+        self.records = [
+            r for r in records if r.measured is not None and any(q in r.measured.signals for q in noise)
+        ]
         if not self.records:
             found = "no record to be fitted has a signal whose noise is given"
-            raise InputError("noise", found, "the standard deviation of measured signals", "add for example `noise: {motor_current: 0.1}`")
+            raise InputError(
+                "noise",
+                found,
+                "the standard deviation of measured signals",
+                "add for example `noise: {motor_current: 0.1}`",
+            )
 
     def costs(self, candidates: Array) -> Array:
         """(m,): the RMS of the residuals; inf where the motion runs away."""
@@ -46,9 +54,11 @@ class TrajectoryObjective(Objective):
         return np.where(np.isfinite(costs), costs, np.inf)
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
-        """Residuals over the root of their number, so that their sum of squares is the squared cost, and forward differences.
+        """Residuals over the root of their number, so that their sum of squares is the squared cost, and
+        forward differences.
 
-        Both with continuous encoders: a count more or less, at each tick by chance, would drown the differences.
+        Both with continuous encoders: a count more or less, at each tick by chance, would drown the
+        differences.
         """
         steps = np.array([_step(self.problem, number, values[number]) for number in free])
         moved = np.tile(values, (len(free) + 1, 1))
@@ -60,10 +70,14 @@ class TrajectoryObjective(Objective):
     @property
     def count(self) -> int:
         """How many numbers were measured."""
-        return sum(int(np.isfinite(measured).sum()) for record in self.records for measured in self._measured(record))
+        return sum(
+            int(np.isfinite(measured).sum()) for record in self.records for measured in self._measured(record)
+        )
 
     def rows(self, candidates: Array) -> list[list[Array]]:
-        """Residuals over noise, (m, samples, joints) per record and signal, NaN where nothing was measured."""
+        """Residuals over noise, (m, samples, joints) per record and signal, NaN where nothing was
+        measured.
+        """
         per_chunk = max(1, _LANES // len(self.records))
         chunks = [candidates[first : first + per_chunk] for first in range(0, len(candidates), per_chunk)]
         parts = [self._chunk(chunk) for chunk in chunks]
@@ -76,7 +90,9 @@ class TrajectoryObjective(Objective):
         return [
             [
                 (seen - self._signal(record, quantity)) / self.noise[quantity]
-                for quantity, seen in simulated(self.problem, motion, record, number, len(self.records)).items()
+                for quantity, seen in simulated(
+                    self.problem, motion, record, number, len(self.records)
+                ).items()
                 if quantity in self.noise
             ]
             for number, record in enumerate(self.records)
@@ -108,11 +124,13 @@ def _step(problem: MotionProblem, number: int, value: float) -> float:
 
 
 def all_signals(problem: MotionProblem, motion: Motion) -> dict[str, Array]:
-    """Everything that can be measured of a motion, (lanes, ticks, joints): drive and link, rad and rad/s; motor torque at the gear
-    output before friction, N m; current, A.  `problem` names the coordinates.
+    """Everything that can be measured of a motion, (lanes, ticks, joints): drive and link, rad and rad/s;
+    motor torque at the gear output before friction, N m; current, A.  `problem` names the coordinates.
     """
     arm, joints = problem.arm, len(problem.robot.joints)
-    windup = [arm.names.index(f"joint{n + 1}.rz") if f"joint{n + 1}.rz" in arm.names else -1 for n in range(joints)]
+    windup = [
+        arm.names.index(f"joint{n + 1}.rz") if f"joint{n + 1}.rz" in arm.names else -1 for n in range(joints)
+    ]
     signals = {}
     for what, coordinates in (("position", motion.coordinates), ("velocity", motion.velocities)):
         turn = coordinates[..., arm.drive]
@@ -123,17 +141,29 @@ def all_signals(problem: MotionProblem, motion: Motion) -> dict[str, Array]:
     return signals
 
 
-def simulated(problem: MotionProblem, motion: Motion, record: Record, number: int, records: int) -> dict[str, Array]:
-    """Signals of a record, the number-th of so many, as measured: (m, samples, joints) at the samples of its file, by quantity."""
+def simulated(
+    problem: MotionProblem, motion: Motion, record: Record, number: int, records: int
+) -> dict[str, Array]:
+    """Signals of a record, the number-th of so many, as measured: (m, samples, joints) at the samples of its
+    file, by quantity.
+    """
     if record.measured is None:
         return {}
     ticks = problem.file.study.servo.period_s * np.arange(motion.coordinates.shape[1], dtype=float)
     signals = all_signals(problem, _lanes(motion, slice(number, None, records)))
-    return {q: _at(signals[q], ticks, record.measured.time_s) for q in record.measured.signals if q in signals}
+    return {
+        q: _at(signals[q], ticks, record.measured.time_s) for q in record.measured.signals if q in signals
+    }
 
 
 def _lanes(motion: Motion, pick: slice) -> Motion:
-    return Motion(motion.coordinates[pick], motion.velocities[pick], motion.current[pick], motion.torque[pick], motion.command[pick])
+    return Motion(
+        motion.coordinates[pick],
+        motion.velocities[pick],
+        motion.current[pick],
+        motion.torque[pick],
+        motion.command[pick],
+    )
 
 
 def _at(values: Array, ticks: Array, time: Array) -> Array:
@@ -145,17 +175,28 @@ def _at(values: Array, ticks: Array, time: Array) -> Array:
 
 
 def phase_rms(difference: Array, time: Array, phases: Mapping[str, tuple[float, float]]) -> Array:
-    """RMS over the whole record and over each phase, (1 + phases, joints), of a difference (samples, joints); NaN where nothing is."""
-    parts = [np.ones(len(time), dtype=bool), *((time >= begin) & (time <= end) for begin, end in phases.values())]
+    """RMS over the whole record and over each phase, (1 + phases, joints), of a difference (samples, joints);
+    NaN where nothing is.
+    """
+    parts = [
+        np.ones(len(time), dtype=bool),
+        *((time >= begin) & (time <= end) for begin, end in phases.values()),
+    ]
     return np.array(
-        [np.sqrt(np.mean(difference[part] ** 2, axis=0)) if part.any() else np.full(difference.shape[1], np.nan) for part in parts]
+        [
+            np.sqrt(np.mean(difference[part] ** 2, axis=0))
+            if part.any()
+            else np.full(difference.shape[1], np.nan)
+            for part in parts
+        ]
     )
 
 
-def trajectory_trust(objective: TrajectoryObjective, scale: Scale, values: Array) -> Trust:
+def trajectory_trust(objective: TrajectoryObjective, scale: Scale, values: Array) -> Uncertainty:
     """What the records say about the free parameters at values (parameters,).
 
-    The variance of the scores is that of sums over blocks of time, so that residuals that hang together over samples widen the intervals.
+    The variance of the scores is that of sums over blocks of time, so that residuals that hang together over
+    samples widen the intervals.
     """
     residuals, slopes = objective.residuals(values, scale.free)
     root = np.sqrt(objective.count)

@@ -1,4 +1,6 @@
-"""Fits of a motion: the loop of `identify.fitting.fit` on trajectories, then missing effects tried one by one on records that were not fitted."""
+"""Fits of a motion: the loop of `identify.fitting.fit` on trajectories, then missing effects tried one by one
+on records that were not fitted.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.fitting.fit import Fit, Progress, fit
@@ -17,12 +19,12 @@ from identify.motion.recording import Record
 from identify.motion.study import Candidate, MotionStudy
 from identify.motion.trajectory import TrajectoryObjective
 
-Array = NDArray[np.float64]
-
 _REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}
 """How a model with an effect added is fitted, from where the model without it ended."""
 _WORTH = 0.99
-"""An effect stays only where it takes the gap on the records that judge to this share of what it was, or lower."""
+"""An effect stays only where it takes the gap on the records that judge to this share of what it was, or
+lower.
+"""
 
 
 @dataclass(frozen=True)
@@ -84,16 +86,24 @@ class FittableMotion:
 
     def targets(self, use: str = "fit", names: Sequence[str] | None = None) -> MotionTargets:
         """The records of that use, or those of them that are named; InputError for an unknown name."""
-        known = {record.settings.name: record for record in self.problem.records if record.settings.use == use}
+        known = {
+            record.settings.name: record for record in self.problem.records if record.settings.use == use
+        }
         for name in names or ():
             if name not in known:
-                raise InputError("optimizer.measurements", f"no record {name!r} is fitted", "one of " + ", ".join(known))
-        return MotionTargets(self.problem, [record for name, record in known.items() if names is None or name in names])
+                raise InputError(
+                    "optimizer.measurements", f"no record {name!r} is fitted", "one of " + ", ".join(known)
+                )
+        return MotionTargets(
+            self.problem, [record for name, record in known.items() if names is None or name in names]
+        )
 
 
 @dataclass(frozen=True)
 class Trial:
-    """An effect added to the model of its round: the gap on the fitted records and on those that judge, and whether it stayed."""
+    """An effect added to the model of its round: the gap on the fitted records and on those that judge, and
+    whether it stayed.
+    """
 
     name: str
     round: int
@@ -104,7 +114,9 @@ class Trial:
 
 @dataclass(frozen=True)
 class MotionFit:
-    """The fit of the model that was kept, with its problem; trials start with the model as the study has it."""
+    """The fit of the model that was kept, with its problem; trials start with the model as the study has
+    it.
+    """
 
     problem: MotionProblem
     fit: Fit
@@ -112,13 +124,18 @@ class MotionFit:
 
 
 def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
-    """Fit a study of motion, then add its candidates, best first, as long as they improve the records for validation (all, without any).
+    """Fit a study of motion, then add its candidates, best first, as long as they improve the records for
+    validation (all, without any).
 
     Raises InputError where nothing is free, or nothing was measured.
     """
     study = problem.file.study
     if not any(parameter.free for parameter in problem.parameters):
-        raise InputError("study", "no number is to be identified", "at least one with `initial` and `bounds`, such as gear.ratio")
+        raise InputError(
+            "study",
+            "no number is to be identified",
+            "at least one with `initial` and `bounds`, such as gear.ratio",
+        )
     best = fit(_fittable(problem, study.optimizer, study.starts), progress)
     judged = judge(problem, best.values)
     trials = [Trial("the model as it is", 0, best.cost, judged, True)]
@@ -130,7 +147,10 @@ def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
         better = scores[winner] <= _WORTH * judged
         turn = len(study.candidates) - len(left) + 1
         results = zip(left, tried, scores, strict=True)
-        trials += [Trial(c.name, turn, found.cost, score, better and n == winner) for n, (c, (_, found), score) in enumerate(results)]
+        trials += [
+            Trial(c.name, turn, found.cost, score, better and n == winner)
+            for n, (c, (_, found), score) in enumerate(results)
+        ]
         if not better:
             break
         (problem, best), judged = tried[winner], scores[winner]
@@ -145,7 +165,9 @@ def judge(problem: MotionProblem, values: Array) -> float:
     return float(objective.costs(values[None])[0])
 
 
-def _try(problem: MotionProblem, best: Fit, candidate: Candidate, progress: Progress) -> tuple[MotionProblem, Fit]:
+def _try(
+    problem: MotionProblem, best: Fit, candidate: Candidate, progress: Progress
+) -> tuple[MotionProblem, Fit]:
     """The model with one more effect, from where the fit without it ended."""
     values = {p.name: float(v) for p, v in zip(problem.parameters, best.values, strict=True)}
     added = with_numbers(problem, candidate.numbers, values)

@@ -1,1 +1,3 @@
-"""Reports of a run, from its result file alone: one HTML page that needs no network, and one PDF, with the same numbers."""
+"""Reports of a run, from its result file alone: one HTML page that needs no network, and one PDF, with the
+same numbers.
+"""

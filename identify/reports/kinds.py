@@ -1,4 +1,6 @@
-"""The kinds of reports: which result gives which page and which document.  A new kind is one more entry of `KINDS`."""
+"""The kinds of reports: which result gives which page and which document.  A new kind is one more entry of
+`KINDS`.
+"""
 
 from __future__ import annotations
 
@@ -40,8 +42,9 @@ from identify.results.motion import MotionResult
 
 @dataclass(frozen=True)
 class ReportKind:
-    """result: the class of the result (`KIND` names it, `identify.results.fit` reads it); page: its HTML; document: its PDF in the making,
-    from which figures and data are exported too.  Both print the same tables.
+    """result: the class of the result (`KIND` names it, `identify.results.fit` reads it); page: its HTML;
+    document: its PDF in the making, from which figures and data are exported too.  Both print the same
+    tables.
     """
 
     result: type[Any]
@@ -64,7 +67,9 @@ KINDS: dict[str, ReportKind] = {kind.result.KIND: kind for kind in _ALL}
 
 
 def read_any(path: Path) -> Any:
-    """The result in a file, whichever kind it is; InputError for a file that is no result of a reported kind."""
+    """The result in a file, whichever kind it is; InputError for a file that is no result of a reported
+    kind.
+    """
     kind = result_file.kind_of(path)
     if kind in KINDS:
         return result_file.read(path, KINDS[kind].result)

@@ -1,4 +1,6 @@
-"""Write the reports of a run beside its result file, from that file alone; of several runs, the report of their comparison."""
+"""Write the reports of a run beside its result file, from that file alone; of several runs, the report of
+their comparison.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +17,11 @@ _ELSEWHERE = "move the result file there"
 
 
 def write_reports(path: Path, *others: Path, export: Path | None = None) -> list[Path]:
-    """Write `<stem>.html` and `<stem>.pdf` beside the result file `path` and return their paths; with others, of their comparison.
+    """Write `<stem>.html` and `<stem>.pdf` beside the result file `path` and return their paths; with others,
+    of their comparison.
 
-    export: a folder for every figure as PNG and SVG and all data as CSV.  The same result gives the same bytes.
-    Raises InputError for a file that is no result, and where a report cannot be written.
+    export: a folder for every figure as PNG and SVG and all data as CSV.  The same result gives the same
+    bytes. Raises InputError for a file that is no result, and where a report cannot be written.
     """
     files = (path, *others)
     result = compared(files) if others else read_any(path)

@@ -1,4 +1,5 @@
-"""The result of `identify batch`: all fits of a batch side by side, as kept in its HDF5 file (layout and writer: `identify.results.fit`).
+"""The result of `identify batch`: all fits of a batch side by side, as kept in its HDF5 file (layout and
+writer: `identify.results.fit`).
 
 The fits themselves are in files of their own; n fits, p parameters, m modes.
 """
@@ -11,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import Array, Texts
+from identify.core.arrays import Array, Texts
 from identify.results.tables import Provenance
 
 
@@ -19,8 +20,8 @@ from identify.results.tables import Provenance
 class JobTable:
     """One row per fit, in the order of the batch; numbers are NaN where it failed.
 
-    posture_deg (n, joints) and tool_m (n, 3), the last measurement point in the base's axes; relative_error: |difference| over |measured|
-    of all FRFs.
+    posture_deg (n, joints) and tool_m (n, 3), the last measurement point in the base's axes; relative_error:
+    |difference| over |measured| of all FRFs.
     """
 
     name: Texts
@@ -39,8 +40,9 @@ class JobTable:
 
 @dataclass(frozen=True)
 class ParametersByPosture:
-    """Fitted values (n, p) with their intervals; std of ln value where log, else of the value; usable: free, determined enough and off its
-    bounds.  joint_*: of all postures together (p,), None where that was not asked for.
+    """Fitted values (n, p) with their intervals; std of ln value where log, else of the value; usable: free,
+    determined enough and off its bounds.  joint_*: of all postures together (p,), None where that was not
+    asked for.
     """
 
     name: Texts
@@ -58,7 +60,9 @@ class ParametersByPosture:
 
 @dataclass(frozen=True)
 class ModesByPosture:
-    """Modes of the fitted models (n, m) by frequency, and the measured ones paired with them, NaN where there is none."""
+    """Modes of the fitted models (n, m) by frequency, and the measured ones paired with them, NaN where there
+    is none.
+    """
 
     frequency_hz: Array
     damping_ratio: Array
@@ -68,10 +72,12 @@ class ModesByPosture:
 
 @dataclass(frozen=True)
 class DependenceTable:
-    """Whether each parameter is the same at all postures (`identify.batch.homogeneity`); a row per parameter, NaN where it cannot be told.
+    """Whether each parameter is the same at all postures (`identify.batch.homogeneity`); a row per parameter,
+    NaN where it cannot be told.
 
-    mean and its limits in the parameter's unit; scatter and slope per rad of ln value where log, else of the value; trend_joint from 1,
-    0: none; p_value of chi_square is adjusted for the number of parameters (Holm); depends: it is less than 1 %.
+    mean and its limits in the parameter's unit; scatter and slope per rad of ln value where log, else of the
+    value; trend_joint from 1, 0: none; p_value of chi_square is adjusted for the number of parameters (Holm);
+    depends: it is less than 1 %.
     """
 
     parameter: Texts
@@ -92,7 +98,9 @@ class DependenceTable:
 
 @dataclass(frozen=True)
 class BatchResult:
-    """A whole batch; verdict and notes are sentences; workers says who did it; joint_file: the result of the joint fit, empty without."""
+    """A whole batch; verdict and notes are sentences; workers says who did it; joint_file: the result of the
+    joint fit, empty without.
+    """
 
     KIND: ClassVar[str] = "batch"
     layout: int

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from identify.core.arrays import Array
 
 
 @dataclass(frozen=True)
 class CircularTest:
-    """A path beside the circle that fits it best by least squares: centre (2,) and radius, m; of each point (n,) the angle about the
-    centre, rad, from the plane's first axis, and the radial error, m: its distance from the centre less the radius, outwards positive.
+    """A path beside the circle that fits it best by least squares: centre (2,) and radius, m; of each point
+    (n,) the angle about the centre, rad, from the plane's first axis, and the radial error, m: its distance
+    from the centre less the radius, outwards positive.
     """
 
     centre: Array
@@ -38,7 +38,9 @@ class CircularTest:
 
 
 def circular_test(path: Array) -> CircularTest:
-    """The test of a path (n, 2), m, which goes about once around; its radius is the mean distance from the centre."""
+    """The test of a path (n, 2), m, which goes about once around; its radius is the mean distance from the
+    centre.
+    """
     centre = path.mean(axis=0)
     for _ in range(20):
         off = path - centre

@@ -1,4 +1,6 @@
-"""Several finished fits as one `Comparison`, which reports show side by side (tables for the terminal: `identify.results.side_by_side`)."""
+"""Several finished fits as one `Comparison`, which reports show side by side (tables for the terminal:
+`identify.results.side_by_side`).
+"""
 
 from __future__ import annotations
 
@@ -10,15 +12,18 @@ from typing import ClassVar
 
 import numpy as np
 
+from identify.core.arrays import Texts
 from identify.core.errors import InputError
 from identify.results.file import read
-from identify.results.fit import FitResult, Texts
+from identify.results.fit import FitResult
 from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Finished fits side by side, in the order they were named, by their labels; verdict and notes are sentences."""
+    """Finished fits side by side, in the order they were named, by their labels; verdict and notes are
+    sentences.
+    """
 
     KIND: ClassVar[str] = "compare"
     kind: str
@@ -31,14 +36,28 @@ class Comparison:
 
 
 def compared(files: Sequence[Path]) -> Comparison:
-    """The comparison of the finished fits in result files; InputError for a file that holds none, or for one file named twice."""
+    """The comparison of the finished fits in result files; InputError for a file that holds none, or for one
+    file named twice.
+    """
     labels, paths = unique_labels(files), [file.resolve() for file in files]
     twice = next((file for file in files if paths.count(file.resolve()) > 1), None)
     if twice is not None or len(files) < 2:
-        raise InputError(str(twice or "compare"), "named twice" if twice else "one result alone", "at least two different results")
+        raise InputError(
+            str(twice or "compare"),
+            "named twice" if twice else "one result alone",
+            "at least two different results",
+        )
     runs = {label: read(file, FitResult) for label, file in zip(labels, files, strict=True)}
     seconds = sum(run.seconds for run in runs.values())
-    return Comparison("compare", " and ".join(labels), _verdict(runs), tuple(_notes(runs)), seconds, runs, _provenance(files, runs))
+    return Comparison(
+        "compare",
+        " and ".join(labels),
+        _verdict(runs),
+        tuple(_notes(runs)),
+        seconds,
+        runs,
+        _provenance(files, runs),
+    )
 
 
 def unique_labels(files: Sequence[Path]) -> list[str]:
@@ -51,18 +70,24 @@ def unique_labels(files: Sequence[Path]) -> list[str]:
 
 
 def differing(a: FitResult, b: FitResult) -> list[str]:
-    """Parameters that are free in both, whose difference is outside 1.96 standard deviations of both together."""
+    """Parameters that are free in both, whose difference is outside 1.96 standard deviations of both
+    together.
+    """
     return [name for name, apart in apart_in_std(a, b).items() if apart > 1.96]
 
 
 def apart_in_std(a: FitResult, b: FitResult) -> dict[str, float]:
-    """How far apart the parameters of two runs are, in standard deviations of the difference, on the search scale; common free ones."""
+    """How far apart the parameters of two runs are, in standard deviations of the difference, on the search
+    scale; common free ones.
+    """
     found = {}
     for i, name in enumerate(a.parameters.name):
         j = b.parameters.name.index(name) if name in b.parameters.name else -1
         if j < 0 or not a.parameters.free[i] or not b.parameters.free[j]:
             continue
-        x, y = (np.log(v) if a.parameters.log[i] else v for v in (a.parameters.value[i], b.parameters.value[j]))
+        x, y = (
+            np.log(v) if a.parameters.log[i] else v for v in (a.parameters.value[i], b.parameters.value[j])
+        )
         spread = float(np.hypot(a.parameters.std[i], b.parameters.std[j]))
         found[name] = float(abs(x - y) / spread) if spread > 0 else float("nan")
     return found
@@ -71,18 +96,26 @@ def apart_in_std(a: FitResult, b: FitResult) -> dict[str, float]:
 def _verdict(runs: dict[str, FitResult]) -> Texts:
     """Who explains the fitted data best, who predicts best, and which parameters differ."""
     fitted = _ranking({label: run.gap for label, run in runs.items()})
-    first = f"On the data that were fitted, the residual over noise is {fitted}." if fitted else _by_cost(runs)
+    first = (
+        f"On the data that were fitted, the residual over noise is {fitted}." if fitted else _by_cost(runs)
+    )
     predicted = _ranking({label: run.gap_validation for label, run in runs.items()})
-    second = f"On data that were not fitted, it is {predicted}." if predicted else "No two runs predict data that were not fitted."
+    second = (
+        f"On data that were not fitted, it is {predicted}."
+        if predicted
+        else "No two runs predict data that were not fitted."
+    )
     return first, second, _differences(runs)
 
 
 def _ranking(values: dict[str, float]) -> str:
     """`1.02 (B), 3.41 (A): B is lower`; empty where fewer than two are known."""
-    known = sorted(((value, label) for label, value in values.items() if not np.isnan(value)))
+    known = sorted((value, label) for label, value in values.items() if not np.isnan(value))
     if len(known) < 2:
         return ""
-    level = "there is little between them" if known[-1][0] < 1.02 * known[0][0] else f"{known[0][1]} is lowest"
+    level = (
+        "there is little between them" if known[-1][0] < 1.02 * known[0][0] else f"{known[0][1]} is lowest"
+    )
     return ", ".join(f"{_short(value)} ({label})" for value, label in known) + f"; {level}"
 
 
@@ -93,7 +126,10 @@ def _short(value: float) -> str:
 
 def _by_cost(runs: dict[str, FitResult]) -> str:
     if len({run.cost_kind for run in runs.values()}) > 1:
-        return "The runs have different costs and no known noise, so their fits can be compared by their errors only."
+        return (
+            "The runs have different costs and no known noise, so their fits can be compared by their errors"
+            " only."
+        )
     return f"The cost is {_ranking({label: run.cost for label, run in runs.items()})}."
 
 
@@ -103,10 +139,15 @@ def _differences(runs: dict[str, FitResult]) -> str:
     for label, b in others:
         both, apart = apart_in_std(a, b), differing(a, b)
         which = f": {', '.join(apart)}" if 0 < len(apart) <= 6 else ""
-        parts.append(f"{len(apart)} of {len(both)} common parameters of {label} differ from {reference} beyond their uncertainty{which}")
+        parts.append(
+            f"{len(apart)} of {len(both)} common parameters of {label} differ from {reference} beyond their"
+            f" uncertainty{which}"
+        )
         alone = sorted({*a.parameters.name} ^ {*b.parameters.name})
         if alone:
-            parts.append(f"{len(alone)} parameter{'s are' if len(alone) > 1 else ' is'} in one of the two alone")
+            parts.append(
+                f"{len(alone)} parameter{'s are' if len(alone) > 1 else ' is'} in one of the two alone"
+            )
     return "; ".join(parts) + "."
 
 

@@ -8,16 +8,19 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Texts
 from identify.results.file import UNFINISHED
-from identify.results.fit import Array, FitResult, Texts
+from identify.results.fit import FitResult
 from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)
 class OptionTable:
-    """What was tried in a step (n), best first; gap after refitting on fitted and on other data (NaN: not looked at).
+    """What was tried in a step (n), best first; gap after refitting on fitted and on other data (NaN: not
+    looked at).
 
-    parameters: how many it adds; evidence: over the model without it, NaN where a look at few lines was enough; verdict: a phrase.
+    parameters: how many it adds; evidence: over the model without it, NaN where a look at few lines was
+    enough; verdict: a phrase.
     """
 
     sentence: Texts
@@ -31,7 +34,9 @@ class OptionTable:
 
 @dataclass(frozen=True)
 class PartTable:
-    """The gap by part of the fitted data (n): kind (`band`, `point`, ...), name, gap, share of all that is above noise."""
+    """The gap by part of the fitted data (n): kind (`band`, `point`, ...), name, gap, share of all that is
+    above noise.
+    """
 
     kind: Texts
     name: Texts
@@ -41,7 +46,9 @@ class PartTable:
 
 @dataclass(frozen=True)
 class GapByBand:
-    """RMS residual over noise (measurements, bands, channels), NaN where nothing was measured; bands_hz (bands + 1,)."""
+    """RMS residual over noise (measurements, bands, channels), NaN where nothing was measured; bands_hz
+    (bands + 1,).
+    """
 
     measurements: Texts
     bands_hz: Array
@@ -51,10 +58,11 @@ class GapByBand:
 
 @dataclass(frozen=True)
 class StepResult:
-    """One turn of the loop: the model it began with (effects beyond the study's), where that disagreed, what was tried, what was decided.
+    """One turn of the loop: the model it began with (effects beyond the study's), where that disagreed, what
+    was tried, what was decided.
 
-    best: sentence of the best candidate, empty where none was supported; kept: whether it is in the final model; alike: what the data
-    cannot tell from it; advice: the measurement that would.
+    best: sentence of the best candidate, empty where none was supported; kept: whether it is in the final
+    model; alike: what the data cannot tell from it; advice: the measurement that would.
     """
 
     model: Texts
@@ -72,7 +80,8 @@ class StepResult:
 
 @dataclass(frozen=True)
 class AddedEffects:
-    """The effects added (n), in order: sentence, kind, entry of the config (JSON), name with its numbers, gaps after adding it.
+    """The effects added (n), in order: sentence, kind, entry of the config (JSON), name with its numbers,
+    gaps after adding it.
 
     parameters: the names of its parameters, with commas between them.
     """
@@ -114,7 +123,9 @@ class DiscoveryResult:
 
 @dataclass(frozen=True)
 class UnfinishedDiscovery:
-    """A run that is under way or was interrupted: what it would be a run of, and the trials that are done, as JSON."""
+    """A run that is under way or was interrupted: what it would be a run of, and the trials that are done, as
+    JSON.
+    """
 
     KIND: ClassVar[str] = UNFINISHED
     layout: int

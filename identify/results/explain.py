@@ -1,4 +1,6 @@
-"""The result of an explained motion as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+"""The result of an explained motion as it is kept in its HDF5 file (layout and writer:
+`identify.results.fit`).
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import Array, Texts
+from identify.core.arrays import Array, Texts
 from identify.results.tables import Provenance
 
 
@@ -16,8 +18,9 @@ from identify.results.tables import Provenance
 class EffectTable:
     """The effects found (e), by evidence: what each is worth on the judging record when all others stay.
 
-    share (e, joints): part of the sum of squares that would remain without it, NaN where it does not act; chance: of no mean gain;
-    rivals: other effects that would do about as well in its place, as a list in words; reading: its values in the field's own terms.
+    share (e, joints): part of the sum of squares that would remain without it, NaN where it does not act;
+    chance: of no mean gain; rivals: other effects that would do about as well in its place, as a list in
+    words; reading: its values in the field's own terms.
     """
 
     name: Texts
@@ -32,7 +35,9 @@ class EffectTable:
 
 @dataclass(frozen=True)
 class StepTable:
-    """How they were found (s): share (s, joints) of what was still left on the judging record, evidence then, RMS left (s, joints)."""
+    """How they were found (s): share (s, joints) of what was still left on the judging record, evidence then,
+    RMS left (s, joints).
+    """
 
     name: Texts
     evidence: Array
@@ -43,7 +48,9 @@ class StepTable:
 
 @dataclass(frozen=True)
 class ValueTable:
-    """Values (v) with their 95 % intervals, and the same fitted to the judging record alone; at_edge: at an end of the range searched."""
+    """Values (v) with their 95 % intervals, and the same fitted to the judging record alone; at_edge: at an
+    end of the range searched.
+    """
 
     effect: Texts
     name: Texts
@@ -70,7 +77,9 @@ class BoundTable:
 
 @dataclass(frozen=True)
 class Curves:
-    """One record: (samples, joints) measured, from what is known alone, and with all effects; used: samples that count."""
+    """One record: (samples, joints) measured, from what is known alone, and with all effects; used: samples
+    that count.
+    """
 
     name: str
     use: str
@@ -83,7 +92,9 @@ class Curves:
 
 @dataclass(frozen=True)
 class TargetResult:
-    """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect; tried: number of candidates."""
+    """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect;
+    tried: number of candidates.
+    """
 
     target: str
     unit: str
@@ -118,7 +129,9 @@ class TargetResult:
 
 @dataclass(frozen=True)
 class ExplainResult:
-    """A whole run; verdict, notes, unknown (what these data cannot say) and conditioning (what was done to the records) are sentences."""
+    """A whole run; verdict, notes, unknown (what these data cannot say) and conditioning (what was done to
+    the records) are sentences.
+    """
 
     KIND: ClassVar[str] = "explained"
     layout: int

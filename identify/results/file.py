@@ -13,12 +13,11 @@ from typing import Any, ClassVar, TypeVar, Union
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.core import atomic as whole
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 
-Array = NDArray[np.float64]
 LAYOUT = 1
 UNFINISHED = "unfinished"
 _ELSEWHERE = "choose another with `--out`"
@@ -39,7 +38,9 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Unfinished:
-    """A run that is under way or was interrupted: what it would be a run of, and all costs in order (`identify.fitting.journal`)."""
+    """A run that is under way or was interrupted: what it would be a run of, and all costs in order
+    (`identify.fitting.journal`).
+    """
 
     KIND: ClassVar[str] = UNFINISHED
     layout: int
@@ -75,14 +76,21 @@ def read(path: Path, kind: type[T]) -> T:
             layout = file.attrs.get("layout")
             if layout != LAYOUT:
                 found = "not a result of identify" if layout is None else f"layout {layout}"
-                raise InputError(str(path), found, f"a result file of layout {LAYOUT}", "run the fit again with this version")
+                raise InputError(
+                    str(path),
+                    found,
+                    f"a result file of layout {LAYOUT}",
+                    "run the fit again with this version",
+                )
             stored, wanted = file["kind"][()].decode(), kind.KIND  # type: ignore[attr-defined]
             if stored != wanted:
                 fix = "see `identify fit --resume`" if UNFINISHED in (stored, wanted) else ""
                 raise InputError(str(path), f"holds {_KINDS.get(stored, stored)}", _KINDS[wanted], fix)
             return _read_group(file, kind)
     except OSError as error:
-        raise InputError(str(path), f"cannot be read as HDF5 ({error})", "a result file written by `identify fit`") from error
+        raise InputError(
+            str(path), f"cannot be read as HDF5 ({error})", "a result file written by `identify fit`"
+        ) from error
 
 
 def kind_of(path: Path) -> str:
@@ -95,14 +103,20 @@ def kind_of(path: Path) -> str:
 
 
 def _write_group(group: h5py.Group, item: Any) -> None:
-    entries = item.items() if isinstance(item, dict) else ((f.name, getattr(item, f.name)) for f in dataclasses.fields(item))
+    entries = (
+        item.items()
+        if isinstance(item, dict)
+        else ((f.name, getattr(item, f.name)) for f in dataclasses.fields(item))
+    )
     for name, value in entries:
         if value is None:
             continue
         if dataclasses.is_dataclass(value) or isinstance(value, dict):
             _write_group(group.create_group(name, track_order=True), value)
         elif isinstance(value, tuple):
-            group.create_dataset(name, data=np.array(value, dtype=object), dtype=h5py.string_dtype(), shape=(len(value),))
+            group.create_dataset(
+                name, data=np.array(value, dtype=object), dtype=h5py.string_dtype(), shape=(len(value),)
+            )
         elif isinstance(value, (np.ndarray, str)):
             group.create_dataset(name, data=value)
         else:
@@ -111,8 +125,8 @@ def _write_group(group: h5py.Group, item: Any) -> None:
 
 def _read_group(group: h5py.Group, kind: type[T]) -> T:
     hints = typing.get_type_hints(kind)
-    values = {field.name: _read_value(group, field.name, hints[field.name]) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
-    return kind(**values)
+    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    return kind(**{name: _read_value(group, name, hints[name]) for name in names})
 
 
 def _read_value(group: h5py.Group, name: str, hint: Any) -> Any:

@@ -1,7 +1,7 @@
 """The result of a run and its HDF5 layout, in one place: the classes below are the groups of the file.
 
-Arrays and texts are datasets, numbers attributes, `None` is left out, nested classes are groups.  The file is written
-aside, flushed to disk and renamed, so that it is whole at every moment.
+Arrays and texts are datasets, numbers attributes, `None` is left out, nested classes are groups.  The file is
+written aside, flushed to disk and renamed, so that it is whole at every moment.
 """
 
 from __future__ import annotations
@@ -12,18 +12,17 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex, Texts
 from identify.results.tables import Geometry, Modes, ParameterTable, Provenance, StartTable
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Texts = tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class ModePairs:
-    """Measured modes beside the model's: rows of each, MAC of the pair (NaN without shapes), and the whole MAC matrix (measured, model).
+    """Measured modes beside the model's: rows of each, MAC of the pair (NaN without shapes), and the whole
+    MAC matrix (measured, model).
 
-    measured_shapes (measured modes, points, 3), base axes, NaN where a point was not measured; origin: where they come from.
+    measured_shapes (measured modes, points, 3), base axes, NaN where a point was not measured; origin: where
+    they come from.
     """
 
     measured_frequency_hz: Array
@@ -38,11 +37,11 @@ class ModePairs:
 
 @dataclass(frozen=True)
 class FrfComparison:
-    """FRFs (lines, pairs): measured, predicted at the start (None: no such model) and as fitted, noise (std of real or imaginary
-    part); per pair the errors.
+    """FRFs (lines, pairs): measured, predicted at the start (None: no such model) and as fitted, noise (std
+    of real or imaginary part); per pair the errors.
 
-    gap: RMS residual over noise; relative: |difference| / |measured| over the band; frac: see identify.modal.mac; area as in
-    Kobe Eq. 10 over the area below the measurement.
+    gap: RMS residual over noise; relative: |difference| / |measured| over the band; frac: see
+    identify.modal.mac; area as in Kobe Eq. 10 over the area below the measurement.
     """
 
     quantity: str
@@ -81,7 +80,9 @@ class MeasurementResult:
 
 @dataclass(frozen=True)
 class PublishedValues:
-    """What a publication found: values in the order of the parameters (p), NaN where it says nothing, and its modes."""
+    """What a publication found: values in the order of the parameters (p), NaN where it says nothing, and its
+    modes.
+    """
 
     source: str
     value: Array
@@ -91,7 +92,9 @@ class PublishedValues:
 
 @dataclass(frozen=True)
 class ProfileCurve:
-    """Profile likelihood of a parameter: its values (n,), the rise of chi-square (n,), and where it crosses 3.84 (95 %), NaN if nowhere."""
+    """Profile likelihood of a parameter: its values (n,), the rise of chi-square (n,), and where it crosses
+    3.84 (95 %), NaN if nowhere.
+    """
 
     values: Array
     rise: Array
@@ -101,7 +104,9 @@ class ProfileCurve:
 
 @dataclass(frozen=True)
 class Description:
-    """The texts of the files that describe the robot (its name says what it is) and the points, so that a result can be used alone."""
+    """The texts of the files that describe the robot (its name says what it is) and the points, so that a
+    result can be used alone.
+    """
 
     robot_name: str
     robot: str
@@ -110,7 +115,9 @@ class Description:
 
 @dataclass(frozen=True)
 class FitResult:
-    """A whole run.  verdict and notes are sentences; history as in `identify.fitting.fit.Fit`; effects are the sentences of the model's effects."""
+    """A whole run.  verdict and notes are sentences; history as in `identify.fitting.fit.Fit`; effects are
+    the sentences of the model's effects.
+    """
 
     KIND: ClassVar[str] = "fit"
     layout: int

@@ -1,17 +1,21 @@
-"""The result of `identify fit` on a study of joints, as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+"""The result of `identify fit` on a study of joints, as it is kept in its HDF5 file (layout and writer:
+`identify.results.fit`).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar
 
-from identify.results.fit import Array, Texts
+from identify.core.arrays import Array, Texts
 from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)
 class ValueTable:
-    """Values (v) with 95 % intervals; status as in `identify.joints.intervals`; expected: what the robot's description says, or NaN."""
+    """Values (v) with 95 % intervals; status as in `identify.joints.intervals`; expected: what the robot's
+    description says, or NaN.
+    """
 
     name: Texts
     unit: Texts
@@ -25,7 +29,9 @@ class ValueTable:
 
 @dataclass(frozen=True)
 class Series:
-    """Points or a line: x (n,), y (n,) in the units of the panel, gaps as NaN; look: `points`, `noisy` (a thin line) or `line`."""
+    """Points or a line: x (n,), y (n,) in the units of the panel, gaps as NaN; look: `points`, `noisy` (a
+    thin line) or `line`.
+    """
 
     look: str
     x: Array
@@ -45,7 +51,9 @@ class Panel:
 
 @dataclass(frozen=True)
 class CurveResult:
-    """One identified curve.  rms: of what is left, in `unit`; said: how it was done, in sentences; notes: warnings."""
+    """One identified curve.  rms: of what is left, in `unit`; said: how it was done, in sentences; notes:
+    warnings.
+    """
 
     title: str
     kind: str

@@ -1,4 +1,6 @@
-"""The result of `identify map`: a fitted model over many postures, as kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+"""The result of `identify map`: a fitted model over many postures, as kept in its HDF5 file (layout and
+writer: `identify.results.fit`).
+"""
 
 from __future__ import annotations
 
@@ -8,15 +10,16 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import Array, Texts
+from identify.core.arrays import Array, Texts
 from identify.results.tables import Provenance
 
 
 @dataclass(frozen=True)
 class PostureRows:
-    """n postures, one row each: where the tool is (n, 3), m, base axes; m modes by frequency, NaN beyond those of a posture, each with
-    its 95 % limits; receptance of the tool (n, lines, 3, 3), m/N, responses by forces along the base's axes, in single precision, and half
-    the width of its 95 % band; compliance (n, 3, 3): the same at rest; peak (n, 3): its largest size over the lines along each axis.
+    """n postures, one row each: where the tool is (n, 3), m, base axes; m modes by frequency, NaN beyond
+    those of a posture, each with its 95 % limits; receptance of the tool (n, lines, 3, 3), m/N, responses by
+    forces along the base's axes, in single precision, and half the width of its 95 % band; compliance (n, 3,
+    3): the same at rest; peak (n, 3): its largest size over the lines along each axis.
     """
 
     name: Texts
@@ -47,7 +50,9 @@ class MapPart:
 
 @dataclass(frozen=True)
 class MapResult:
-    """A whole map: of which fit (its name and file), for which point of the robot, at which frequencies (lines,)."""
+    """A whole map: of which fit (its name and file), for which point of the robot, at which frequencies
+    (lines,).
+    """
 
     KIND: ClassVar[str] = "map"
     layout: int

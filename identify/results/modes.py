@@ -1,4 +1,6 @@
-"""The result of `identify modes` as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+"""The result of `identify modes` as it is kept in its HDF5 file (layout and writer:
+`identify.results.fit`).
+"""
 
 from __future__ import annotations
 
@@ -8,15 +10,18 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.results.fit import Array, Complex, FrfComparison, Texts
+from identify.core.arrays import Array, Complex, Texts
+from identify.results.fit import FrfComparison
 from identify.results.tables import Geometry, Provenance
 
 
 @dataclass(frozen=True)
 class ModeTable:
-    """Modes (m), by frequency: damping ratios without the exponential window, seen_*: as it showed them; *_std: over orders and noise.
+    """Modes (m), by frequency: damping ratios without the exponential window, seen_*: as it showed them;
+    *_std: over orders and noise.
 
-    mpc (m,); mpd_deg (m,); channels of the shapes (m, channels); participation (m, references); auto_mac (m, m).
+    mpc (m,); mpd_deg (m,); channels of the shapes (m, channels); participation (m, references); auto_mac (m,
+    m).
     """
 
     frequency_hz: Array
@@ -36,7 +41,9 @@ class ModeTable:
 
 @dataclass(frozen=True)
 class RejectedPoles:
-    """Clusters of poles that are no modes (c), by frequency, and why; presence: part of the orders they appear in."""
+    """Clusters of poles that are no modes (c), by frequency, and why; presence: part of the orders they
+    appear in.
+    """
 
     frequency_hz: Array
     damping_ratio: Array
@@ -50,7 +57,8 @@ class RejectedPoles:
 class StabilisationDiagram:
     """Poles of all orders (n,), and the mode indicator over the lines.
 
-    stable (n,): in a cluster that is present in enough orders; indicator (lines, references): CMIF, unit of the FRFs, largest first.
+    stable (n,): in a cluster that is present in enough orders; indicator (lines, references): CMIF, unit of
+    the FRFs, largest first.
     """
 
     order: NDArray[np.int_]
@@ -63,7 +71,9 @@ class StabilisationDiagram:
 
 @dataclass(frozen=True)
 class Reciprocity:
-    """Channels measured both ways (r): correlation over the lines, level H_ab / H_ba (negative: wrong sign), error relative to both."""
+    """Channels measured both ways (r): correlation over the lines, level H_ab / H_ba (negative: wrong sign),
+    error relative to both.
+    """
 
     a: Texts
     b: Texts
@@ -76,8 +86,9 @@ class Reciprocity:
 class AnalysedMeasurement:
     """One measurement: its modes and all that tells how good they are.
 
-    posture_deg is empty where no robot is known; total_error: RMS over all FRFs of measured minus rebuilt, over measured; frf: `fitted`
-    are the FRFs rebuilt from the modes; geometry and shapes (m, points, 3), in its axes, NaN at points that were not measured.
+    posture_deg is empty where no robot is known; total_error: RMS over all FRFs of measured minus rebuilt,
+    over measured; frf: `fitted` are the FRFs rebuilt from the modes; geometry and shapes (m, points, 3), in
+    its axes, NaN at points that were not measured.
     """
 
     name: str

@@ -1,12 +1,14 @@
-"""The result of a simulated or fitted motion as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+"""The result of a simulated or fitted motion as it is kept in its HDF5 file (layout and writer:
+`identify.results.fit`).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar
 
+from identify.core.arrays import Array, Texts
 from identify.results.circular import CircularTest
-from identify.results.fit import Array, Texts
 from identify.results.tables import ParameterTable, Provenance, StartTable
 
 
@@ -20,9 +22,11 @@ class Trace:
 
 @dataclass(frozen=True)
 class TrajectoryComparison:
-    """A recorded signal (samples, joints; NaN where none) beside the simulated one and that of the start model (None: the same).
+    """A recorded signal (samples, joints; NaN where none) beside the simulated one and that of the start
+    model (None: the same).
 
-    rms (1 + phases, joints) over the whole record and each phase; noise: its standard deviation, NaN where the study says none.
+    rms (1 + phases, joints) over the whole record and each phase; noise: its standard deviation, NaN where
+    the study says none.
     """
 
     unit: str
@@ -37,11 +41,12 @@ class TrajectoryComparison:
 
 @dataclass(frozen=True)
 class RecordResult:
-    """One motion: signals by quantity at the controller's ticks, and what was recorded beside them; gap: RMS over noise, NaN without.
+    """One motion: signals by quantity at the controller's ticks, and what was recorded beside them; gap: RMS
+    over noise, NaN without.
 
-    phases: names, the first of them the whole record; phase_s (phases, 2).
-    paths: of a tool that is led, its places (samples, 3) at the ticks by what they are (command, feedback, end); circles: the circular
-    test of each.
+    phases: names, the first of them the whole record; phase_s (phases, 2). paths: of a tool that is led, its
+    places (samples, 3) at the ticks by what they are (command, feedback, end); circles: the circular test of
+    each.
     """
 
     name: str
@@ -61,7 +66,9 @@ class RecordResult:
 
 @dataclass(frozen=True)
 class TrialTable:
-    """Effects that were tried, in their order (t): name, round, gap on fitted and on judging records, and whether it stayed (1)."""
+    """Effects that were tried, in their order (t): name, round, gap on fitted and on judging records, and
+    whether it stayed (1).
+    """
 
     name: Texts
     round: Array
@@ -72,7 +79,8 @@ class TrialTable:
 
 @dataclass(frozen=True)
 class MotionResult:
-    """A whole run.  effects: sentences on what the model has; parameters, starts, trials: None where nothing was fitted.
+    """A whole run.  effects: sentences on what the model has; parameters, starts, trials: None where nothing
+    was fitted.
 
     realtime_factor: seconds of motion per second of computing, all records side by side.
     """

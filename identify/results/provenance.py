@@ -17,8 +17,12 @@ _PACKAGES = ("numpy", "scipy", "mujoco", "h5py", "pymoo", "pyswarms")
 """What computes: a run resumed with another version of any of these would not be the same run."""
 
 
-def provenance(name: str, text: str, inputs: Sequence[tuple[str, str]], settings: tables.SettingTable | None = None) -> tables.Provenance:
-    """Provenance now; name and text of what was asked (no name where there was no config file), inputs: (file, sha256)."""
+def provenance(
+    name: str, text: str, inputs: Sequence[tuple[str, str]], settings: tables.SettingTable | None = None
+) -> tables.Provenance:
+    """Provenance now; name and text of what was asked (no name where there was no config file), inputs:
+    (file, sha256).
+    """
     return tables.Provenance(
         identify=__version__,
         python=sys.version.split()[0],

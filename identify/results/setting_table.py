@@ -1,4 +1,6 @@
-"""Every setting of a run with its value and where the value came from: the config file and its line, the command line, or a default."""
+"""Every setting of a run with its value and where the value came from: the config file and its line, the
+command line, or a default.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +25,23 @@ def config_settings(file: ConfigFile[Any], filled: Mapping[str, Any] | None = No
     filled: what runs in place of keys that were not given, by key.
     """
     data = parse_yaml(file.path, file.text)
-    found = {row[0]: row for row in _rows(file.study, (), lambda keys: f"{file.path.name}{line_of(data, list(keys))}")}
+    found = {
+        row[0]: row
+        for row in _rows(file.study, (), lambda keys: f"{file.path.name}{line_of(data, list(keys))}")
+    }
     defaults = {key: (key, _text(value), DEFAULT) for key, value in (filled or {}).items()}
     return _table({**found, **defaults, **_replaced(file.overrides)})
 
 
 def option_settings(models: Mapping[str, BaseModel], given: Mapping[str, Any]) -> SettingTable:
-    """Every key of settings that have no config file (by their prefix, which may be empty); given: those of the command line."""
-    rows = (row for prefix, model in models.items() for row in _rows(model, (prefix,) if prefix else (), lambda keys: DEFAULT))
+    """Every key of settings that have no config file (by their prefix, which may be empty); given: those of
+    the command line.
+    """
+    rows = (
+        row
+        for prefix, model in models.items()
+        for row in _rows(model, (prefix,) if prefix else (), lambda keys: DEFAULT)
+    )
     return _table({**{row[0]: row for row in rows}, **_replaced(given)})
 
 
@@ -39,7 +50,9 @@ def _replaced(overrides: Mapping[str, Any]) -> dict[str, Row]:
 
 
 def _rows(model: BaseModel, above: Keys, given: Callable[[Keys], str] | None) -> Iterator[Row]:
-    """Rows of a model and all below it; given: what the source of a given key is, None where all of the model is a default."""
+    """Rows of a model and all below it; given: what the source of a given key is, None where all of the model
+    is a default.
+    """
     for name, field in type(model).model_fields.items():
         keys, source = (*above, field.alias or name), given if name in model.model_fields_set else None
         yield from _value(getattr(model, name), keys, source)
@@ -57,7 +70,9 @@ def _value(value: Any, keys: Keys, given: Callable[[Keys], str] | None) -> Itera
 
 def given_of(model: BaseModel) -> dict[str, Any]:
     """What was given of a model and of those in it."""
-    values = ((name, getattr(model, name)) for name in type(model).model_fields if name in model.model_fields_set)
+    values = (
+        (name, getattr(model, name)) for name in type(model).model_fields if name in model.model_fields_set
+    )
     return {name: given_of(value) if isinstance(value, BaseModel) else value for name, value in values}
 
 

@@ -12,7 +12,9 @@ from identify.results.fit import FitResult, MeasurementResult
 
 @dataclass(frozen=True)
 class SideBySide:
-    """A table: title, column names (the first one names the rows) and rows of texts; `-` where a result has no such thing."""
+    """A table: title, column names (the first one names the rows) and rows of texts; `-` where a result has
+    no such thing.
+    """
 
     title: str
     columns: tuple[str, ...]
@@ -74,7 +76,11 @@ def _errors(results: Sequence[FitResult]) -> list[tuple[str, ...]]:
 def _error(measurement: MeasurementResult | None) -> str:
     if measurement is None:
         return "-"
-    relative = "" if measurement.frf is None else f", {100 * float(np.median(measurement.frf.relative_error)):.2g} % (median)"
+    relative = (
+        ""
+        if measurement.frf is None
+        else f", {100 * float(np.median(measurement.frf.relative_error)):.2g} % (median)"
+    )
     return f"{_number(measurement.gap)}{relative}"
 
 

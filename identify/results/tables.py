@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Texts = tuple[str, ...]
+from identify.core.arrays import Array, Complex, Texts
 
 
 @dataclass(frozen=True)
 class ParameterTable:
-    """All parameters (p of them), fixed ones too; std on the search scale (ln value where log), NaN where fixed."""
+    """All parameters (p of them), fixed ones too; std on the search scale (ln value where log), NaN where
+    fixed.
+    """
 
     name: Texts
     unit: Texts
@@ -32,7 +32,9 @@ class ParameterTable:
 
 @dataclass(frozen=True)
 class StartTable:
-    """One row per start: initial and final values (starts, p), cost, evaluations, seconds, and how it ended."""
+    """One row per start: initial and final values (starts, p), cost, evaluations, seconds, and how it
+    ended.
+    """
 
     initial: Array
     final: Array
@@ -45,10 +47,11 @@ class StartTable:
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where things are at a posture, in the base's axes, m: points (n, 3) with their nodes, and the skeleton of joint origins (k, 3).
+    """Where things are at a posture, in the base's axes, m: points (n, 3) with their nodes, and the skeleton
+    of joint origins (k, 3).
 
-    segments (j, 2): rows of points that a measurement's trace lines join; axes (n, 3, 3): rows are the directions of the channels X, Y
-    and Z of each point, None in files written before they were kept.
+    segments (j, 2): rows of points that a measurement's trace lines join; axes (n, 3, 3): rows are the
+    directions of the channels X, Y and Z of each point, None in files written before they were kept.
     """
 
     nodes: NDArray[np.int_]
@@ -62,7 +65,9 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes of the model (m): frequency, damping ratio, shapes at the points (m, n, 3) and at the skeleton (m, k, 3), base axes."""
+    """Modes of the model (m): frequency, damping ratio, shapes at the points (m, n, 3) and at the skeleton
+    (m, k, 3), base axes.
+    """
 
     frequency_hz: Array
     damping_ratio: Array
@@ -72,7 +77,9 @@ class Modes:
 
 @dataclass(frozen=True)
 class SettingTable:
-    """Every setting of a run: its key, its value as text, and where the value came from (`identify.results.setting_table`)."""
+    """Every setting of a run: its key, its value as text, and where the value came from
+    (`identify.results.setting_table`).
+    """
 
     key: Texts
     value: Texts

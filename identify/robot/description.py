@@ -1,20 +1,22 @@
-"""What a robot is made of: rigid links with inertia and revolute joints in a row, whichever format they came from."""
+"""What a robot is made of: rigid links with inertia and revolute joints in a row, whichever format they came
+from.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid body: mass (kg), centre of mass (3,) (m) in the link's frame, inertia (3, 3) (kg m^2) about the centre in link axes."""
+    """A rigid body: mass (kg), centre of mass (3,) (m) in the link's frame, inertia (3, 3) (kg m^2) about the
+    centre in link axes.
+    """
 
     name: str
     mass: float
@@ -24,10 +26,12 @@ class Link:
 
 @dataclass(frozen=True)
 class Joint:
-    """A revolute joint: origin (4, 4) is the child link's frame in the parent's at zero angle; axis (3,), unit, in the child's frame.
+    """A revolute joint: origin (4, 4) is the child link's frame in the parent's at zero angle; axis (3,),
+    unit, in the child's frame.
 
-    At angle q the child's frame is origin @ rotation(axis, q) @ mount, with mount (4, 4) the identity for URDF
-    and the constant rest of the link transform for Denavit-Hartenberg tables, whose link frame sits at the far end.
+    At angle q the child's frame is origin @ rotation(axis, q) @ mount, with mount (4, 4) the identity for
+    URDF and the constant rest of the link transform for Denavit-Hartenberg tables, whose link frame sits at
+    the far end.
     """
 
     name: str
@@ -44,8 +48,8 @@ class Joint:
 class Robot:
     """A serial arm: links[0] is the base, joints[i] connects links[i] to links[i + 1].
 
-    frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose (4, 4) there.
-    gravity (3,) is in the base link's axes (m/s^2).
+    frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose (4, 4)
+    there. gravity (3,) is in the base link's axes (m/s^2).
     """
 
     name: str
@@ -59,7 +63,9 @@ class Robot:
         for link in self.links:
             if link.name == name:
                 return link
-        raise InputError(where, f"unknown link {name!r}", "one of " + ", ".join(link.name for link in self.links))
+        raise InputError(
+            where, f"unknown link {name!r}", "one of " + ", ".join(link.name for link in self.links)
+        )
 
     def joint_number(self, joint: int | str, where: str = "robot") -> int:
         """1-based number of a joint given by number or by name."""
@@ -68,10 +74,16 @@ class Robot:
             return joint
         if joint in names:
             return names.index(str(joint)) + 1
-        raise InputError(where, f"unknown joint {joint!r}", f"a number from 1 to {len(names)} or one of " + ", ".join(names))
+        raise InputError(
+            where,
+            f"unknown joint {joint!r}",
+            f"a number from 1 to {len(names)} or one of " + ", ".join(names),
+        )
 
     def detach(self, first: str, where: str = "robot") -> Robot:
-        """The robot without link `first` and everything beyond it, as when the wrist was taken off for a test."""
+        """The robot without link `first` and everything beyond it, as when the wrist was taken off for a
+        test.
+        """
         number = self.links.index(self.link(first, where))
         if number == 0:
             raise InputError(where, f"cannot detach the base link {first!r}", "a moving link")
@@ -80,15 +92,25 @@ class Robot:
         frames = {name: frame for name, frame in self.frames.items() if frame[0] in names}
         return replace(self, links=kept, joints=self.joints[: number - 1], frames=frames)
 
-    def with_payload(self, link: str, mass: float, centre: Array, inertia: Array, where: str = "robot") -> Robot:
-        """The robot with a rigid body added to a link: mass (kg), centre (3,) in link axes, inertia (3, 3) about that centre."""
+    def with_payload(
+        self, link: str, mass: float, centre: Array, inertia: Array, where: str = "robot"
+    ) -> Robot:
+        """The robot with a rigid body added to a link: mass (kg), centre (3,) in link axes, inertia (3, 3)
+        about that centre.
+        """
         old = self.link(link, where)
         if old.mass == 0:
-            raise InputError(where, f"a payload on link {link!r}, whose own inertia is not known", "a link with mass and inertia")
+            raise InputError(
+                where,
+                f"a payload on link {link!r}, whose own inertia is not known",
+                "a link with mass and inertia",
+            )
         new = merge(old, Link("payload", mass, centre, inertia))
         fault = f"mass {mass:g} kg is not positive" if mass <= 0 else inertia_fault(new)
         if fault:
-            raise InputError(where, f"payload on link {link!r}: {fault}", "a mass and inertia that a rigid body can have")
+            raise InputError(
+                where, f"payload on link {link!r}: {fault}", "a mass and inertia that a rigid body can have"
+            )
         return replace(self, links=tuple(new if other is old else other for other in self.links))
 
 
@@ -116,7 +138,8 @@ def inertia_fault(link: Link) -> str | None:
     principal = np.linalg.eigvalsh(link.inertia)
     if principal[0] <= 0:
         return f"principal moments of inertia {principal.round(9).tolist()} kg m^2 are not all positive"
-    # Published tables and boxes drawn around real shapes miss the triangle inequality by some per cent; more is a mistake.
+    # Published tables and boxes drawn around real shapes miss the triangle inequality by some per cent; more
+    # is a mistake.
     if principal[2] > (principal[0] + principal[1]) * 1.1:
         moments = principal.round(9).tolist()
         return f"principal moments of inertia {moments} kg m^2: the largest exceeds the sum of the others"

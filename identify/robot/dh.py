@@ -3,22 +3,25 @@
     name: two-link arm
     convention: standard            # or modified
     gravity_m_s2: [0, 0, -9.81]     # in the axes of the ground; this is the default
-    base_pose: {xyz_m: [0, 0, 0.6], rpy_deg: [0, 0, 0]}   # frame 0 on the ground; default: the ground itself, the frame `ground`
-    base: {name: base, mass_kg: 90, centre_m: [0, 0, 0.1], inertia_kg_m2: [2, 2, 3, 0, 0, 0]}   # the inertia may be left out
+    base_pose: {xyz_m: [0, 0, 0.6], rpy_deg: [0, 0, 0]}   # frame 0 on the ground; default: the ground itself,
+    the frame `ground`
+    base: {name: base, mass_kg: 90, centre_m: [0, 0, 0.1], inertia_kg_m2: [2, 2, 3, 0, 0, 0]}   # the inertia
+    may be left out
     joints:                         # one row of the table each
       - {name: joint1, theta_offset_deg: 0, d_m: 0.5, a_m: 0.2, alpha_deg: -90, limits_deg: [-170, 170]}
       - {name: joint2, theta_offset_deg: -90, d_m: 0, a_m: 0.7, alpha_deg: 0}
     links:                          # link i is moved by joint i; its inertial data are in its frame i
       - {name: shoulder, mass_kg: 60, centre_m: [0, 0.1, 0], inertia_kg_m2: [1.5, 1.2, 1.1, 0, 0, 0]}
-      - {name: arm, mass_kg: 40, centre_m: [-0.3, 0, 0], inertia_kg_m2: [[0.4, 0, 0], [0, 1.9, 0], [0, 0, 1.9]]}
+      - {name: arm, mass_kg: 40, centre_m: [-0.3, 0, 0], inertia_kg_m2: [[0.4, 0, 0], [0, 1.9, 0], [0, 0,
+      1.9]]}
     frames:                         # further frames, each fixed to a link
       - {name: flange, link: arm, xyz_m: [0, 0, 0.1], rpy_deg: [0, 90, 0]}
 
-Row i of the table takes frame i-1 to frame i at joint angle q by
-Rz(q + theta_offset) Tz(d) Tx(a) Rx(alpha) in the standard convention (Denavit and Hartenberg 1955; Paul 1981), and by
-Rx(alpha) Tx(a) Rz(q + theta_offset) Tz(d) in the modified one (Craig 1986), where alpha and a of row i are alpha_(i-1) and a_(i-1).
-An inertia is about the centre of mass, as a matrix or as [xx, yy, zz, xy, xz, yz] with the products as the matrix has them.
-The angles of rpy_deg are about the fixed x, y, z axes in that order, as in URDF.
+Row i of the table takes frame i-1 to frame i at joint angle q by Rz(q + theta_offset) Tz(d) Tx(a) Rx(alpha)
+in the standard convention (Denavit and Hartenberg 1955; Paul 1981), and by Rx(alpha) Tx(a) Rz(q +
+theta_offset) Tz(d) in the modified one (Craig 1986), where alpha and a of row i are alpha_(i-1) and a_(i-1).
+An inertia is about the centre of mass, as a matrix or as [xx, yy, zz, xy, xz, yz] with the products as the
+matrix has them. The angles of rpy_deg are about the fixed x, y, z axes in that order, as in URDF.
 """
 
 from __future__ import annotations
@@ -40,20 +43,27 @@ from identify.robot.pose import inverse, pose
 def read_dh(path: Path) -> Robot:
     """The arm in a Denavit-Hartenberg file; a base without inertia gets mass 0.
 
-    Raises InputError for a file that cannot be read and InputErrors with every other fault: key, line, what was found and expected.
+    Raises InputError for a file that cannot be read and InputErrors with every other fault: key, line, what
+    was found and expected.
     """
     try:
         data = YAML(typ="safe").load(path.read_text(encoding="utf-8"))
         table = DhTable.model_validate(data)
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), f"cannot be read ({error})", "a Denavit-Hartenberg table in YAML") from error
+        raise InputError(
+            str(path), f"cannot be read ({error})", "a Denavit-Hartenberg table in YAML"
+        ) from error
     except MarkedYAMLError as error:
         line = f" line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise InputError(path.name + line, f"broken YAML ({error.problem})", "a Denavit-Hartenberg table in YAML") from error
+        raise InputError(
+            path.name + line, f"broken YAML ({error.problem})", "a Denavit-Hartenberg table in YAML"
+        ) from error
     except YAMLError as error:
         raise InputError(path.name, f"broken YAML ({error})", "a Denavit-Hartenberg table in YAML") from error
     except ValidationError as error:
-        raise InputErrors([_explain(path, fault["loc"], fault["msg"], fault["input"]) for fault in error.errors()]) from error
+        raise InputErrors(
+            [_explain(path, fault["loc"], fault["msg"], fault["input"]) for fault in error.errors()]
+        ) from error
     found_faults = [InputError(_where(path, key), found, expected) for key, found, expected in faults(table)]
     if found_faults:
         raise InputErrors(found_faults)
@@ -63,7 +73,9 @@ def read_dh(path: Path) -> Robot:
 def _robot(table: DhTable) -> Robot:
     base = table.base
     names = (base.name, *(link.name for link in table.links))
-    joints = tuple(_joint(table.convention, row, *names[number : number + 2]) for number, row in enumerate(table.joints))
+    joints = tuple(
+        _joint(table.convention, row, *names[number : number + 2]) for number, row in enumerate(table.joints)
+    )
     at = table.base_pose.matrix()
     frames = {GROUND: (base.name, inverse(at))} if base.name != GROUND else {}
     frames.update({frame.name: (frame.link, frame.matrix()) for frame in table.frames})
@@ -77,7 +89,9 @@ def _joint(convention: str, row: Row, parent: str, child: str) -> Joint:
     turned, twisted = pose((0, 0, row.d_m), (0, 0, offset)), pose((row.a_m, 0, 0), (twist, 0, 0))
     # Rz and Tz commute, so the joint may turn after the shift d; Rx and Tx too.
     if convention == "modified":
-        return Joint(row.name, parent, child, twisted @ turned, np.array([0.0, 0.0, 1.0]), lower=lower, upper=upper)
+        return Joint(
+            row.name, parent, child, twisted @ turned, np.array([0.0, 0.0, 1.0]), lower=lower, upper=upper
+        )
     return Joint(row.name, parent, child, turned, np.array([0.0, 0.0, 1.0]), twisted, lower, upper)
 
 

@@ -1,17 +1,18 @@
-"""The contents of a Denavit-Hartenberg file as a checked table; dh.py describes the format and makes a robot of it."""
+"""The contents of a Denavit-Hartenberg file as a checked table; dh.py describes the format and makes a robot
+of it.
+"""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from identify.core.arrays import Array
 from identify.robot.description import Link, inertia_fault
 from identify.robot.pose import pose
 
-Array = NDArray[np.float64]
 Key = tuple[str | int, ...]
 Fault = tuple[Key, str, str]
 """Key, what was found, what was expected."""
@@ -24,7 +25,11 @@ _SIX = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
 def _as_matrix(value: object) -> object:
-    if isinstance(value, list) and len(value) == len(_SIX) and not any(isinstance(entry, list) for entry in value):
+    if (
+        isinstance(value, list)
+        and len(value) == len(_SIX)
+        and not any(isinstance(entry, list) for entry in value)
+    ):
         xx, yy, zz, xy, xz, yz = value
         return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     return value
@@ -111,7 +116,9 @@ class DhTable(_Table):
 
 
 def faults(table: DhTable) -> list[Fault]:
-    """Everything a single value cannot show: counts, inertias that no body can have, crossed limits, names given twice or unknown."""
+    """Everything a single value cannot show: counts, inertias that no body can have, crossed limits, names
+    given twice or unknown.
+    """
     found: list[Fault] = []
     if len(table.links) != len(table.joints):
         count = f"{len(table.links)} links for {len(table.joints)} joints"
@@ -119,7 +126,13 @@ def faults(table: DhTable) -> list[Fault]:
     base = table.base
     given = [value is not None for value in (base.mass_kg, base.centre_m, base.inertia_kg_m2)]
     if any(given) and not all(given):
-        found.append((("base",), "only a part of the inertia is given", "mass_kg, centre_m and inertia_kg_m2, or none of them"))
+        found.append(
+            (
+                ("base",),
+                "only a part of the inertia is given",
+                "mass_kg, centre_m and inertia_kg_m2, or none of them",
+            )
+        )
     elif all(given) and (fault := inertia_fault(base.link())):
         found.append((("base",), fault, _PHYSICAL))
     for number, link in enumerate(table.links):
@@ -127,7 +140,13 @@ def faults(table: DhTable) -> list[Fault]:
             found.append((("links", number), f"link {link.name!r}: {fault}", _PHYSICAL))
     for number, row in enumerate(table.joints):
         if row.limits_deg and row.limits_deg[0] > row.limits_deg[1]:
-            found.append((("joints", number, "limits_deg"), f"limits {row.limits_deg[0]:g}, {row.limits_deg[1]:g}", "lower <= upper"))
+            found.append(
+                (
+                    ("joints", number, "limits_deg"),
+                    f"limits {row.limits_deg[0]:g}, {row.limits_deg[1]:g}",
+                    "lower <= upper",
+                )
+            )
     return found + _name_faults(table)
 
 
@@ -137,10 +156,14 @@ def _name_faults(table: DhTable) -> list[Fault]:
     named += [(("links", number, "name"), link.name) for number, link in enumerate(table.links)]
     named += [(("frames", number, "name"), frame.name) for number, frame in enumerate(table.frames)]
     found = _doubled(named, {GROUND} - {table.base.name}, "link or frame")
-    found += _doubled([(("joints", number, "name"), row.name) for number, row in enumerate(table.joints)], set(), "joint")
+    found += _doubled(
+        [(("joints", number, "name"), row.name) for number, row in enumerate(table.joints)], set(), "joint"
+    )
     for number, frame in enumerate(table.frames):
         if frame.link not in links:
-            found.append((("frames", number, "link"), f"unknown link {frame.link!r}", "one of " + ", ".join(links)))
+            found.append(
+                (("frames", number, "link"), f"unknown link {frame.link!r}", "one of " + ", ".join(links))
+            )
     return found
 
 

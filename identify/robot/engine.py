@@ -9,15 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from identify.core.arrays import Array
 from identify.robot.posture import AXES, Mechanism
 
-Array = NDArray[np.float64]
-
 _STEP = 1e-5
-"""Displacement (m, rad) for the differences of gravity forces: truncation ~1e-10 and rounding ~1e-11 of their scale."""
+"""Displacement (m, rad) for the differences of gravity forces: truncation ~1e-10 and rounding ~1e-11 of their
+scale.
+"""
 
 
 DRIVE_ARMATURE = 1.0
@@ -44,7 +44,8 @@ class Engine:
         return mass
 
     def jacobian(self, frame: str, point: Array, where: str = "points") -> Array:
-        """(6, n): velocity (3) and angular velocity (3) of a point fixed to a frame, in that frame's axes, per coordinate velocity.
+        """(6, n): velocity (3) and angular velocity (3) of a point fixed to a frame, in that frame's axes,
+        per coordinate velocity.
 
         point (3,), m, in the frame's own axes.
         """
@@ -72,7 +73,8 @@ class Engine:
         return self._derivative(lambda data: np.asarray(data.qfrc_bias).copy())
 
     def coriolis(self, rates: Array) -> Array:
-        """(n, n), N s/m, N m s/rad: derivative of the Coriolis and centrifugal forces by the rates of all coordinates, at rates (n,).
+        """(n, n), N s/m, N m s/rad: derivative of the Coriolis and centrifugal forces by the rates of all
+        coordinates, at rates (n,).
 
         They are quadratic in the rates, so that central differences are exact.
         """
@@ -88,7 +90,9 @@ class Engine:
         return np.array(columns).T
 
     def weight_stiffness(self, frame: str, point: Array, where: str = "points") -> Array:
-        """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's axes."""
+        """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's
+        axes.
+        """
         body, pose = self.mechanism.frame(frame, where)
         inside, linear = pose[:3, :3] @ point + pose[:3, 3], np.zeros((3, self._model.nv))
 
@@ -114,29 +118,45 @@ class Engine:
         return np.asarray((stiffness + stiffness.T) / 2)
 
 
-def compile_mechanism(mechanism: Mechanism, axes: Mapping[str, Sequence[str]], copies: int = 1) -> mujoco.MjModel:
-    """The engine's model with, for each body by name, coordinates along `axes` in their order; `drive` is a turn about z as `rz` is,
-    of a rotor of DRIVE_ARMATURE.  Copies stand in the same place and do not feel each other; their coordinates follow each other.
+def compile_mechanism(
+    mechanism: Mechanism, axes: Mapping[str, Sequence[str]], copies: int = 1
+) -> mujoco.MjModel:
+    """The engine's model with, for each body by name, coordinates along `axes` in their order; `drive` is a
+    turn about z as `rz` is, of a rotor of DRIVE_ARMATURE.  Copies stand in the same place and do not feel
+    each other; their coordinates follow each other.
     """
     spec = mujoco.MjSpec()
     spec.option.gravity = mechanism.gravity
     off = mujoco.mjtDisableBit
-    spec.option.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_CONSTRAINT | off.mjDSBL_AUTORESET | off.mjDSBL_ISLAND
-    inertias = [inertia for copy in range(copies) for inertia in _add_arm(spec, mechanism, axes, f"{copy}." if copy else "")]
+    spec.option.disableflags |= (
+        off.mjDSBL_CONTACT | off.mjDSBL_CONSTRAINT | off.mjDSBL_AUTORESET | off.mjDSBL_ISLAND
+    )
+    inertias = [
+        inertia
+        for copy in range(copies)
+        for inertia in _add_arm(spec, mechanism, axes, f"{copy}." if copy else "")
+    ]
     model = spec.compile()
-    # The compiler refuses, or replaces by their average, moments that rounding took past the triangle inequality (a plate), and bodies
+    # The compiler refuses, or replaces by their average, moments that rounding took past the triangle
+    # inequality (a plate), and bodies
     # without mass, so the true ones go in afterwards; the description has checked them.
     model.body_mass[1:], model.body_inertia[1:] = zip(*inertias, strict=True)
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 
 
-def _add_arm(spec: mujoco.MjSpec, mechanism: Mechanism, axes: Mapping[str, Sequence[str]], prefix: str) -> list[tuple[float, Array]]:
+def _add_arm(
+    spec: mujoco.MjSpec, mechanism: Mechanism, axes: Mapping[str, Sequence[str]], prefix: str
+) -> list[tuple[float, Array]]:
     """Add the bodies of a mechanism; of each its mass and principal moments of inertia (3,)."""
     added: list[mujoco.MjsBody] = []
     inertias: list[tuple[float, Array]] = []
     for body in mechanism.bodies:
-        parent, own, name = spec.worldbody if body.parent < 0 else added[body.parent], list(axes.get(body.name, ())), prefix + body.name
+        parent, own, name = (
+            spec.worldbody if body.parent < 0 else added[body.parent],
+            list(axes.get(body.name, ())),
+            prefix + body.name,
+        )
         node = parent.add_body(name=name, pos=body.pose[:3, 3], quat=_quaternion(body.pose[:3, :3]))
         node.explicitinertial = True
         if len(own) > _MOST:  # the rotor has a body of its own, which weighs nothing
@@ -159,7 +179,12 @@ def _add_arm(spec: mujoco.MjSpec, mechanism: Mechanism, axes: Mapping[str, Seque
 def _add_joint(node: mujoco.MjsBody, name: str, axis: str) -> None:
     number = AXES.index("rz" if axis == "drive" else axis)
     kind = mujoco.mjtJoint.mjJNT_SLIDE if number < 3 else mujoco.mjtJoint.mjJNT_HINGE
-    node.add_joint(name=f"{name}.{axis}", type=kind, axis=np.eye(3)[number % 3], armature=DRIVE_ARMATURE if axis == "drive" else 0.0)
+    node.add_joint(
+        name=f"{name}.{axis}",
+        type=kind,
+        axis=np.eye(3)[number % 3],
+        armature=DRIVE_ARMATURE if axis == "drive" else 0.0,
+    )
 
 
 def _quaternion(rotation: Array) -> Array:

@@ -1,8 +1,10 @@
-"""A mechanism in motion: forward dynamics, time integration and inverse dynamics by the engine (MuJoCo), for many copies at once.
+"""A mechanism in motion: forward dynamics, time integration and inverse dynamics by the engine (MuJoCo), for
+many copies at once.
 
-Every joint has the coordinate `jointN.drive`, the turn of its drive seen at the gear output, and after it whatever elastic coordinates
-were asked for (`joint2.rz`, `base.rx`), small displacements in the joint frame, which turns with the drive.  So the link is at
-drive + rz, and a rotor's inertia n^2 J sits on the drive alone.
+Every joint has the coordinate `jointN.drive`, the turn of its drive seen at the gear output, and after it
+whatever elastic coordinates were asked for (`joint2.rz`, `base.rx`), small displacements in the joint frame,
+which turns with the drive.  So the link is at drive + rz, and a rotor's inertia n^2 J sits on the drive
+alone.
 """
 
 from __future__ import annotations
@@ -12,13 +14,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.robot.description import Robot
 from identify.robot.engine import DRIVE_ARMATURE, compile_mechanism
 from identify.robot.posture import AXES, at_posture
-
-Array = NDArray[np.float64]
 
 _PASSES = 2
 """Passes that find dampers which depend on velocity, each of which may learn from what the last gave."""
@@ -29,7 +29,8 @@ _RUNAWAY = 1e3
 class MovingArm:
     """A robot compiled for motion with the elastic coordinates of that name released; all others are rigid.
 
-    names (n,): coordinates in the engine's order; drive (joints,): their numbers for the drives; elastic: the others'.
+    names (n,): coordinates in the engine's order; drive (joints,): their numbers for the drives; elastic: the
+    others'.
     """
 
     def __init__(self, robot: Robot, released: Sequence[str] = ()) -> None:
@@ -44,12 +45,18 @@ class MovingArm:
         self._axes = axes
         self.model = self.copies(1)
         self.names = tuple(f"{body}.{axis}" for body, own in axes.items() for axis in own)
-        self.drive = np.array([self.names.index(f"joint{number + 1}.drive") for number in range(len(robot.joints))], dtype=int)
-        self.elastic = np.array([number for number in range(len(self.names)) if number not in self.drive], dtype=int)
+        self.drive = np.array(
+            [self.names.index(f"joint{number + 1}.drive") for number in range(len(robot.joints))], dtype=int
+        )
+        self.elastic = np.array(
+            [number for number in range(len(self.names)) if number not in self.drive], dtype=int
+        )
         self._data = mujoco.MjData(self.model)
 
     def copies(self, lanes: int) -> mujoco.MjModel:
-        """The engine's model of so many copies of the arm in one place: one step moves them all, which saves most of the cost of each."""
+        """The engine's model of so many copies of the arm in one place: one step moves them all, which saves
+        most of the cost of each.
+        """
         return compile_mechanism(self.mechanism, self._axes, lanes)
 
     def mass_matrix(self, position: Array) -> Array:
@@ -62,10 +69,14 @@ class MovingArm:
         return mass
 
     def inverse_dynamics(self, position: Array, velocity: Array, acceleration: Array) -> Array:
-        """Forces (..., n) on the coordinates for a motion (..., n) each, without rotors, springs and dampers."""
+        """Forces (..., n) on the coordinates for a motion (..., n) each, without rotors, springs and
+        dampers.
+        """
         shape, n = position.shape, position.shape[-1]
         forces = np.empty((position.size // n, n))
-        rows = zip(position.reshape(-1, n), velocity.reshape(-1, n), acceleration.reshape(-1, n), forces, strict=True)
+        rows = zip(
+            position.reshape(-1, n), velocity.reshape(-1, n), acceleration.reshape(-1, n), forces, strict=True
+        )
         for q, v, a, force in rows:
             self._data.qpos[:], self._data.qvel[:], self._data.qacc[:] = q, v, a
             mujoco.mj_inverse(self.model, self._data)
@@ -84,8 +95,8 @@ class MovingArm:
         return places.reshape(*position.shape[:-1], 3)
 
     def frame_motion(self, position: Array, frame: str, point: Array) -> tuple[Array, Array, Array]:
-        """Of a point (3,) of a frame at coordinates (n,): its place (3,), m, the turn (3, 3) of its body, and the Jacobian (6, n) of its
-        velocity and of the body's angular velocity, all in the base's axes.
+        """Of a point (3,) of a frame at coordinates (n,): its place (3,), m, the turn (3, 3) of its body, and
+        the Jacobian (6, n) of its velocity and of the body's angular velocity, all in the base's axes.
         """
         body, inside = self._fixed(frame, point)
         self._data.qpos[:] = position
@@ -98,7 +109,9 @@ class MovingArm:
         return place, turn, np.vstack([linear, angular])
 
     def _fixed(self, frame: str, point: Array) -> tuple[int, Array]:
-        """The engine's number of the body that carries a frame, 0 the ground, and a point (3,) of the frame in the body's axes."""
+        """The engine's number of the body that carries a frame, 0 the ground, and a point (3,) of the frame
+        in the body's axes.
+        """
         body, pose = self.mechanism.frame(frame, "points")
         number = 0 if body < 0 else int(self.model.body(self.mechanism.bodies[body].name).id)
         return number, pose[:3, :3] @ point + pose[:3, 3]
@@ -106,7 +119,9 @@ class MovingArm:
 
 @dataclass(frozen=True)
 class Passive:
-    """What hangs on the coordinates of each of m copies, (m, n): armature (kg m^2), stiffness (N m/rad, N/m), damping."""
+    """What hangs on the coordinates of each of m copies, (m, n): armature (kg m^2), stiffness (N m/rad, N/m),
+    damping.
+    """
 
     armature: Array
     stiffness: Array
@@ -114,11 +129,13 @@ class Passive:
 
 
 class Lanes:
-    """Copies of an arm that move side by side, each with its own passive elements, from rest at position (m, n).
+    """Copies of an arm that move side by side, each with its own passive elements, from rest at position (m,
+    n).
 
-    Leapfrog: position is at the time reached, velocity half a step before it.  Forces of velocity are those of the velocity
-    extrapolated to the time reached, so that all is of second order but dampers, which are implicit: they act on the velocity after the
-    step, and so hold however strong they are.  `force` (m, n) is for the step to come.
+    Leapfrog: position is at the time reached, velocity half a step before it.  Forces of velocity are those
+    of the velocity extrapolated to the time reached, so that all is of second order but dampers, which are
+    implicit: they act on the velocity after the step, and so hold however strong they are.  `force` (m, n) is
+    for the step to come.
     """
 
     def __init__(self, arm: MovingArm, passive: Passive, position: Array, step_s: float) -> None:
@@ -129,22 +146,28 @@ class Lanes:
         self._lost = np.zeros(len(position), dtype=bool)
         self._model = arm.copies(len(position))
         self._model.opt.timestep = step_s
-        self._model.dof_armature[:], self._model.jnt_stiffness[:] = passive.armature.ravel(), passive.stiffness.ravel()
+        self._model.dof_armature[:], self._model.jnt_stiffness[:] = (
+            passive.armature.ravel(),
+            passive.stiffness.ravel(),
+        )
         self._data = mujoco.MjData(self._model)
 
     def advance(self, dampers: Callable[[Array], Array] | None = None) -> None:
         """One step; a lane that runs away is NaN from then on.
 
-        dampers: further dampers (m, n) as a function of the velocities (m, n) that they act on, such as dry friction over velocity;
-        they are found for the velocity after the step by as many passes as `_PASSES`.
+        dampers: further dampers (m, n) as a function of the velocities (m, n) that they act on, such as dry
+        friction over velocity; they are found for the velocity after the step by as many passes as `_PASSES`.
         """
         before = self._rest() if self._before is None else self._before
         ahead = (self.velocity - before) / 2
         self._before = velocity = self.velocity
         for _ in range(1 if dampers is None else _PASSES):
             damping = self._passive.damping if dampers is None else self._passive.damping + dampers(velocity)
-            # The engine damps the velocity it is given, which is the guess; it is to damp the one half a step ago.
-            position, guessed = self._stepped(self.position, self._before + ahead, self.force + damping * ahead, damping)
+            # The engine damps the velocity it is given, which is the guess; it is to damp the one half a step
+            # ago.
+            position, guessed = self._stepped(
+                self.position, self._before + ahead, self.force + damping * ahead, damping
+            )
             velocity = guessed - ahead
         self.velocity, self.position = velocity, position - self.step_s * ahead
         if self._lost.any() or not (np.abs(self.velocity) < _RUNAWAY).all():
@@ -154,7 +177,12 @@ class Lanes:
     def _stepped(self, position: Array, velocity: Array, force: Array, damping: Array) -> tuple[Array, Array]:
         """The engine's step from given positions and velocities; lanes that are lost stand still."""
         shape, data = position.shape, self._data
-        rows = (data.qpos, position), (data.qvel, velocity), (data.qfrc_applied, force), (self._model.dof_damping, damping)
+        rows = (
+            (data.qpos, position),
+            (data.qvel, velocity),
+            (data.qfrc_applied, force),
+            (self._model.dof_damping, damping),
+        )
         for target, values in rows:
             target[:] = values.ravel()
             if self._lost.any():
@@ -163,7 +191,9 @@ class Lanes:
         return data.qpos.reshape(shape).copy(), data.qvel.reshape(shape).copy()
 
     def _rest(self) -> Array:
-        """Sets the velocity half a step before now, and returns that another step before, of a motion at rest now under its forces."""
+        """Sets the velocity half a step before now, and returns that another step before, of a motion at rest
+        now under its forces.
+        """
         data = self._data
         data.qpos[:], data.qvel[:], data.qfrc_applied[:] = self.position.ravel(), 0.0, self.force.ravel()
         mujoco.mj_forward(self._model, data)
@@ -171,7 +201,9 @@ class Lanes:
         return np.asarray(3 * self.velocity)
 
     def energy(self) -> float:
-        """Kinetic and potential energy of all lanes, J, springs and rotors included: velocity of half a step ago, position of now."""
+        """Kinetic and potential energy of all lanes, J, springs and rotors included: velocity of half a step
+        ago, position of now.
+        """
         self._data.qpos[:], self._data.qvel[:] = self.position.ravel(), self.velocity.ravel()
         mujoco.mj_fwdPosition(self._model, self._data)
         mujoco.mj_fwdVelocity(self._model, self._data)

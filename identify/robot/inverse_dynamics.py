@@ -1,20 +1,22 @@
-"""Torques that rigid links need for a recorded motion, and what a unit of mass, first moment or inertia adds to them."""
+"""Torques that rigid links need for a recorded motion, and what a unit of mass, first moment or inertia adds
+to them.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.robot.description import Link, Robot, merge
 from identify.robot.engine_motion import MovingArm
 
-Array = NDArray[np.float64]
-
 
 class RigidArm:
-    """A rigid robot at a recorded motion: position, velocity, acceleration, each (samples, joints), rad, s."""
+    """A rigid robot at a recorded motion: position, velocity, acceleration, each (samples, joints), rad,
+    s.
+    """
 
     def __init__(self, robot: Robot, position: Array, velocity: Array, acceleration: Array) -> None:
         self.robot = robot
@@ -23,25 +25,33 @@ class RigidArm:
         """(samples, joints), N m at the joints."""
 
     def added(self, link: str, body: Link) -> Array:
-        """(samples, joints): torque that a body fixed to a link adds, N m; the body is in the link's frame and need not be a real one.
+        """(samples, joints): torque that a body fixed to a link adds, N m; the body is in the link's frame
+        and need not be a real one.
 
-        Inverse dynamics is linear in mass, first moment and inertia about the frame's origin (Atkeson, An and Hollerbach 1986).
+        Inverse dynamics is linear in mass, first moment and inertia about the frame's origin (Atkeson, An and
+        Hollerbach 1986).
         """
         old = self.robot.link(link)
         links = tuple(merge(old, body) if other is old else other for other in self.robot.links)
         return MovingArm(replace(self.robot, links=links)).inverse_dynamics(*self._motion) - self.torque
 
     def first_moment(self, link: str, direction: int) -> Array:
-        """(samples, joints): torque per kg m of first moment along axis 0, 1 or 2 of the link's frame, without mass or inertia."""
+        """(samples, joints): torque per kg m of first moment along axis 0, 1 or 2 of the link's frame,
+        without mass or inertia.
+        """
         return self.added(link, _moment(direction, 1.0)) / 2 - self.added(link, _moment(direction, -1.0)) / 2
 
     def inertia(self, link: str, axis: Array) -> Array:
-        """(samples, joints): torque per kg m^2 about an axis (3,), unit, through the origin of the link's frame."""
+        """(samples, joints): torque per kg m^2 about an axis (3,), unit, through the origin of the link's
+        frame.
+        """
         return self.added(link, Link("inertia", 0.0, np.zeros(3), np.outer(axis, axis)))
 
 
 def _moment(direction: int, side: float) -> Link:
-    """A kilogram a metre off the origin; the half difference of both sides is a pure first moment, as inertia does not know sides."""
+    """A kilogram a metre off the origin; the half difference of both sides is a pure first moment, as inertia
+    does not know sides.
+    """
     centre = np.zeros(3)
     centre[direction] = side
     return Link("moment", 1.0, centre, np.zeros((3, 3)))

@@ -1,8 +1,9 @@
 """Measurement points: where sensors and hammer blows are on the robot, read from a CSV file.
 
-Columns `node, name, link, x_m, y_m, z_m` in any order: the number used in the measured data, a free label, the link or frame that
-carries the point, and the position in that link's frame.  The optional columns `rx_deg, ry_deg, rz_deg` turn the sensor: its axes
-are those of the link turned about the link's fixed x, y, z axes in that order (the convention of URDF's rpy).
+Columns `node, name, link, x_m, y_m, z_m` in any order: the number used in the measured data, a free label,
+the link or frame that carries the point, and the position in that link's frame.  The optional columns
+`rx_deg, ry_deg, rz_deg` turn the sensor: its axes are those of the link turned about the link's fixed x, y, z
+axes in that order (the convention of URDF's rpy).
 """
 
 from __future__ import annotations
@@ -14,20 +15,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.robot.description import Robot
 from identify.robot.pose import pose
 
-Array = NDArray[np.float64]
 COLUMNS = ("node", "name", "link", "x_m", "y_m", "z_m")
 ANGLES = ("rx_deg", "ry_deg", "rz_deg")
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point fixed to a link or frame: position (3,), m, in its axes; the rows of axes (3, 3) are the sensor's x, y, z in its axes.
+    """A point fixed to a link or frame: position (3,), m, in its axes; the rows of axes (3, 3) are the
+    sensor's x, y, z in its axes.
 
     `axes @ v` are the sensor's readings of a vector v in link axes; where says the file and line, for errors.
     """
@@ -43,13 +44,20 @@ class Point:
 def read_points(path: Path) -> dict[int, Point]:
     """The points of a CSV file by node number.
 
-    Raises InputError for a file without the columns and InputErrors for every row with a doubled node or something that is no number.
+    Raises InputError for a file without the columns and InputErrors for every row with a doubled node or
+    something that is no number.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), f"cannot be read ({error})", "a CSV file of measurement points") from error
-    rows = [(number, [cell.strip() for cell in next(csv.reader([line]))]) for number, line in enumerate(lines, start=1) if line.strip()]
+        raise InputError(
+            str(path), f"cannot be read ({error})", "a CSV file of measurement points"
+        ) from error
+    rows = [
+        (number, [cell.strip() for cell in next(csv.reader([line]))])
+        for number, line in enumerate(lines, start=1)
+        if line.strip()
+    ]
     if not rows:
         raise InputError(path.name, "the file is empty", f"a first line with the columns {','.join(COLUMNS)}")
     header = _header(path, *rows[0])
@@ -63,7 +71,13 @@ def read_points(path: Path) -> dict[int, Point]:
             faults.append(fault)
             continue
         if point.node in points:
-            faults.append(InputError(where, f"node {point.node} is given already ({points[point.node].where})", "one line per node"))
+            faults.append(
+                InputError(
+                    where,
+                    f"node {point.node} is given already ({points[point.node].where})",
+                    "one line per node",
+                )
+            )
         points[point.node] = point
     if faults:
         raise InputErrors(faults)
@@ -77,7 +91,12 @@ def check_links(points: Mapping[int, Point], robot: Robot) -> None:
     known = [link.name for link in robot.links] + list(robot.frames)
     lost = [point for point in points.values() if point.link not in known]
     if lost:
-        raise InputErrors([InputError(point.where, f"unknown link {point.link!r}", "one of " + ", ".join(known)) for point in lost])
+        raise InputErrors(
+            [
+                InputError(point.where, f"unknown link {point.link!r}", "one of " + ", ".join(known))
+                for point in lost
+            ]
+        )
 
 
 def _header(path: Path, number: int, cells: list[str]) -> list[str]:
@@ -88,9 +107,15 @@ def _header(path: Path, number: int, cells: list[str]) -> list[str]:
         raise InputError(where, found, f"the columns {','.join(COLUMNS)}, separated by commas")
     unknown = [name for name in cells if name not in (*COLUMNS, *ANGLES)]
     if unknown or len(set(cells)) != len(cells):
-        raise InputError(where, f"unknown or doubled columns in {','.join(cells)!r}", f"only {','.join((*COLUMNS, *ANGLES))}")
+        raise InputError(
+            where,
+            f"unknown or doubled columns in {','.join(cells)!r}",
+            f"only {','.join((*COLUMNS, *ANGLES))}",
+        )
     if 0 < sum(name in cells for name in ANGLES) < len(ANGLES):
-        raise InputError(where, "only a part of the sensor's orientation", f"all of {','.join(ANGLES)}, or none")
+        raise InputError(
+            where, "only a part of the sensor's orientation", f"all of {','.join(ANGLES)}, or none"
+        )
     return cells
 
 
@@ -103,7 +128,9 @@ def _point(where: str, header: list[str], cells: list[str]) -> Point:
     if not row["link"]:
         raise InputError(where, "the link is empty", "the name of a link or frame of the robot")
     position = np.array([_number(where, name, row[name]) for name in COLUMNS[3:]])
-    turn = pose(np.zeros(3), np.radians([_number(where, name, row.get(name, "0")) for name in ANGLES]))[:3, :3]
+    turn = pose(np.zeros(3), np.radians([_number(where, name, row.get(name, "0")) for name in ANGLES]))[
+        :3, :3
+    ]
     return Point(int(row["node"]), row["name"], row["link"], position, turn.T, where)
 
 

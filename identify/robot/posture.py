@@ -1,9 +1,10 @@
 """A robot at a posture: rigid bodies in a tree, each held to its parent by six small elastic coordinates.
 
-The six coordinates of a body are `tx ty tz rx ry rz` in its joint frame, whose z axis is the joint's own axis whatever
-the description's axis is.  They act in that order, translations first; the frame turns with the joint angle.
-Coordinates are named `base.tx` .. `joint6.rz`; effects may add bodies of their own (a resonator, half a link).
-A base whose inertia is not known stands on the ground for good: it is body -1, the ground, and has no coordinates.
+The six coordinates of a body are `tx ty tz rx ry rz` in its joint frame, whose z axis is the joint's own axis
+whatever the description's axis is.  They act in that order, translations first; the frame turns with the
+joint angle. Coordinates are named `base.tx` .. `joint6.rz`; effects may add bodies of their own (a resonator,
+half a link). A base whose inertia is not known stands on the ground for good: it is body -1, the ground, and
+has no coordinates.
 """
 
 from __future__ import annotations
@@ -11,19 +12,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.robot.description import Link, Robot
 
-Array = NDArray[np.float64]
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: pose (4, 4) of its joint frame in the parent body's joint frame; mass, centre (3,) and inertia (3, 3) in its own."""
+    """A rigid body: pose (4, 4) of its joint frame in the parent body's joint frame; mass, centre (3,) and
+    inertia (3, 3) in its own.
+    """
 
     name: str
     parent: int
@@ -56,7 +58,9 @@ class Mechanism:
         return self.frames[name]
 
     def coordinate(self, name: str, where: str) -> int:
-        """Number of the elastic coordinate of that name; an unknown name, or one of a base without inertia, is an InputError."""
+        """Number of the elastic coordinate of that name; an unknown name, or one of a base without inertia,
+        is an InputError.
+        """
         names = self.coordinates
         if name in names:
             return names.index(name)
@@ -69,21 +73,30 @@ class Mechanism:
         raise InputError(
             where,
             f"unknown coordinate {name!r}",
-            f"BODY.AXIS, BODY one of {', '.join(body.name for body in self.bodies)}, AXIS one of {', '.join(AXES)}",
+            f"BODY.AXIS, BODY one of {', '.join(body.name for body in self.bodies)}, AXIS one of"
+            f" {', '.join(AXES)}",
         )
 
 
 def at_posture(robot: Robot, posture: Array) -> Mechanism:
-    """The robot with its joints at `posture` (joints,), rad; a posture of another length or with NaN is an InputError."""
+    """The robot with its joints at `posture` (joints,), rad; a posture of another length or with NaN is an
+    InputError.
+    """
     if posture.shape != (len(robot.joints),):
-        raise InputError("posture_deg", f"{posture.size} angles", f"{len(robot.joints)}, one per joint of robot {robot.name!r}")
+        raise InputError(
+            "posture_deg",
+            f"{posture.size} angles",
+            f"{len(robot.joints)}, one per joint of robot {robot.name!r}",
+        )
     if not np.all(np.isfinite(posture)):
         raise InputError("posture_deg", f"angles {np.degrees(posture).tolist()}", "finite numbers")
     base = robot.links[0]
     bodies = [] if base.mass == 0 else [Body("base", -1, np.eye(4), base.mass, base.centre, base.inertia)]
     frames = {base.name: (len(bodies) - 1, np.eye(4))}
     link_in_body = np.eye(4)  # pose of the parent link's frame in the parent body's joint frame
-    for number, (joint, link, angle) in enumerate(zip(robot.joints, robot.links[1:], posture, strict=True), start=1):
+    for number, (joint, link, angle) in enumerate(
+        zip(robot.joints, robot.links[1:], posture, strict=True), start=1
+    ):
         align = _pose(_z_to(joint.axis))
         pose = link_in_body @ joint.origin @ _pose(Rotation.from_rotvec(angle * joint.axis)) @ align
         link_in_body = align.T @ joint.mount
@@ -96,10 +109,16 @@ def at_posture(robot: Robot, posture: Array) -> Mechanism:
 
 
 def attach(mechanism: Mechanism, name: str, frame: str, pose: Array, link: Link) -> Mechanism:
-    """The mechanism with one more body held elastically to `frame` at `pose` (4, 4) there; link gives its mass properties in that pose."""
+    """The mechanism with one more body held elastically to `frame` at `pose` (4, 4) there; link gives its
+    mass properties in that pose.
+    """
     parent, frame_pose = mechanism.frame(frame, name)
     body = _body(name, parent, frame_pose @ pose, link, np.eye(4))
-    return Mechanism((*mechanism.bodies, body), {**mechanism.frames, name: (len(mechanism.bodies), np.eye(4))}, mechanism.gravity)
+    return Mechanism(
+        (*mechanism.bodies, body),
+        {**mechanism.frames, name: (len(mechanism.bodies), np.eye(4))},
+        mechanism.gravity,
+    )
 
 
 def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) -> Body:

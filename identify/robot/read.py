@@ -22,5 +22,7 @@ def read_robot(settings: RobotSettings, folder: Path) -> Robot:
     for number, payload in enumerate(settings.payload):
         xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        robot = robot.with_payload(payload.link, payload.mass_kg, np.array(payload.centre_m), inertia, f"robot.payload.{number}.link")
+        robot = robot.with_payload(
+            payload.link, payload.mass_kg, np.array(payload.centre_m), inertia, f"robot.payload.{number}.link"
+        )
     return robot

@@ -14,7 +14,9 @@ class Payload(Settings):
 
     link: str = Field(description="link or frame that carries it")
     mass_kg: float = Field(gt=0)
-    centre_m: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="centre of mass in the link's frame")
+    centre_m: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="centre of mass in the link's frame"
+    )
     inertia_kg_m2: tuple[float, float, float, float, float, float] = Field(
         (0.0,) * 6, description="ixx, iyy, izz, ixy, ixz, iyz about that centre; default: a point mass"
     )
@@ -24,9 +26,13 @@ class RobotSettings(Settings):
     """Where the robot is described: a URDF or a Denavit-Hartenberg table."""
 
     urdf: Path | None = Field(None, description="URDF with inertias")
-    dh: Path | None = Field(None, description="YAML with a Denavit-Hartenberg table, masses, centres and inertias")
+    dh: Path | None = Field(
+        None, description="YAML with a Denavit-Hartenberg table, masses, centres and inertias"
+    )
     payload: list[Payload] = Field([], description="bodies added to links")
-    gravity_m_s2: tuple[float, float, float] | None = Field(None, description="in the base link's axes; default: down z")
+    gravity_m_s2: tuple[float, float, float] | None = Field(
+        None, description="in the base link's axes; default: down z"
+    )
 
     @model_validator(mode="after")
     def _one(self) -> RobotSettings:

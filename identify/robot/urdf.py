@@ -1,8 +1,9 @@
-"""Read a serial arm from a URDF file: kinematics, inertias and frames; meshes, materials and plug-in elements are not looked at.
+"""Read a serial arm from a URDF file: kinematics, inertias and frames; meshes, materials and plug-in elements
+are not looked at.
 
-Links that a fixed joint holds are merged into the link that carries them and stay known as frames.  Links without inertia
-between the root and the base (`world`, `base_footprint`) become frames of the base.  Gravity is 9.81 m/s^2 against
-the z axis of the file's root link.
+Links that a fixed joint holds are merged into the link that carries them and stay known as frames.  Links
+without inertia between the root and the base (`world`, `base_footprint`) become frames of the base.  Gravity
+is 9.81 m/s^2 against the z axis of the file's root link.
 """
 
 from __future__ import annotations
@@ -12,14 +13,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.robot.description import Joint, Link, Robot, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
 from identify.robot.urdf_elements import MOVING, UrdfJoint, UrdfLink, joints, links, parse
 
-Array = NDArray[np.float64]
 Frames = dict[str, tuple[str, Array]]
 Outgoing = dict[str, list[UrdfJoint]]
 _GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -28,8 +28,8 @@ _GRAVITY = np.array([0.0, 0.0, -9.81])
 def read_urdf(path: Path) -> Robot:
     """The arm in a URDF file.
 
-    A base without inertia gets mass 0.  Everything that is not one chain of revolute or continuous joints with physical
-    inertias is an InputError that names the file, the line and the element.
+    A base without inertia gets mass 0.  Everything that is not one chain of revolute or continuous joints
+    with physical inertias is an InputError that names the file, the line and the element.
     """
     document = parse(path)
     named, jointed = links(document), joints(document)
@@ -71,11 +71,20 @@ def _tree(path: Path, named: dict[str, UrdfLink], jointed: list[UrdfJoint]) -> O
         outgoing[joint.parent].append(joint)
     roots = [name for name in named if name not in parent_of]
     if len(roots) > 1:
-        raise InputError(path.name, f"{len(roots)} links have no parent ({', '.join(roots)})", "one root link", "join them by joints")
+        raise InputError(
+            path.name,
+            f"{len(roots)} links have no parent ({', '.join(roots)})",
+            "one root link",
+            "join them by joints",
+        )
     reached = _reach(roots[0], outgoing) if roots else set()
     for name, written in named.items():
         if name not in reached:
-            raise InputError(written.where, f"link {name!r} is part of a loop of joints", "a tree (closed loops are not supported)")
+            raise InputError(
+                written.where,
+                f"link {name!r} is part of a loop of joints",
+                "a tree (closed loops are not supported)",
+            )
     if not roots:
         raise InputError(path.name, "no link", "a robot with links and joints")
     return outgoing
@@ -90,7 +99,9 @@ def _reach(root: str, outgoing: Outgoing) -> set[str]:
 
 
 def _rigid(carrier: str, outgoing: Outgoing) -> tuple[dict[str, Array], list[UrdfJoint]]:
-    """Poses of all links that fixed joints hold to `carrier`, in its frame, and the moving joints that leave them."""
+    """Poses of all links that fixed joints hold to `carrier`, in its frame, and the moving joints that leave
+    them.
+    """
     poses, ahead, leaving = {carrier: np.eye(4)}, [carrier], []
     while ahead:
         link = ahead.pop()
@@ -103,10 +114,13 @@ def _rigid(carrier: str, outgoing: Outgoing) -> tuple[dict[str, Array], list[Urd
     return poses, leaving
 
 
-def _base(root: str, named: dict[str, UrdfLink], outgoing: Outgoing) -> tuple[str, dict[str, Array], list[UrdfJoint]]:
+def _base(
+    root: str, named: dict[str, UrdfLink], outgoing: Outgoing
+) -> tuple[str, dict[str, Array], list[UrdfJoint]]:
     """The base link, the poses of what is fixed to it in its frame, and the moving joints that leave it.
 
-    On the way from the root to the first moving joint the base is the first link with inertia, or the last link where none has any.
+    On the way from the root to the first moving joint the base is the first link with inertia, or the last
+    link where none has any.
     """
     poses, leaving = _rigid(root, outgoing)
     above = {joint.child: joint.parent for held in outgoing.values() for joint in held}
@@ -132,31 +146,51 @@ def _solid(carrier: str, poses: dict[str, Array], named: dict[str, UrdfLink]) ->
 
 
 def _check_part(part: Link, written: UrdfLink) -> None:
-    """A part may have no mass at all (a frame) or no extent (a point mass); the body it belongs to is checked when it is whole."""
+    """A part may have no mass at all (a frame) or no extent (a point mass); the body it belongs to is checked
+    when it is whole.
+    """
     if part.mass == 0 and not np.any(part.inertia):
         return
     fault = inertia_fault(part)
     if fault and (part.mass <= 0 or np.any(part.inertia)):
-        raise InputError(written.where, fault, "a mass and inertia that a rigid body can have", "correct <inertial> of this link")
+        raise InputError(
+            written.where,
+            fault,
+            "a mass and inertia that a rigid body can have",
+            "correct <inertial> of this link",
+        )
 
 
 def _check(body: Link, written: UrdfLink, joint: UrdfJoint | None = None) -> None:
     fault = inertia_fault(body)
     if joint and body.mass == 0:
-        fault = f"link {body.name!r} is moved by joint {joint.name!r} but has no mass or inertia, nor has anything fixed to it"
+        fault = (
+            f"link {body.name!r} is moved by joint {joint.name!r} but has no mass or inertia, nor has"
+            " anything fixed to it"
+        )
     if fault:
-        raise InputError(written.where, fault, "a mass and inertia that a rigid body can have", "add or correct <inertial> of this link")
+        raise InputError(
+            written.where,
+            fault,
+            "a mass and inertia that a rigid body can have",
+            "add or correct <inertial> of this link",
+        )
 
 
 def _only(leaving: list[UrdfJoint]) -> UrdfJoint:
     if len(leaving) > 1:
         names = ", ".join(repr(joint.name) for joint in leaving)
         raise InputError(
-            leaving[1].where, f"the arm branches into the joints {names}", "a serial arm", 'write type="fixed" for joints that are locked'
+            leaving[1].where,
+            f"the arm branches into the joints {names}",
+            "a serial arm",
+            'write type="fixed" for joints that are locked',
         )
     return leaving[0]
 
 
 def _joint(joint: UrdfJoint, carrier: str, parent_pose: Array) -> Joint:
-    plain = Joint(joint.name, carrier, joint.child, joint.origin, joint.axis, lower=joint.lower, upper=joint.upper)
+    plain = Joint(
+        joint.name, carrier, joint.child, joint.origin, joint.axis, lower=joint.lower, upper=joint.upper
+    )
     return replace(plain, origin=parent_pose @ joint.origin)

@@ -1,4 +1,6 @@
-"""The elements of a URDF file as records, each with the line it stands on; the tree they form is read in urdf.py."""
+"""The elements of a URDF file as records, each with the line it stands on; the tree they form is read in
+urdf.py.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +10,12 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.robot.description import Link
 from identify.robot.pose import pose, seen_from
 
-Array = NDArray[np.float64]
 MOVING = ("revolute", "continuous")
 UNSUPPORTED = ("prismatic", "floating", "planar")
 _LOCKED = 'write type="fixed" if the joint is locked'
@@ -22,7 +23,9 @@ _LOCKED = 'write type="fixed" if the joint is locked'
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint as written: origin (4, 4) in the parent link's frame, axis (3,), unit, in its own; where says the file, line and name."""
+    """A joint as written: origin (4, 4) in the parent link's frame, axis (3,), unit, in its own; where says
+    the file, line and name.
+    """
 
     name: str
     kind: str
@@ -62,7 +65,11 @@ class Document:
         """A required attribute; a missing or empty one is an InputError."""
         value = element.get(key, "").strip()
         if not value:
-            raise InputError(self.where(element, owner), f'attribute "{key}" is missing', fix=f'write {key}="..." in this element')
+            raise InputError(
+                self.where(element, owner),
+                f'attribute "{key}" is missing',
+                fix=f'write {key}="..." in this element',
+            )
         return value
 
     def numbers(self, element: ElementTree.Element, key: str, count: int, owner: str) -> list[float]:
@@ -74,14 +81,21 @@ class Document:
             values = []
         if len(values) != count or not np.all(np.isfinite(values)):
             fix = "expand the xacro macros first (xacro robot.xacro > robot.urdf)" if "${" in text else ""
-            raise InputError(self.where(element, owner), f'{key}="{text}"', f"{count} finite number{'s' * (count > 1)}", fix)
+            raise InputError(
+                self.where(element, owner),
+                f'{key}="{text}"',
+                f"{count} finite number{'s' * (count > 1)}",
+                fix,
+            )
         return values
 
     def child(self, element: ElementTree.Element, tag: str, owner: str) -> ElementTree.Element:
         """A required child element."""
         found = element.find(tag)
         if found is None:
-            raise InputError(self.where(element), f"element <{tag}> is missing", fix=f"add <{tag} .../> to {owner}")
+            raise InputError(
+                self.where(element), f"element <{tag}> is missing", fix=f"add <{tag} .../> to {owner}"
+            )
         return found
 
     def origin(self, element: ElementTree.Element, owner: str) -> Array:
@@ -89,12 +103,17 @@ class Document:
         found = element.find("origin")
         if found is None:
             return np.eye(4)
-        xyz, rpy = (self.numbers(found, key, 3, owner) if key in found.attrib else [0.0, 0.0, 0.0] for key in ("xyz", "rpy"))
+        xyz, rpy = (
+            self.numbers(found, key, 3, owner) if key in found.attrib else [0.0, 0.0, 0.0]
+            for key in ("xyz", "rpy")
+        )
         return pose(xyz, rpy)
 
 
 def parse(path: Path) -> Document:
-    """The XML of a file; a missing file, broken XML or another root element than <robot> is an InputError with the line."""
+    """The XML of a file; a missing file, broken XML or another root element than <robot> is an InputError
+    with the line.
+    """
     builder, parser, lines = ElementTree.TreeBuilder(), expat.ParserCreate(), {}
 
     def start(tag: str, attributes: dict[str, str]) -> None:
@@ -107,13 +126,24 @@ def parse(path: Path) -> Document:
     except OSError as error:
         raise InputError(str(path), f"cannot be read ({error.strerror})", "a URDF file") from error
     except expat.ExpatError as error:
-        raise InputError(f"{path.name} line {error.lineno}", f"broken XML ({expat.errors.messages[error.code]})", "a URDF file") from error
+        raise InputError(
+            f"{path.name} line {error.lineno}",
+            f"broken XML ({expat.errors.messages[error.code]})",
+            "a URDF file",
+        ) from error
     document = Document(path, builder.close(), lines)
     if document.root.tag != "robot":
-        raise InputError(document.where(document.root), f"the root element is <{document.root.tag}>", "<robot>")
+        raise InputError(
+            document.where(document.root), f"the root element is <{document.root.tag}>", "<robot>"
+        )
     macro = next((element for element in document.root.iter() if element.tag.startswith("xacro:")), None)
     if macro is not None:
-        raise InputError(document.where(macro), "this is a xacro file", "a URDF file", "expand it first (xacro robot.xacro > robot.urdf)")
+        raise InputError(
+            document.where(macro),
+            "this is a xacro file",
+            "a URDF file",
+            "expand it first (xacro robot.xacro > robot.urdf)",
+        )
     return document
 
 
@@ -134,7 +164,9 @@ def joints(document: Document) -> list[UrdfJoint]:
     for element in document.root.findall("joint"):
         joint = _joint(document, element)
         if joint.name in found:
-            raise InputError(joint.where, f"a second joint named {joint.name!r}", fix="give every joint its own name")
+            raise InputError(
+                joint.where, f"a second joint named {joint.name!r}", fix="give every joint its own name"
+            )
         found[joint.name] = joint
     return list(found.values())
 
@@ -145,22 +177,40 @@ def _inertial(document: Document, link: ElementTree.Element, name: str) -> Link 
         return None
     mass = document.numbers(document.child(element, "mass", owner), "value", 1, owner)[0]
     tensor = document.child(element, "inertia", owner)
-    xx, yy, zz, xy, xz, yz = (document.numbers(tensor, key, 1, owner)[0] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+    xx, yy, zz, xy, xz, yz = (
+        document.numbers(tensor, key, 1, owner)[0] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    )
     own = Link(name, mass, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
     return seen_from(own, document.origin(element, owner))
 
 
 def _joint(document: Document, element: ElementTree.Element) -> UrdfJoint:
-    name, kind, where = document.text(element, "name"), document.text(element, "type"), document.where(element)
+    name, kind, where = (
+        document.text(element, "name"),
+        document.text(element, "type"),
+        document.where(element),
+    )
     owner = f"joint {name!r}"
     if kind not in (*MOVING, "fixed"):
         reason = f"{kind} joints are not supported" if kind in UNSUPPORTED else f'unknown joint type "{kind}"'
         raise InputError(where, reason, f"{', '.join(MOVING)} or fixed", _LOCKED)
     if kind != "fixed" and element.find("mimic") is not None:
         raise InputError(where, "joints that mimic another are not supported", "independent joints", _LOCKED)
-    parent, child = (document.text(document.child(element, tag, owner), "link", owner) for tag in ("parent", "child"))
+    parent, child = (
+        document.text(document.child(element, tag, owner), "link", owner) for tag in ("parent", "child")
+    )
     lower, upper = _limits(document, element, owner) if kind == "revolute" else (-np.inf, np.inf)
-    return UrdfJoint(name, kind, parent, child, document.origin(element, owner), _axis(document, element, owner), lower, upper, where)
+    return UrdfJoint(
+        name,
+        kind,
+        parent,
+        child,
+        document.origin(element, owner),
+        _axis(document, element, owner),
+        lower,
+        upper,
+        where,
+    )
 
 
 def _axis(document: Document, joint: ElementTree.Element, owner: str) -> Array:
@@ -170,7 +220,11 @@ def _axis(document: Document, joint: ElementTree.Element, owner: str) -> Array:
     axis = np.array(document.numbers(element, "xyz", 3, owner))
     length = float(np.linalg.norm(axis))
     if length < 1e-12:
-        raise InputError(document.where(element, owner), "the axis has no direction (its length is zero)", "three numbers, not all zero")
+        raise InputError(
+            document.where(element, owner),
+            "the axis has no direction (its length is zero)",
+            "three numbers, not all zero",
+        )
     return axis / length
 
 
@@ -178,7 +232,14 @@ def _limits(document: Document, joint: ElementTree.Element, owner: str) -> tuple
     element = joint.find("limit")
     if element is None or not {"lower", "upper"} & set(element.attrib):
         return -np.inf, np.inf
-    lower, upper = (document.numbers(element, key, 1, owner)[0] if key in element.attrib else 0.0 for key in ("lower", "upper"))
+    lower, upper = (
+        document.numbers(element, key, 1, owner)[0] if key in element.attrib else 0.0
+        for key in ("lower", "upper")
+    )
     if lower > upper:
-        raise InputError(document.where(element, owner), f"lower limit {lower:g} rad above the upper limit {upper:g} rad", "lower <= upper")
+        raise InputError(
+            document.where(element, owner),
+            f"lower limit {lower:g} rad above the upper limit {upper:g} rad",
+            "lower <= upper",
+        )
     return lower, upper

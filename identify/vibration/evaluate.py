@@ -1,4 +1,6 @@
-"""A finished fit looked at from all sides: errors, modes, intervals, a verdict in three sentences; everything a result keeps."""
+"""A finished fit looked at from all sides: errors, modes, intervals, a verdict in three sentences; everything
+a result keeps.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.tables import parameter_table, start_table
-from identify.fitting.uncertainty import Trust, inseparable
+from identify.fitting.uncertainty import Uncertainty, inseparable
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.geometry import displacements
@@ -30,18 +33,17 @@ from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
 from identify.vibration.provenance import description_of, provenance_of
-from identify.vibration.uncertainty import gap, trust
-
-Array = NDArray[np.float64]
+from identify.vibration.uncertainty import gap, uncertainty
 
 
 def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.FitResult:
-    """The result of a fit, ready to be written; key says which run it is the result of (`identify.vibration.run`).
+    """The result of a fit, ready to be written; key says which run it is the result of
+    (`identify.vibration.run`).
 
     profiled: names of parameters whose profile likelihood is wanted.
     """
     targets, scale = problem.targets(), Scale(problem.parameters)
-    trusted = trust(targets, scale, fit.values)
+    trusted = uncertainty(targets, scale, fit.values)
     names = [problem.parameters[number].name for number in scale.free]
     together = tuple(", ".join(group) for group in inseparable(trusted, names))
     gaps = gap(targets, fit.values), gap(problem.targets("validate"), fit.values)
@@ -76,17 +78,28 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
     )
 
 
-def _verdict(fit: Fit, trusted: Trust, gaps: tuple[float, float], together: Sequence[str], count: int) -> tuple[str, ...]:
+def _verdict(
+    fit: Fit, trusted: Uncertainty, gaps: tuple[float, float], together: Sequence[str], count: int
+) -> tuple[str, ...]:
     starts = f"{fit.agreeing} of {len(fit.starts)} starts" if len(fit.starts) > 1 else "one start"
     found = f"The fit ended at a cost of {fit.cost:.4g} after {fit.seconds:.1f} s; {starts} led there."
     parameters = len(trusted.status)
     if count <= parameters:
-        quality = f"There are {count} measured numbers for {parameters} free parameters, so agreement alone proves nothing."
+        quality = (
+            f"There are {count} measured numbers for {parameters} free parameters, so agreement alone proves"
+            " nothing."
+        )
     elif np.isnan(gaps[0]):
-        quality = "The noise of the data is not known, so how good the fit is can only be judged by its errors."
+        quality = (
+            "The noise of the data is not known, so how good the fit is can only be judged by its errors."
+        )
     else:
         on = "" if np.isnan(gaps[1]) else f" and {gaps[1]:.2f} times on data that were not fitted"
-        word = "agrees with the data to within their noise" if gaps[0] <= 1.15 else "does not yet explain the data"
+        word = (
+            "agrees with the data to within their noise"
+            if gaps[0] <= 1.15
+            else "does not yet explain the data"
+        )
         quality = f"The model {word}: the residual is {gaps[0]:.2f} times the noise{on}."
     status = np.array(trusted.status)
     determined = int(np.sum(status == "determined"))
@@ -97,13 +110,18 @@ def _verdict(fit: Fit, trusted: Trust, gaps: tuple[float, float], together: Sequ
 def _start_notes(fit: Fit) -> list[str]:
     notes = []
     if len(fit.starts) > 1 and fit.agreeing == 1:
-        notes.append("only one start found the best minimum, so a better one may exist: more `starts` or a larger budget would tell")
+        notes.append(
+            "only one start found the best minimum, so a better one may exist: more `starts` or a larger"
+            " budget would tell"
+        )
     if not fit.best.converged:
         notes.append(f"the best start did not converge: {fit.best.sentence}")
     return notes
 
 
-def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, scale: Scale) -> results.MeasurementResult:
+def _measurement(
+    problem: Problem, m: Measurement, fit: Fit, trusted: Uncertainty, scale: Scale
+) -> results.MeasurementResult:
     geometry, modes, table = _modes(problem, m.system, fit.values)
     one = Targets(frf=(m.target,)) if isinstance(m.target, FrfTarget) else Targets(modal=(m.target,))
     return results.MeasurementResult(
@@ -120,18 +138,35 @@ def _measurement(problem: Problem, m: Measurement, fit: Fit, trusted: Trust, sca
     )
 
 
-def _modes(problem: Problem, system: System, values: Array) -> tuple[tables.Geometry, tables.Modes, ModalTable]:
-    """Geometry and modes with shapes in the base's axes, and the same modes as a table over the points' own channels."""
+def _modes(
+    problem: Problem, system: System, values: Array
+) -> tuple[tables.Geometry, tables.Modes, ModalTable]:
+    """Geometry and modes with shapes in the base's axes, and the same modes as a table over the points' own
+    channels.
+    """
     site = system.site
     points = standing(problem.points, site)
     modes = complex_modes(*system.matrices(values))
     places = joints(site.engine, points)
     at_points = [system.base_jacobian(point.link, point.position) for point in points]
-    at_joints = [np.zeros((3, len(system.coordinates))), *(system.base_jacobian(frame, at) for frame, at in places)]
-    kept = tables.Modes(modes.frequency_hz, modes.damping_ratio, _shapes(modes.shapes, at_points), _shapes(modes.shapes, at_joints))
+    at_joints = [
+        np.zeros((3, len(system.coordinates))),
+        *(system.base_jacobian(frame, at) for frame, at in places),
+    ]
+    kept = tables.Modes(
+        modes.frequency_hz,
+        modes.damping_ratio,
+        _shapes(modes.shapes, at_points),
+        _shapes(modes.shapes, at_joints),
+    )
     channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
     local = [np.asarray(point.axes @ system.jacobian(point.link, point.position)[:3]) for point in points]
-    table = ModalTable(modes.frequency_hz, modes.damping_ratio, channels, _shapes(modes.shapes, local).reshape(len(modes.frequency_hz), -1))
+    table = ModalTable(
+        modes.frequency_hz,
+        modes.damping_ratio,
+        channels,
+        _shapes(modes.shapes, local).reshape(len(modes.frequency_hz), -1),
+    )
     return drawn_geometry(site.engine, points), kept, table
 
 
@@ -142,7 +177,9 @@ def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[n
 
 
 def _pairs(problem: Problem, m: Measurement, model: ModalTable) -> results.ModePairs | None:
-    """Measured modes, from the table or by modal analysis of the FRFs, beside the model's; None where an analysis is not possible."""
+    """Measured modes, from the table or by modal analysis of the FRFs, beside the model's; None where an
+    analysis is not possible.
+    """
     if isinstance(m.target, ModalTarget):
         measured, origin = m.target.data, f"modal table {m.settings.source.name}"
     else:
@@ -167,17 +204,26 @@ def _analysed(problem: Problem, target: FrfTarget) -> tuple[ModalTable, str]:
     """The modes of the measured FRFs, and how they were found."""
     settings = problem.file.study.modal
     how = "automatic" if settings.modes_hz is None else "chosen by hand"
-    return analyse(target.data, settings).table, f"modal analysis of the measured FRFs ({ESTIMATORS[settings.estimator]}, {how})"
+    return (
+        analyse(target.data, settings).table,
+        f"modal analysis of the measured FRFs ({ESTIMATORS[settings.estimator]}, {how})",
+    )
 
 
 def _measured_shapes(problem: Problem, m: Measurement, table: ModalTable) -> NDArray[np.complex128] | None:
-    """(modes, points, 3) in base axes from shapes at channels; directions that were not measured count as still."""
+    """(modes, points, 3) in base axes from shapes at channels; directions that were not measured count as
+    still.
+    """
     if table.shapes is None or not len(table):
         return None
-    return displacements(sensor_geometry(m.system.site.engine, standing(problem.points, m.system.site)), table)
+    return displacements(
+        sensor_geometry(m.system.site.engine, standing(problem.points, m.system.site)), table
+    )
 
 
-def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: Scale) -> results.FrfComparison:
+def _frf(
+    problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty, scale: Scale
+) -> results.FrfComparison:
     outputs, inputs = target.pairs
     fitted, gradient = target.gradient_pairs(fit.values, scale.free)
     measured, difference = target.measured, fitted - target.measured
@@ -204,7 +250,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Trust, scale: S
     )
 
 
-def _profile(problem: Problem, fit: Fit, trusted: Trust, name: str) -> results.ProfileCurve:
+def _profile(problem: Problem, fit: Fit, trusted: Uncertainty, name: str) -> results.ProfileCurve:
     found = profile(problem, fit.values, trusted, name)
     return results.ProfileCurve(found.values, found.rise, found.low, found.high)
 

@@ -1,4 +1,6 @@
-"""A study turned into what a fit works on: the robot read, data loaded and checked, a model assembled at every posture."""
+"""A study turned into what a fit works on: the robot read, data loaded and checked, a model assembled at
+every posture.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +10,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.collect import collect
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
@@ -26,16 +28,23 @@ from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
-from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets, channel_rows, frf_target, record_length
+from identify.vibration.costs.target import (
+    FrfTarget,
+    ModalTarget,
+    Targets,
+    channel_rows,
+    frf_target,
+    record_length,
+)
 from identify.vibration.reference import Reference, read_reference
 from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Given:
-    """One measurement before a model meets it: its data in the band, their noise (None: unknown, or in the table) and length of record."""
+    """One measurement before a model meets it: its data in the band, their noise (None: unknown, or in the
+    table) and length of record.
+    """
 
     name: str
     settings: MeasurementSettings
@@ -79,7 +88,14 @@ class Problem:
     def __reduce__(self) -> tuple[Callable[..., Problem], tuple[Any, ...]]:
         """What it was made of: in another process the models are assembled anew."""
         values = {p.name: p.initial for p in self.parameters}
-        return _assembled, (self.file, self.robot, self.points, [m.given for m in self.measurements], values, self.reference)
+        return _assembled, (
+            self.file,
+            self.robot,
+            self.points,
+            [m.given for m in self.measurements],
+            values,
+            self.reference,
+        )
 
     @property
     def initial(self) -> Array:
@@ -95,11 +111,19 @@ class Problem:
 
         Raises InputError for a name that no measurement of this use has.
         """
-        chosen = [m.target for m in self.measurements if m.settings.use == use and (names is None or m.name in names)]
+        chosen = [
+            m.target
+            for m in self.measurements
+            if m.settings.use == use and (names is None or m.name in names)
+        ]
         known = [m.name for m in self.measurements if m.settings.use == use]
         for name in names or ():
             if name not in known:
-                raise InputError("optimizer.measurements", f"no measurement {name!r} is fitted", "one of " + ", ".join(known))
+                raise InputError(
+                    "optimizer.measurements",
+                    f"no measurement {name!r} is fitted",
+                    "one of " + ", ".join(known),
+                )
         return Targets(
             tuple(target for target in chosen if isinstance(target, FrfTarget)),
             tuple(target for target in chosen if isinstance(target, ModalTarget)),
@@ -121,11 +145,15 @@ def load_problem(file: StudyFile) -> Problem:
     given = collect([partial(_read, file, m, name, posture) for m, name, posture in tasks])
     problem = _assembled(file, robot, points, given)
     if not any(parameter.free for parameter in problem.parameters):
-        raise InputError("effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one")
+        raise InputError(
+            "effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one"
+        )
     _check_initial(problem)
     if study.reference is None:
         return problem
-    reference = read_reference(file.resolve(study.reference), [parameter.name for parameter in problem.parameters])
+    reference = read_reference(
+        file.resolve(study.reference), [parameter.name for parameter in problem.parameters]
+    )
     return replace(problem, reference=reference)
 
 
@@ -136,7 +164,11 @@ def _check_initial(problem: Problem) -> None:
         if name not in known:
             raise InputError("initial", f"no parameter is called {name!r}", "one of " + ", ".join(known))
         if not known[name].lower <= value <= known[name].upper:
-            raise InputError(f"initial.{name}", f"{value:g}", f"a value within its bounds, {known[name].lower:g} to {known[name].upper:g}")
+            raise InputError(
+                f"initial.{name}",
+                f"{value:g}",
+                f"a value within its bounds, {known[name].lower:g} to {known[name].upper:g}",
+            )
 
 
 def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[str, float]) -> Problem:
@@ -162,23 +194,47 @@ def _assembled(
     reference: Reference | None = None,
     sites: Sequence[Site] | None = None,
 ) -> Problem:
-    """Measurements with the model at each posture; `values` replace initial values; `sites`: those of the measurements, if known."""
+    """Measurements with the model at each posture; `values` replace initial values; `sites`: those of the
+    measurements, if known.
+    """
     effects = file.study.effects
-    first = build_site(robot, given[0].posture, effects, points=points) if sites is None or given[0].settings.detached else sites[0]
+    first = (
+        build_site(robot, given[0].posture, effects, points=points)
+        if sites is None or given[0].settings.detached
+        else sites[0]
+    )
     given_values = {**file.study.initial, **(values or {})}
-    parameters = tuple(replace(p, initial=given_values.get(p.name, p.initial)) for p in list_parameters(robot, first, effects))
+    parameters = tuple(
+        replace(p, initial=given_values.get(p.name, p.initial))
+        for p in list_parameters(robot, first, effects)
+    )
     known: Sequence[Site | None] = sites or [None] * len(given)
-    measurements = collect([partial(_measurement, robot, points, effects, one, site) for one, site in zip(given, known, strict=True)])
+    measurements = collect(
+        [
+            partial(_measurement, robot, points, effects, one, site)
+            for one, site in zip(given, known, strict=True)
+        ]
+    )
     return Problem(file, robot, points, parameters, tuple(measurements), reference)
 
 
-def _measurement(robot: Robot, points: dict[int, Point], effects: Sequence[Effect], given: Given, site: Site | None) -> Measurement:
+def _measurement(
+    robot: Robot, points: dict[int, Point], effects: Sequence[Effect], given: Given, site: Site | None
+) -> Measurement:
     there = site or build_site(robot, given.posture, effects, given.settings.detached, points)
     speed = given.settings.speed_deg_per_s
     system = assemble(robot, there, effects, None if speed is None else np.deg2rad(speed))
     if isinstance(given.data, FrfSet):
-        return Measurement(given, system, frf_target(given.name, given.data, system, points, given.noise, given.record, given.impact))
-    out = channel_rows(system, points, given.data.channels, given.name) if given.data.shapes is not None else None
+        return Measurement(
+            given,
+            system,
+            frf_target(given.name, given.data, system, points, given.noise, given.record, given.impact),
+        )
+    out = (
+        channel_rows(system, points, given.data.channels, given.name)
+        if given.data.shapes is not None
+        else None
+    )
     return Measurement(given, system, ModalTarget(given.name, given.data, system, out))
 
 
@@ -186,8 +242,13 @@ def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:
     for key in ("posture_deg", "speed_deg_per_s"):
         values = getattr(settings, key)
         if values is not None and len(values) != len(robot.joints):
-            where, expected = f"measurements.{number}.{key}", f"{len(robot.joints)}, one per joint of {robot.name!r}"
-            raise InputError(where, f"{len(values)} angles" if key == "posture_deg" else f"{len(values)} speeds", expected)
+            where, expected = (
+                f"measurements.{number}.{key}",
+                f"{len(robot.joints)}, one per joint of {robot.name!r}",
+            )
+            raise InputError(
+                where, f"{len(values)} angles" if key == "posture_deg" else f"{len(values)} speeds", expected
+            )
     return np.deg2rad(settings.posture_deg)
 
 
@@ -205,19 +266,25 @@ def _read(file: StudyFile, settings: MeasurementSettings, name: str, posture: Ar
         shapes = file.resolve(settings.shapes) if settings.shapes else None
         return Given(name, settings, posture, read_modal_table(file.resolve(settings.modes), shapes))
     data = _in_band(_select(read_frfs(file, settings), settings, name), file.study.band_hz, name)
-    return Given(name, settings, posture, data, _noise(data, settings), record_length(data), _impact(data, settings))
+    return Given(
+        name, settings, posture, data, _noise(data, settings), record_length(data), _impact(data, settings)
+    )
 
 
 def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
     """The blows as stated, and the length of the records, one over the spacing of lines."""
     if settings.impact is None or len(data.frequency_hz) < 2:
         return None
-    return Impact(settings.impact.peak_n, settings.impact.width_ms * 1e-3, 1 / float(np.diff(data.frequency_hz).min()))
+    return Impact(
+        settings.impact.peak_n, settings.impact.width_ms * 1e-3, 1 / float(np.diff(data.frequency_hz).min())
+    )
 
 
 def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
     """The FRFs of a measurement as its file and its repeats give them."""
-    return read_source([file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate)
+    return read_source(
+        [file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate
+    )
 
 
 def _select(data: FrfSet, settings: MeasurementSettings, name: str) -> FrfSet:
@@ -227,10 +294,16 @@ def _select(data: FrfSet, settings: MeasurementSettings, name: str) -> FrfSet:
         channels = [Channel.parse(text, f"{name} {key}") for text in wanted]
         for channel in channels:
             if channel not in present:
-                raise InputError(f"{name} {key}", f"channel {channel} is not in the file", "one of " + ", ".join(map(str, present)))
+                raise InputError(
+                    f"{name} {key}",
+                    f"channel {channel} is not in the file",
+                    "one of " + ", ".join(map(str, present)),
+                )
         return [present.index(channel) for channel in channels]
 
-    return data.pairs(numbers(settings.outputs, data.outputs, "outputs"), numbers(settings.inputs, data.inputs, "inputs"))
+    return data.pairs(
+        numbers(settings.outputs, data.outputs, "outputs"), numbers(settings.inputs, data.inputs, "inputs")
+    )
 
 
 def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
@@ -238,13 +311,23 @@ def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSe
     inside = data.band(*band) if band else data.lines(data.frequency_hz > 0)
     if not len(inside.frequency_hz):
         span = f"[{band[0]:g}, {band[1]:g}] Hz" if band else "above 0 Hz"
-        raise InputError(name, f"no frequency line in the band {span}", f"a band within {first:g} to {last:g} Hz", "change `band_hz`")
+        raise InputError(
+            name,
+            f"no frequency line in the band {span}",
+            f"a band within {first:g} to {last:g} Hz",
+            "change `band_hz`",
+        )
     partly = np.isnan(inside.frf).any(axis=0) & inside.measured
     if partly.any():
         output, entry = np.argwhere(partly)[0]
         line = inside.frequency_hz[np.isnan(inside.frf[:, output, entry])][0]
         where = f"{name} FRF {inside.outputs[output]}/{inside.inputs[entry]}"
-        raise InputError(where, f"not a number at {line:g} Hz", "finite values in the band", "repair the file or leave the channel out")
+        raise InputError(
+            where,
+            f"not a number at {line:g} Hz",
+            "finite values in the band",
+            "repair the file or leave the channel out",
+        )
     return inside
 
 

@@ -1,7 +1,7 @@
 """Profile likelihood of one parameter: the best gap that the others can reach for each of its values.
 
-Where the curve is a parabola in ln value, the interval of `identify.fitting.uncertainty` is right; where it is flat to one
-side, the data give only a bound (Raue et al., Bioinformatics 25, 2009).
+Where the curve is a parabola in ln value, the interval of `identify.fitting.uncertainty` is right; where it
+is flat to one side, the data give only a bound (Raue et al., Bioinformatics 25, 2009).
 """
 
 from __future__ import annotations
@@ -10,22 +10,22 @@ import contextlib
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.fitting.optimizers.base import Ended, Search, parse_optimizer
-from identify.fitting.uncertainty import Trust
+from identify.fitting.uncertainty import Uncertainty
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.problem import Problem
 
-Array = NDArray[np.float64]
 _LEVEL = 3.841  # 95 % of chi-square with one degree of freedom
 
 
 @dataclass(frozen=True)
 class Profile:
-    """values (n,) of the parameter, and by how much each raises chi-square (n,), over the inflation of the intervals squared.
+    """values (n,) of the parameter, and by how much each raises chi-square (n,), over the inflation of the
+    intervals squared.
 
     low, high: where it crosses the 95 % level, NaN where it does not within the values.
     """
@@ -37,7 +37,7 @@ class Profile:
     high: float
 
 
-def profile(problem: Problem, best: Array, trusted: Trust, name: str, points: int = 13) -> Profile:
+def profile(problem: Problem, best: Array, trusted: Uncertainty, name: str, points: int = 13) -> Profile:
     """Profile a free parameter around the optimum `best` (parameters,), 4 standard deviations either side.
 
     Needs FRFs with known noise.  An unknown or fixed parameter is an InputError.
@@ -65,13 +65,19 @@ def profile(problem: Problem, best: Array, trusted: Trust, name: str, points: in
             parameters = tuple(held if n == number else p for n, p in enumerate(problem.parameters))
             search = Search(objective, Scale(parameters), 60)
             with contextlib.suppress(Ended):
-                parse_optimizer("gauss-newton").minimize(search, np.delete(x, position), np.random.default_rng(0))
+                parse_optimizer("gauss-newton").minimize(
+                    search, np.delete(x, position), np.random.default_rng(0)
+                )
             rise[step] = (_chi_square(search.best_cost, count) - base) / inflation**2
             if search.best_x is not None:
                 warm = search.scale.to_values(search.best_x)
     middle = points // 2
     return Profile(
-        name, values, rise, _crossing(values[: middle + 1][::-1], rise[: middle + 1][::-1]), _crossing(values[middle:], rise[middle:])
+        name,
+        values,
+        rise,
+        _crossing(values[: middle + 1][::-1], rise[: middle + 1][::-1]),
+        _crossing(values[middle:], rise[middle:]),
     )
 
 
@@ -80,7 +86,9 @@ def _chi_square(gap: float, count: int) -> float:
 
 
 def _crossing(values: Array, rise: Array) -> float:
-    """Where the rise first crosses the 95 % level, by interpolation in ln value (or value); NaN where it does not."""
+    """Where the rise first crosses the 95 % level, by interpolation in ln value (or value); NaN where it does
+    not.
+    """
     above = np.flatnonzero(rise > _LEVEL)
     if not above.size or above[0] == 0:
         return float("nan")

@@ -35,7 +35,9 @@ def description_of(file: StudyFile) -> results.Description:
 
 
 def _text(path: Path) -> str:
-    return path.read_bytes().decode("utf-8-sig", errors="replace")  # a name in another encoding must not cost a finished fit
+    return path.read_bytes().decode(
+        "utf-8-sig", errors="replace"
+    )  # a name in another encoding must not cost a finished fit
 
 
 def study_settings(file: StudyFile) -> SettingTable:

@@ -1,4 +1,6 @@
-"""Published values to set beside a fit's own: `source`, `parameters` (name: value) and `modes`, in a YAML file."""
+"""Published values to set beside a fit's own: `source`, `parameters` (name: value) and `modes`, in a YAML
+file.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +26,23 @@ class Reference:
 
 
 def read_reference(path: Path, known: list[str]) -> Reference:
-    """The reference values of a study; a name that is no parameter of the study (`known`) is an InputError."""
+    """The reference values of a study; a name that is no parameter of the study (`known`) is an
+    InputError.
+    """
     try:
         data = YAML(typ="safe").load(path.read_text(encoding="utf-8"))
     except (OSError, YAMLError) as error:
-        raise InputError(str(path), f"cannot be read ({error})", "a YAML file with source, parameters and modes") from error
-    if not isinstance(data, dict) or set(data) - {"source", "parameters", "modes"} or not isinstance(data.get("source"), str):
-        raise InputError(str(path), "other keys", "`source` (text), `parameters` (name: value) and `modes` (a list)")
+        raise InputError(
+            str(path), f"cannot be read ({error})", "a YAML file with source, parameters and modes"
+        ) from error
+    if (
+        not isinstance(data, dict)
+        or set(data) - {"source", "parameters", "modes"}
+        or not isinstance(data.get("source"), str)
+    ):
+        raise InputError(
+            str(path), "other keys", "`source` (text), `parameters` (name: value) and `modes` (a list)"
+        )
     parameters = data.get("parameters") or {}
     for name, value in parameters.items():
         if name not in known:
@@ -39,5 +51,7 @@ def read_reference(path: Path, known: list[str]) -> Reference:
             raise InputError(f"{path} {name}", f"found {value!r}", "a number")
     rows = [(f"{path} mode {number}", mode) for number, mode in enumerate(data.get("modes") or [], start=1)]
     return Reference(
-        data["source"], {name: float(value) for name, value in parameters.items()}, parse_modes(rows, str(path)) if rows else None
+        data["source"],
+        {name: float(value) for name, value in parameters.items()},
+        parse_modes(rows, str(path)) if rows else None,
     )

@@ -30,10 +30,11 @@ def run_fit(
     resume: bool = False,
     profiled: Sequence[str] = (),
 ) -> tuple[results.FitResult, Path]:
-    """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the study.
+    """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the
+    study.
 
-    profiled: names of parameters whose profile likelihood is wanted.  While it runs, the file holds what `resume` needs;
-    a finished run of the same study is not run again by it.
+    profiled: names of parameters whose profile likelihood is wanted.  While it runs, the file holds what
+    `resume` needs; a finished run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
@@ -49,7 +50,9 @@ def fit_study(
     replace: bool = False,
     profiled: Sequence[str] = (),
 ) -> results.FitResult:
-    """The same for a study that has been read; replace: where `resume` finds a run of something else, begin anew instead of refusing."""
+    """The same for a study that has been read; replace: where `resume` finds a run of something else, begin
+    anew instead of refusing.
+    """
     progress = progress or Progress()
     with threadpool_limits(1):
         problem = load_problem(file)
@@ -58,11 +61,15 @@ def fit_study(
         def compute() -> results.FitResult:
             return evaluate(problem, fit(problem, progress), key, profiled)
 
-        return resumable(path, key, results.FitResult, progress.journal, compute, resume=resume, replace=replace)
+        return resumable(
+            path, key, results.FitResult, progress.journal, compute, resume=resume, replace=replace
+        )
 
 
 def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
-    """The finished run of this very study, data and versions at `path`, told from the hashes of its input files, which are not parsed."""
+    """The finished run of this very study, data and versions at `path`, told from the hashes of its input
+    files, which are not parsed.
+    """
     if any(m.repeats for m in file.study.measurements):
         return None  # their mean has no hash of its own
     try:
@@ -76,8 +83,13 @@ def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
 def run_checks(config: Path) -> dict[str, list[Finding]]:
     """The findings on every FRF measurement of a study, by its name."""
     file = read_study(config)
-    names = {node: point.name for node, point in (read_points(file.resolve(file.study.points)) if file.study.points else {}).items()}
+    names = {
+        node: point.name
+        for node, point in (read_points(file.resolve(file.study.points)) if file.study.points else {}).items()
+    }
     measurements = zip(measurement_names(file.study.measurements), file.study.measurements, strict=True)
     return {
-        name: check(read_frfs(file, settings), names, file.study.band_hz) for name, settings in measurements if settings.file is not None
+        name: check(read_frfs(file, settings), names, file.study.band_hz)
+        for name, settings in measurements
+        if settings.file is not None
     }

@@ -1,4 +1,6 @@
-"""`identify init`: a commented starter config beside a robot and its data, with everything read from the files that they say."""
+"""`identify init`: a commented starter config beside a robot and its data, with everything read from the
+files that they say.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +19,11 @@ from identify.robot.settings import RobotSettings
 
 _TABLES = (".yaml", ".yml")
 _TEMPLATE = """\
-# A study of identify.  Keys that are missing have defaults; `identify config` prints them all.  SI units unless a key says otherwise.
+# A study of identify.  Keys that are missing have defaults; `identify config` prints them all.
+# SI units unless a key says otherwise.
 schema: identify/1
 name: {{ name }}                     # names the result file in reports/
-robot: { {{- robot_key }}: {{ robot }}}   # add `payload: [{link: {{ last_link }}, mass_kg: 5}]` for what it carries
+robot: { {{- robot_key }}: {{ robot }}}   # add `payload: [{link: {{ last_link }}, mass_kg: 5}]`
 points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
 measurements:
 {%- for m in measurements %}
@@ -31,8 +34,8 @@ measurements:
     quantity: null                   # FILL IN: receptance, mobility or accelerance; the file does not say
     unit: null                       # FILL IN: such as m/s^2/N or g/N
 {%- endif %}
-    averages: null                   # FILL IN: averages behind each FRF; the noise follows from them and the coherence
-    window_decay_per_s: 0.0          # sigma of an exponential window exp(-sigma t) on force and response; 0: none
+    averages: null                   # FILL IN: averages behind each FRF; the noise follows from them
+    window_decay_per_s: 0.0          # sigma of an exponential window exp(-sigma t); 0: none
 {%- endif %}
     use: fit                         # or `validate`: never fitted, only predicted
 {%- endfor %}
@@ -41,7 +44,7 @@ effects:                             # the physics of the model; one line per ef
   - kind: joint-compliance
     joints: all
     axes: [rz]                       # rz: about the joint's own axis; rx, ry: tilt; tx, ty: radial; tz: axial
-    # stiffness: {initial: [1.0e+6, ...], bounds: [1.0e+4, 1.0e+8]}   # N m/rad; default: from the robot's inertia
+    # stiffness: {initial: [1.0e+6, ...], bounds: [1.0e+4, 1.0e+8]}   # N m/rad; default: from inertia
     # damping: {damping_ratio: 0.03}
   # - {kind: base-compliance, axes: [rx, ry]}
 cost: {{ cost }}   # FRFs: frf-least-squares, frf-area, normalized-response; modal tables: eigenfrequency
@@ -52,7 +55,9 @@ seed: 1
 
 
 def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None) -> Path:
-    """Write the config and return its path; an existing file is not overwritten, and files that cannot be read are InputErrors."""
+    """Write the config and return its path; an existing file is not overwritten, and files that cannot be
+    read are InputErrors.
+    """
     if out.exists():
         raise InputError(str(out), "the file exists", "a new file", "choose another with `--out`")
     key = "dh" if robot.suffix in _TABLES else "urdf"
@@ -69,7 +74,11 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
         measurements=entries,
         zeros=[0.0] * len(described.joints),
         joints=_joints(described),
-        band=[round(max(band[0] for band in bands), 3), round(min(band[1] for band in bands), 3)] if bands else [3, 80],
+        band=(
+            [round(max(band[0] for band in bands), 3), round(min(band[1] for band in bands), 3)]
+            if bands
+            else [3, 80]
+        ),
         has_frf=bool(bands),
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
@@ -79,7 +88,9 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
 
 @dataclass(frozen=True)
 class _Entry:
-    """What the template needs of one data file; band (Hz) of FRFs; unknown: the file does not say its quantity or unit."""
+    """What the template needs of one data file; band (Hz) of FRFs; unknown: the file does not say its
+    quantity or unit.
+    """
 
     key: str
     file: str
@@ -95,13 +106,24 @@ def _measurement(path: Path, folder: Path) -> _Entry:
     try:
         frf_set = load_frf_set(path, FrfFileOptions())
     except InputError as error:
-        unknown = True  # perhaps the file only does not say its quantity or unit: then the config asks for them
+        unknown = (
+            True  # perhaps the file only does not say its quantity or unit: then the config asks for them
+        )
         try:
             frf_set = load_frf_set(path, FrfFileOptions(quantity="accelerance", unit="m/s^2/N"))
         except InputError:
             raise error from None
-    size = f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)} lines"
-    return _Entry("file", _relative(path, folder), size, (float(frf_set.frequency_hz[0]), float(frf_set.frequency_hz[-1])), unknown)
+    size = (
+        f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)}"
+        " lines"
+    )
+    return _Entry(
+        "file",
+        _relative(path, folder),
+        size,
+        (float(frf_set.frequency_hz[0]), float(frf_set.frequency_hz[-1])),
+        unknown,
+    )
 
 
 def _joints(robot: Robot) -> str:

@@ -24,13 +24,17 @@ _ROBUST_THEN_LIKELY: tuple[dict[str, Any], ...] = (
     {"kind": "gauss-newton", "cost": {"kind": "frf-least-squares", "residual": "log"}},
     {"kind": "gauss-newton"},
 )
-"""Default stages of FRF least squares: log residuals find the valley from poor guesses, the likelihood its bottom."""
+"""Default stages of FRF least squares: log residuals find the valley from poor guesses, the likelihood its
+bottom.
+"""
 
 
 class RelativeNoise(Settings):
     """Noise as a share of each FRF's own RMS over the band."""
 
-    relative: float = Field(gt=0, description="standard deviation of the complex value over the RMS of the FRF")
+    relative: float = Field(
+        gt=0, description="standard deviation of the complex value over the RMS of the FRF"
+    )
 
 
 class ImpactSettings(Settings):
@@ -38,7 +42,9 @@ class ImpactSettings(Settings):
 
     peak_n: float = Field(gt=0, description="mean peak force of the blows, N")
     width_ms: float = Field(
-        6.5, gt=0, description="how long a blow lasts, ms; friction torques found are in proportion to peak times width"
+        6.5,
+        gt=0,
+        description="how long a blow lasts, ms; friction torques found are in proportion to peak times width",
     )
 
 
@@ -47,18 +53,30 @@ class MeasurementSettings(FrfFileOptions):
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
     name: str | None = Field(None, description="default: the file's name")
-    file: Path | None = Field(None, description="FRFs: .uff, .unv, .csv, .h5, .mat; with `estimate`, time histories")
+    file: Path | None = Field(
+        None, description="FRFs: .uff, .unv, .csv, .h5, .mat; with `estimate`, time histories"
+    )
     estimate: Estimation | None = Field(None, description="estimate FRFs from the time histories in the file")
-    repeats: list[Path] = Field([], description="further files of the same measurement: the mean is used, its noise is their scatter")
+    repeats: list[Path] = Field(
+        [], description="further files of the same measurement: the mean is used, its noise is their scatter"
+    )
     modes: Path | None = Field(None, description="modal table: .yaml or .csv")
     shapes: Path | None = Field(None, description="mode shapes of a modal table in .csv")
     posture_deg: list[float] = Field(description="joint angles, one per joint")
-    speed_deg_per_s: list[float] | None = Field(None, description="joint speeds of a robot that moved, one per joint: Coriolis terms")
+    speed_deg_per_s: list[float] | None = Field(
+        None, description="joint speeds of a robot that moved, one per joint: Coriolis terms"
+    )
     detached: str | None = Field(None, description="this link and all beyond it were taken off")
-    outputs: list[str] | None = Field(None, description="response channels to use, such as 12:+Z; default: all")
+    outputs: list[str] | None = Field(
+        None, description="response channels to use, such as 12:+Z; default: all"
+    )
     inputs: list[str] | None = Field(None, description="force channels to use; default: all")
-    impact: ImpactSettings | None = Field(None, description="the blows of a hammer test; needed by amplitude-dependent effects only")
-    noise: Literal["coherence"] | RelativeNoise = Field("coherence", description="`coherence` (with `averages`), or {relative: 0.02}")
+    impact: ImpactSettings | None = Field(
+        None, description="the blows of a hammer test; needed by amplitude-dependent effects only"
+    )
+    noise: Literal["coherence"] | RelativeNoise = Field(
+        "coherence", description="`coherence` (with `averages`), or {relative: 0.02}"
+    )
     use: Literal["fit", "validate"] = Field("fit", description="`validate`: never fitted, only predicted")
 
     @model_validator(mode="after")
@@ -89,32 +107,58 @@ class Study(Settings):
     schema_: Literal["identify/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("study", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings
-    points: Path | None = Field(None, description="CSV of measurement points; needed for FRFs and mode shapes")
+    points: Path | None = Field(
+        None, description="CSV of measurement points; needed for FRFs and mode shapes"
+    )
     measurements: list[MeasurementSettings] = Field(min_length=1)
-    band_hz: tuple[float, float] | None = Field(None, description="lowest and highest frequency used; default: all lines")
+    band_hz: tuple[float, float] | None = Field(
+        None, description="lowest and highest frequency used; default: all lines"
+    )
     effects: list[Annotated[Effect, BeforeValidator(parse_effect)]] = Field(
         [parse_effect({"kind": "joint-compliance"})],
         min_length=1,
         description="the physics of the model; default: drive compliance of all joints",
     )
-    initial: dict[str, float] = Field({}, description="start values by name of parameter, over those of the effects")
+    initial: dict[str, float] = Field(
+        {}, description="start values by name of parameter, over those of the effects"
+    )
     cost: Annotated[Cost, BeforeValidator(parse_cost)] = Field(
         parse_cost("frf-least-squares"), description="how far a model is from the data"
     )
-    optimizer: Annotated[list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)] = Field(
-        [], description="stages, one after the other; default: gauss-newton on log residuals, then the likelihood; else hybrid"
+    optimizer: Annotated[
+        list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)
+    ] = Field(
+        [],
+        description=(
+            "stages, one after the other; default: gauss-newton on log residuals, then the likelihood; else"
+            " hybrid"
+        ),
     )
-    modal: ModalSettings = Field(ModalSettings(), description="how modes are found in measured FRFs, for `identify modes` and beside a fit")
-    starts: int = Field(10, ge=1, description="at most this many starts; fewer when three agree on a minimum that explains the data")
-    start_factor: float = Field(3.0, gt=1, description="further starts are drawn within this factor of the initial values")
+    modal: ModalSettings = Field(
+        ModalSettings(),
+        description="how modes are found in measured FRFs, for `identify modes` and beside a fit",
+    )
+    starts: int = Field(
+        10,
+        ge=1,
+        description="at most this many starts; fewer when three agree on a minimum that explains the data",
+    )
+    start_factor: float = Field(
+        3.0, gt=1, description="further starts are drawn within this factor of the initial values"
+    )
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
     seed: int = Field(1, ge=0, description="all chance comes from this number")
-    reference: Path | None = Field(None, description="published values (.yaml) that reports set beside the fitted ones")
+    reference: Path | None = Field(
+        None, description="published values (.yaml) that reports set beside the fitted ones"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Study:
         if self.band_hz is not None and not 0 <= self.band_hz[0] < self.band_hz[1]:
-            raise ValueError(f"band_hz: found [{self.band_hz[0]:g}, {self.band_hz[1]:g}]; expected the lower frequency first")
+            raise ValueError(
+                f"band_hz: found [{self.band_hz[0]:g}, {self.band_hz[1]:g}]; expected the lower frequency"
+                " first"
+            )
         if all(measurement.use == "validate" for measurement in self.measurements):
             raise ValueError("measurements: all are for validation; expected at least one with `use: fit`")
         return self
@@ -125,11 +169,17 @@ class Study(Settings):
         if self.optimizer:
             return self.optimizer
         robust = self.cost == parse_cost("frf-least-squares")
-        return [parse_optimizer(dict(stage)) for stage in _ROBUST_THEN_LIKELY] if robust else [parse_optimizer("hybrid")]
+        return (
+            [parse_optimizer(dict(stage)) for stage in _ROBUST_THEN_LIKELY]
+            if robust
+            else [parse_optimizer("hybrid")]
+        )
 
     @property
     def last_resort(self) -> list[Optimizer]:
-        """The stages of one more start where the default ones did not agree; none where the study chose its optimizer."""
+        """The stages of one more start where the default ones did not agree; none where the study chose its
+        optimizer.
+        """
         if self.optimizer or self.stages == [parse_optimizer("hybrid")]:
             return []
         globally = {**_ROBUST_THEN_LIKELY[0], "kind": "hybrid", "evaluations": 4000, "rounds": 1}
@@ -143,6 +193,7 @@ class StudyFile(ConfigFile[Study]):
 def read_study(path: Path) -> StudyFile:
     """The study in a YAML file.
 
-    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is wrong.
+    Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is
+    wrong.
     """
     return StudyFile.of(path, *read_settings(path, Study, SCHEMA))

@@ -1,36 +1,43 @@
-"""How far a fit of vibration can be trusted: the information in FRFs and modes, the variance of its scores, structured residuals."""
+"""How far a fit of vibration can be trusted: the information in FRFs and modes, the variance of its scores,
+structured residuals.
+"""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
-from identify.fitting.uncertainty import Trust, sandwich
+from identify.fitting.uncertainty import Uncertainty, sandwich
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.vibration.costs.eigenfrequency import pair_all
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.intp]
 FREQUENCY_STD, DAMPING_STD = 0.005, 0.10
-"""Relative standard deviations assumed of measured modes that come without: 0.5 % of frequency, 10 % of damping ratio."""
+"""Relative standard deviations assumed of measured modes that come without: 0.5 % of frequency, 10 % of
+damping ratio.
+"""
 ALIKE = 0.45
-"""Correlation of neighbouring lines up to which a residual passes as unstructured (a window that decays to a third correlates them by 0.33)."""
+"""Correlation of neighbouring lines up to which a residual passes as unstructured (a window that decays to a
+third correlates them by 0.33).
+"""
 _LAGS, _POOL = 20, 45
-"""Neighbouring lines whose correlation is counted; lines over which the level of noise on the force is averaged."""
+"""Neighbouring lines whose correlation is counted; lines over which the level of noise on the force is
+averaged.
+"""
 
 
-def trust(targets: Targets, scale: Scale, values: Array) -> Trust:
+def uncertainty(targets: Targets, scale: Scale, values: Array) -> Uncertainty:
     """The intervals and their limits at parameter values (parameters,)."""
     information, variance, count = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
     return sandwich(information, variance, count, scale, values, tuple(_structure(targets, values)))
 
 
 def gap(targets: Targets, values: Array) -> float:
-    """RMS of the residuals in units of noise over everything: 1 is perfect; NaN where no FRF noise is known."""
+    """RMS of the residuals in units of noise over everything: 1 is perfect; NaN where no FRF noise is
+    known.
+    """
     if any(target.noise is None for target in targets.frf):
         return float("nan")
     nothing = np.zeros(0, dtype=int)
@@ -62,11 +69,13 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
 
 
 def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
-    """Variance (f, f) of the scores Re sum conj(J) e of one force: e (lines, outputs), j (lines, outputs, f), FRFs over noise h like e.
+    """Variance (f, f) of the scores Re sum conj(J) e of one force: e (lines, outputs), j (lines, outputs, f),
+    FRFs over noise h like e.
 
-    At each line e = c u + rest, with u the unit vector along h: noise on the force multiplies all responses alike and so
-    is in c only, with a variance 2 (1 + b |h|^2) when that of the rest is 2.  b (over neighbouring lines), the variance of
-    the rest and the correlation over lines are taken from the residual, pooled, so that they are far less noisy than the scores.
+    At each line e = c u + rest, with u the unit vector along h: noise on the force multiplies all responses
+    alike and so is in c only, with a variance 2 (1 + b |h|^2) when that of the rest is 2.  b (over
+    neighbouring lines), the variance of the rest and the correlation over lines are taken from the residual,
+    pooled, so that they are far less noisy than the scores.
     """
     size = np.linalg.norm(h, axis=1, keepdims=True)
     u = h / np.where(size > 0, size, 1.0)
@@ -79,7 +88,9 @@ def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
     turned, left = other * np.conj(j), other * a
     total = _outer(common, common) + _outer(turned, turned) - _outer(left, left)
     for lag in range(1, min(_LAGS, len(c) // 5) + 1):
-        alike = complex(np.sum(np.conj(e[:-lag]) * e[lag:]) / max(float(np.sum(np.abs(e) ** 2)), np.finfo(float).tiny))
+        alike = complex(
+            np.sum(np.conj(e[:-lag]) * e[lag:]) / max(float(np.sum(np.abs(e) ** 2)), np.finfo(float).tiny)
+        )
         pairs = ((common, 1), (turned, 1), (left, -1))
         cross = sum((sign * _outer(x[:-lag], x[lag:], alike) for x, sign in pairs), np.zeros_like(total))
         total += cross + cross.T
@@ -87,11 +98,15 @@ def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
 
 
 def _common_variance(squares: Array, power: Array, rest: float) -> Array:
-    """Variance rest + b |h|^2 (lines,) of c from its squares, b >= 0 by maximum likelihood over neighbouring lines; power is |h|^2."""
+    """Variance rest + b |h|^2 (lines,) of c from its squares, b >= 0 by maximum likelihood over neighbouring
+    lines; power is |h|^2.
+    """
     kernel, b, floor = np.ones(min(_POOL, len(power))), np.zeros(len(power)), np.finfo(float).tiny
     for _ in range(6):
         weight = power / (rest + b * power + floor) ** 2
-        top, bottom = (np.convolve(part, kernel, "same") for part in (weight * (squares - rest), weight * power))
+        top, bottom = (
+            np.convolve(part, kernel, "same") for part in (weight * (squares - rest), weight * power)
+        )
         b = np.maximum(top / np.maximum(bottom, floor), 0.0)
     return np.asarray(rest + b * power)
 
@@ -103,7 +118,9 @@ def _outer(a: Complex, b: Complex, factor: complex = 1.0) -> Array:
 
 
 def _frf_residuals(target: FrfTarget, values: Array, free: Index | None) -> tuple[Complex, Complex]:
-    """Complex residuals over noise (lines, pairs) and derivatives (lines, pairs, free); unknown noise is taken from the residual."""
+    """Complex residuals over noise (lines, pairs) and derivatives (lines, pairs, free); unknown noise is
+    taken from the residual.
+    """
     if free is None:
         h, gradient = target.predict_pairs(values), np.zeros((0, 0, 0), dtype=complex)
     else:
@@ -118,11 +135,15 @@ def _frf_residuals(target: FrfTarget, values: Array, free: Index | None) -> tupl
 
 
 def _modal_residuals(target: ModalTarget, values: Array, free: Index) -> tuple[Array, Array]:
-    """Differences of frequency, then of known damping ratios, over their standard deviations; derivatives (r, free)."""
+    """Differences of frequency, then of known damping ratios, over their standard deviations; derivatives (r,
+    free).
+    """
     modes, data = complex_modes(*target.system.matrices(values)), target.data
     order = pair_all(target, modes)
     d_frequency, d_damping = frequency_and_damping_gradient(modes, target.system.factors, len(values))
-    frequency_std = data.frequency_hz * FREQUENCY_STD if data.frequency_std_hz is None else data.frequency_std_hz
+    frequency_std = (
+        data.frequency_hz * FREQUENCY_STD if data.frequency_std_hz is None else data.frequency_std_hz
+    )
     damping_std = data.damping_ratio * DAMPING_STD if data.damping_std is None else data.damping_std
     known = np.isfinite(data.damping_ratio / damping_std)
     frequency = (modes.frequency_hz[order] - data.frequency_hz) / frequency_std
@@ -132,7 +153,9 @@ def _modal_residuals(target: ModalTarget, values: Array, free: Index) -> tuple[A
 
 
 def _structure(targets: Targets, values: Array) -> list[str]:
-    """A warning where the residual is more than the stated noise, and a stronger one where it hangs together over lines."""
+    """A warning where the residual is more than the stated noise, and a stronger one where it hangs together
+    over lines.
+    """
     squares = lagged = count = 0.0
     for target in targets.frf:
         if target.noise is None:
@@ -144,8 +167,12 @@ def _structure(targets: Targets, values: Array) -> list[str]:
         return []
     level, alike = np.sqrt(squares / count), lagged / squares
     if alike <= ALIKE:
-        return [f"the residual is {level:.2f} times the stated noise but without structure: the intervals are widened by it"]
+        return [
+            f"the residual is {level:.2f} times the stated noise but without structure: the intervals are"
+            " widened by it"
+        ]
     return [
-        f"the residual is {level:.2f} times the noise and structured (neighbouring lines correlate by {alike:.2f}): something is missing "
-        "from the model or wrong in the data, so values may be biased; the intervals are widened but cannot be relied on"
+        f"the residual is {level:.2f} times the noise and structured (neighbouring lines correlate by"
+        f" {alike:.2f}): something is missing from the model or wrong in the data, so values may be biased;"
+        " the intervals are widened but cannot be relied on"
     ]

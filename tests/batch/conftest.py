@@ -42,10 +42,17 @@ def workers_find_the_tests() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def cluster() -> Iterator[str]:
     """The address of a local Dask scheduler with two worker processes; skips where Dask is not installed."""
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed (the extra `cluster`): its executor is not tested")
+    distributed = pytest.importorskip(
+        "distributed", reason="Dask is not installed (the extra `cluster`): its executor is not tested"
+    )
     silence = logging.CRITICAL
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=silence, memory_limit=0
+        n_workers=2,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address=":0",
+        silence_logs=silence,
+        memory_limit=0,
     ) as made:
         yield made.scheduler_address
 
@@ -70,7 +77,9 @@ class Inline(Pool):
         future: Future[Any] = Future()
         begun = time.perf_counter()
         try:
-            outcome = Outcome("done", value=getattr(import_module(module), name)(**arguments, attempt=attempt) or {})
+            outcome = Outcome(
+                "done", value=getattr(import_module(module), name)(**arguments, attempt=attempt) or {}
+            )
         except Exception as error:
             outcome = failure(error)
         future.set_result(Outcome(outcome.ended, outcome.error, outcome.value, time.perf_counter() - begun))
@@ -99,7 +108,9 @@ def at_once() -> Iterator[None]:
 
 
 def kill_one(executor: Executor, rng: np.random.Generator) -> bool:
-    """Kill a worker process: one of ours, or one of Dask's with all that is below it; whether there was one."""
+    """Kill a worker process: one of ours, or one of Dask's with all that is below it; whether there was
+    one.
+    """
     pids = [one.pid for one in list(child._all)]
     client = getattr(executor.pool, "_client", None)
     if client is not None:

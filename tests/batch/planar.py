@@ -1,6 +1,8 @@
-"""A planar three-joint arm for batches: its FRFs from closed forms written here, with noise, and the files that a user would have.
+"""A planar three-joint arm for batches: its FRFs from closed forms written here, with noise, and the files
+that a user would have.
 
-All axes are vertical, so gravity has no part.  Links are rods along their x axis; at every joint a spring and a damper.
+All axes are vertical, so gravity has no part.  Links are rods along their x axis; at every joint a spring and
+a damper.
 
     M = sum m_i Jc_i' Jc_i + I_i w_i w_i',   H = s^2 J_out (K + s C + s^2 M)^-1 J_in'
 """
@@ -40,7 +42,9 @@ def postures(count: int, seed: int = 1) -> np.ndarray:
 def _jacobian(q: np.ndarray, link: int, along: float) -> np.ndarray:
     """(2, 3): motion of a point on a link (from 1) in the base's axes."""
     angles = np.cumsum(q)
-    joints = np.vstack([np.zeros(2), np.cumsum(LENGTH[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1), axis=0)])
+    joints = np.vstack(
+        [np.zeros(2), np.cumsum(LENGTH[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1), axis=0)]
+    )
     point = joints[link - 1] + along * np.array([np.cos(angles[link - 1]), np.sin(angles[link - 1])])
     away = point - joints[:link]
     columns = np.zeros((2, 3))
@@ -85,7 +89,10 @@ def frf_csv(q: np.ndarray, law: Law, rng: np.random.Generator) -> str:
     lines = ["# unit: m/s^2/N", "frequency_hz,output,input,real,imag"]
     for output, out in enumerate(names):
         for entry, force in enumerate(names[2:]):
-            lines += [f"{f:.6g},{out},{force},{v.real:.9g},{v.imag:.9g}" for f, v in zip(LINES, h[:, output, entry], strict=True)]
+            lines += [
+                f"{f:.6g},{out},{force},{v.real:.9g},{v.imag:.9g}"
+                for f, v in zip(LINES, h[:, output, entry], strict=True)
+            ]
     return "\n".join(lines) + "\n"
 
 
@@ -98,14 +105,20 @@ def urdf() -> str:
         inertia = f'<inertia ixx="{low}" iyy="{INERTIA[n]}" izz="{INERTIA[n]}" ixy="0" ixz="0" iyz="0"/>'
         parts.append(f'<link name="link{n + 1}"><inertial>{inertial}{inertia}</inertial></link>')
         parent, at = ("base", 0.0) if n == 0 else (f"link{n}", LENGTH[n - 1])
-        ends = f'<parent link="{parent}"/><child link="link{n + 1}"/><origin xyz="{at} 0 0"/><axis xyz="0 0 1"/>'
+        ends = (
+            f'<parent link="{parent}"/><child link="link{n + 1}"/><origin xyz="{at} 0 0"/><axis xyz="0 0 1"/>'
+        )
         limit = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'
         parts.append(f'<joint name="joint{n + 1}" type="revolute">{ends}{limit}</joint>')
     return "\n".join([*parts, "</robot>"])
 
 
-def write_study(folder: Path, angles: np.ndarray, law: Law = constant, seed: int = 1, starts: int = 1) -> Path:
-    """The base study, without measurements, its robot and points, a file of FRFs per posture (p01.csv, ...) and a table of them."""
+def write_study(
+    folder: Path, angles: np.ndarray, law: Law = constant, seed: int = 1, starts: int = 1
+) -> Path:
+    """The base study, without measurements, its robot and points, a file of FRFs per posture (p01.csv, ...)
+    and a table of them.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "robot.urdf").write_text(urdf())
     points = [f"{node},p{node},link{link},{along},0,0" for node, (link, along) in NODES.items()]
@@ -138,6 +151,16 @@ def write_batch(folder: Path, lines: Sequence[str] = ()) -> Path:
     each = f"each: {{noise: {{relative: {NOISE}}}}}"
     path = folder / "batch.yaml"
     path.write_text(
-        "\n".join(["schema: identify-batch/1", "name: planar", "study: study.yaml", "table: postures.csv", each, *lines]) + "\n"
+        "\n".join(
+            [
+                "schema: identify-batch/1",
+                "name: planar",
+                "study: study.yaml",
+                "table: postures.csv",
+                each,
+                *lines,
+            ]
+        )
+        + "\n"
     )
     return path

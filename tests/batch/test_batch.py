@@ -1,4 +1,6 @@
-"""Batches of fits: killed workers, broken inputs, interruption and resumption, on data from closed forms written in the tests."""
+"""Batches of fits: killed workers, broken inputs, interruption and resumption, on data from closed forms
+written in the tests.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify.batch.index import Index
+from identify.batch.index import BatchIndex
 from identify.batch.run import run_batch
 from identify.cli import app
 from identify.core.errors import InputError, InputErrors
@@ -39,7 +41,11 @@ def undisturbed(study: Path) -> BatchResult:
     """The batch, fitted in peace in this process."""
     seen: list[dict[str, int]] = []
     with in_this_process():
-        result, written = run_batch(study / "batch.yaml", study / "calm.h5", watch=lambda index: seen.append(_read(index.path)["counts"]))
+        result, written = run_batch(
+            study / "batch.yaml",
+            study / "calm.h5",
+            watch=lambda index: seen.append(_read(index.path)["counts"]),
+        )
     assert written[0] == study / "calm.h5"
     done = [counts["done"] for counts in seen]
     assert done == sorted(done), "the index can be read while the batch runs"
@@ -52,7 +58,9 @@ def _read(path: Path) -> dict[str, dict[str, int]]:
 
 def test_it_finds_that_a_stiffness_depends_on_posture(undisturbed: BatchResult) -> None:
     d = undisturbed.dependence
-    assert [name for name, depends in zip(d.parameter, d.depends, strict=True) if depends] == ["joint2.rz.stiffness"]
+    assert [name for name, depends in zip(d.parameter, d.depends, strict=True) if depends] == [
+        "joint2.rz.stiffness"
+    ]
     row = d.parameter.index("joint2.rz.stiffness")
     assert d.trend_joint[row] == 3
     assert d.slope_per_rad[row] == pytest.approx(0.15, abs=0.02)
@@ -78,12 +86,14 @@ def test_results_and_summary_are_files_that_reports_read(undisturbed: BatchResul
 
 
 def test_killed_workers_lose_nothing(opener: Opener, undisturbed: BatchResult, study: Path) -> None:
-    """Workers are killed while the batch runs, each time one more fit has ended; every result is whole and equal to the undisturbed one."""
+    """Workers are killed while the batch runs, each time one more fit has ended; every result is whole and
+    equal to the undisturbed one.
+    """
     rng, kills = np.random.default_rng(4), []
     with opener() as executor, always(executor):
         out = study / f"killed_{executor.about.split()[0]}.h5"
 
-        def kill(index: Index) -> None:
+        def kill(index: BatchIndex) -> None:
             if sum(kills) < KILLS and index.counts()["done"] >= sum(kills):
                 kills.append(kill_one(executor, rng))
 
@@ -104,7 +114,9 @@ def test_killed_workers_lose_nothing(opener: Opener, undisturbed: BatchResult, s
 def _equal(one: object, other: object) -> bool:
     """Whether two tables are the same, number by number."""
     pairs = [(value, getattr(other, name)) for name, value in vars(one).items()]
-    return all(np.array_equal(a, b, equal_nan=getattr(a, "dtype", np.dtype(bool)).kind == "f") for a, b in pairs)
+    return all(
+        np.array_equal(a, b, equal_nan=getattr(a, "dtype", np.dtype(bool)).kind == "f") for a, b in pairs
+    )
 
 
 def test_broken_inputs_are_told_and_the_rest_is_fitted(at_once: None, tmp_path: Path) -> None:
@@ -147,21 +159,28 @@ def test_an_interrupted_batch_goes_on_and_computes_nothing_twice(
 ) -> None:
     """Ctrl-C as soon as two fits have ended, while a worker is at the third."""
     out = tmp_path / "stop.h5"
-    changed = Index.changed
+    changed = BatchIndex.changed
 
-    def interrupted(index: Index) -> None:
+    def interrupted(index: BatchIndex) -> None:
         changed(index)
         if index.counts()["done"] == 2:
             signal.raise_signal(signal.SIGINT)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Index, "changed", interrupted)
-        done = CliRunner().invoke(app, ["batch", str(study / "batch.yaml"), "--out", str(out), "--workers", "1", "--no-report", "-q"])
+        patch.setattr(BatchIndex, "changed", interrupted)
+        done = CliRunner().invoke(
+            app,
+            ["batch", str(study / "batch.yaml"), "--out", str(out), "--workers", "1", "--no-report", "-q"],
+        )
     assert done.exit_code == 130
     assert not out.exists()
     index = out.with_suffix("") / "index.json"
     jobs: dict[str, Any] = _read(index)["jobs"]
-    kept = {name: (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns for name, job in jobs.items() if job["state"] == "done"}
+    kept = {
+        name: (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns
+        for name, job in jobs.items()
+        if job["state"] == "done"
+    }
     assert len(kept) == 2
     with in_this_process():
         resumed, _ = run_batch(study / "batch.yaml", out, resume=True)
@@ -175,7 +194,9 @@ def test_a_changed_input_is_fitted_again(at_once: None, tmp_path: Path) -> None:
     planar.write_study(tmp_path, planar.postures(2))
     config = planar.write_batch(tmp_path)
     run_batch(config, tmp_path / "out.h5")
-    (tmp_path / "p2.csv").write_text(planar.frf_csv(planar.postures(2)[1], planar.constant, np.random.default_rng(99)))
+    (tmp_path / "p2.csv").write_text(
+        planar.frf_csv(planar.postures(2)[1], planar.constant, np.random.default_rng(99))
+    )
     again, _ = run_batch(config, tmp_path / "out.h5", resume=True)
     assert "1 were kept" in again.verdict[0]
 

@@ -1,4 +1,6 @@
-"""The test for posture dependence on estimates that are drawn: false alarms as often as stated, real differences found."""
+"""The test for posture dependence on estimates that are drawn: false alarms as often as stated, real
+differences found.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,9 @@ from scipy import stats
 from identify.batch.homogeneity import holm, homogeneity
 
 
-def _drawn(rng: np.random.Generator, count: int, scatter: float = 0.0, slope: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _drawn(
+    rng: np.random.Generator, count: int, scatter: float = 0.0, slope: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     angles = rng.uniform(-1.0, 1.0, (count, 3))
     std = rng.uniform(0.005, 0.03, count)
     x = 10.0 + slope * angles[:, 1] + scatter * rng.normal(size=count) + std * rng.normal(size=count)
@@ -27,7 +31,9 @@ def test_false_alarms_come_as_often_as_stated() -> None:
 
 
 def test_the_statistic_by_another_route() -> None:
-    """Q is the rise of chi-square from a mean of each own to a common one; the mean is that of least squares."""
+    """Q is the rise of chi-square from a mean of each own to a common one; the mean is that of least
+    squares.
+    """
     x, std, angles = _drawn(np.random.default_rng(2), 9, scatter=0.02)
     found = homogeneity(x, std, angles)
     assert found is not None
@@ -39,8 +45,16 @@ def test_the_statistic_by_another_route() -> None:
 
 def test_scatter_and_trend_are_found_and_told_apart() -> None:
     rng = np.random.default_rng(3)
-    scattered, risen = homogeneity(*_drawn(rng, 100, scatter=0.05)), homogeneity(*_drawn(rng, 100, slope=0.08))
-    assert scattered is not None and risen is not None and scattered.trend is not None and risen.trend is not None
+    scattered, risen = (
+        homogeneity(*_drawn(rng, 100, scatter=0.05)),
+        homogeneity(*_drawn(rng, 100, slope=0.08)),
+    )
+    assert (
+        scattered is not None
+        and risen is not None
+        and scattered.trend is not None
+        and risen.trend is not None
+    )
     assert scattered.p_value < 1e-6
     assert scattered.scatter == pytest.approx(0.05, rel=0.2)
     assert scattered.trend.p_value > 0.01, "scatter is no trend"
@@ -52,7 +66,9 @@ def test_scatter_and_trend_are_found_and_told_apart() -> None:
 def test_too_little_to_tell() -> None:
     one = np.ones(1)
     assert homogeneity(one, 0.1 * one, np.zeros((1, 2))) is None
-    assert homogeneity(np.ones(3), np.array([0.1, np.nan, 0.0]), np.zeros((3, 2))) is None, "no interval, no test"
+    assert homogeneity(np.ones(3), np.array([0.1, np.nan, 0.0]), np.zeros((3, 2))) is None, (
+        "no interval, no test"
+    )
     still = homogeneity(np.ones(3), np.full(3, 0.1), np.zeros((3, 2)))
     assert still is not None and still.trend is None, "no angle varies"
 

@@ -11,7 +11,7 @@ import pytest
 from identify.batch import executor as executor_module
 from identify.batch import index as index_module
 from identify.batch.executor import Executor, open_executor, processors
-from identify.batch.index import Entry, Index
+from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job, Outcome, failure
 from identify.batch.loop import run_jobs
 from identify.core.errors import InputError
@@ -24,11 +24,13 @@ def _job(name: str, call: str, **arguments: object) -> Job:
     return Job(name, f"tests.batch.jobs:{call}", arguments)
 
 
-def _index(folder: Path, jobs: list[Job]) -> Index:
-    return Index(folder / "index.json", {"batch": "test", "workers": "some"}, {job.name: Entry() for job in jobs})
+def _index(folder: Path, jobs: list[Job]) -> BatchIndex:
+    return BatchIndex(
+        folder / "index.json", {"batch": "test", "workers": "some"}, {job.name: Entry() for job in jobs}
+    )
 
 
-def _run(jobs: list[Job], executor: Executor, folder: Path, limit_s: float = LIMIT_S) -> Index:
+def _run(jobs: list[Job], executor: Executor, folder: Path, limit_s: float = LIMIT_S) -> BatchIndex:
     index = _index(folder, jobs)
     run_jobs(jobs, executor, index, limit_s)
     return index
@@ -41,14 +43,21 @@ def test_every_fault_is_told_and_the_rest_is_done(opener: Opener, tmp_path: Path
     with opener() as executor:
         index = _run([*bad[:2], *good, *bad[2:], *unknown], executor, tmp_path)
     assert all(index.jobs[job.name].state == "done" and index.jobs[job.name].attempts == 1 for job in good)
-    assert index.jobs["wrong"] == Entry("failed", 2, "", index.jobs["wrong"].seconds, "ValueError: the numbers do not add up")
+    assert index.jobs["wrong"] == Entry(
+        "failed", 2, "", index.jobs["wrong"].seconds, "ValueError: the numbers do not add up"
+    )
     assert index.jobs["dies"].state == "failed"
     assert "worker process died (signal 9)" in index.jobs["dies"].error
     assert (index.jobs["dies_at_first"].state, index.jobs["dies_at_first"].attempts) == ("done", 3)
     assert (index.jobs["fails_at_first"].state, index.jobs["fails_at_first"].attempts) == ("done", 2)
     assert "no_such_function" in index.jobs["unknown"].error
     assert "ModuleNotFoundError" in index.jobs["nowhere"].error
-    assert json.loads(index.path.read_text())["counts"] == {"waiting": 0, "running": 0, "done": 6, "failed": 4}
+    assert json.loads(index.path.read_text())["counts"] == {
+        "waiting": 0,
+        "running": 0,
+        "done": 6,
+        "failed": 4,
+    }
 
 
 def test_a_job_that_never_returns_is_ended_and_its_worker_replaced(opener: Opener, tmp_path: Path) -> None:
@@ -87,7 +96,7 @@ def test_interrupted_jobs_wait_and_the_workers_end(tmp_path: Path) -> None:
     jobs = [_job(f"slow{n}", "slow", seconds=60.0, mark=str(tmp_path / f"slow{n}")) for n in range(3)]
     index, seen = _index(tmp_path, jobs), []
 
-    def interrupt(shown: Index) -> None:
+    def interrupt(shown: BatchIndex) -> None:
         seen.append(shown.counts())
         raise KeyboardInterrupt
 
@@ -100,7 +109,7 @@ def test_interrupted_jobs_wait_and_the_workers_end(tmp_path: Path) -> None:
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("identify-worker")]
 
 
-def _with(index: Index, name: str) -> Index:
+def _with(index: BatchIndex, name: str) -> BatchIndex:
     index.jobs = {name: Entry(), **index.jobs}
     return index
 
@@ -129,7 +138,9 @@ def test_an_error_is_full_only_when_the_disk_is() -> None:
     assert failure(wrapped) == Outcome("full", "a.h5: cannot be written; expected room.")
 
 
-def test_the_index_of_many_jobs_is_written_now_and_then(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_index_of_many_jobs_is_written_now_and_then(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A thousand changes while a write takes as long as they need must not be a thousand writes."""
     now, written = [0.0], []
     monkeypatch.setattr(index_module.time, "monotonic", lambda: now[0])
@@ -139,7 +150,9 @@ def test_the_index_of_many_jobs_is_written_now_and_then(tmp_path: Path, monkeypa
         now[0] += 0.05
 
     monkeypatch.setattr(index_module, "write_whole", slowly)
-    index = Index(tmp_path / "index.json", {"batch": "many"}, {f"j{n}": Entry() for n in range(1000)}, began=0.0)
+    index = BatchIndex(
+        tmp_path / "index.json", {"batch": "many"}, {f"j{n}": Entry() for n in range(1000)}, began=0.0
+    )
     for _ in range(1000):
         now[0] += 0.1
         index.changed()

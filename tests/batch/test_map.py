@@ -1,4 +1,6 @@
-"""Maps of a fitted model against closed forms written in the tests, and its intervals against draws from the covariance."""
+"""Maps of a fitted model against closed forms written in the tests, and its intervals against draws from the
+covariance.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,10 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("map")
     study = planar.write_study(folder / "study", planar.postures(2))
     angles = np.rad2deg(planar.postures(2))
-    rows = [f"  - {{file: p{n}.csv, posture_deg: {q.tolist()}, noise: {{relative: {planar.NOISE}}}}}" for n, q in enumerate(angles, 1)]
+    rows = [
+        f"  - {{file: p{n}.csv, posture_deg: {q.tolist()}, noise: {{relative: {planar.NOISE}}}}}"
+        for n, q in enumerate(angles, 1)
+    ]
     study.write_text(study.read_text() + "\n".join(["band_hz: [4, 64]", "measurements:", *rows]) + "\n")
     run_fit(study, folder / "fit.h5", {})
     for path in (folder / "study").iterdir():
@@ -46,7 +51,12 @@ def mapped(model: Path) -> MapResult:
     with always(Executor(Inline(), lambda: 1, "this process")):
         result, written = run_map(model, GRID)
     assert [path.name for path in written] == ["fit_map.h5", "fit_map.csv"]
-    assert sorted(path.name for path in model.parent.iterdir()) == ["fit.h5", "fit_map.csv", "fit_map.h5", "study"]
+    assert sorted(path.name for path in model.parent.iterdir()) == [
+        "fit.h5",
+        "fit_map.csv",
+        "fit_map.h5",
+        "study",
+    ]
     return result
 
 
@@ -54,7 +64,9 @@ def _fitted(model: Path) -> tuple[np.ndarray, np.ndarray]:
     """Fitted stiffness and damping, (3,) each."""
     p = result_file.read(model, FitResult).parameters
     found = dict(zip(p.name, p.value, strict=True))
-    stiffness, damping = ([found[f"joint{n}.rz.{what}"] for n in (1, 2, 3)] for what in ("stiffness", "damping"))
+    stiffness, damping = (
+        [found[f"joint{n}.rz.{what}"] for n in (1, 2, 3)] for what in ("stiffness", "damping")
+    )
     return np.array(stiffness), np.array(damping)
 
 
@@ -70,14 +82,23 @@ def test_receptance_compliance_and_modes_are_those_of_the_closed_form(model: Pat
         h = jacobian @ np.linalg.solve(z, np.broadcast_to(jacobian.T, (len(s), 3, 2)))
         assert rows.receptance_m_per_n[row][:, :2, :2] == pytest.approx(h, rel=1e-5, abs=1e-12)
         assert np.abs(rows.receptance_m_per_n[row][:, 2]).max() == 0, "a planar arm does not move along z"
-        assert rows.compliance_m_per_n[row, :2, :2] == pytest.approx(jacobian @ np.diag(1 / k) @ jacobian.T, rel=1e-6)
+        assert rows.compliance_m_per_n[row, :2, :2] == pytest.approx(
+            jacobian @ np.diag(1 / k) @ jacobian.T, rel=1e-6
+        )
         assert rows.peak_m_per_n[row, 0] == pytest.approx(np.abs(h[:, 0, 0]).max(), rel=1e-5)
-        state = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(mass, np.diag(k)), -np.linalg.solve(mass, np.diag(c))]])
+        state = np.block(
+            [
+                [np.zeros((3, 3)), np.eye(3)],
+                [-np.linalg.solve(mass, np.diag(k)), -np.linalg.solve(mass, np.diag(c))],
+            ]
+        )
         poles = sorted((v for v in np.linalg.eigvals(state) if v.imag > 0), key=abs)
         assert rows.frequency_hz[row] == pytest.approx(np.abs(poles) / 2 / np.pi, rel=1e-6)
         assert rows.damping_ratio[row] == pytest.approx(-np.real(poles) / np.abs(poles), rel=1e-5)
         angles = np.cumsum(q)
-        assert rows.tool_m[row, :2] == pytest.approx([planar.LENGTH @ np.cos(angles), planar.LENGTH @ np.sin(angles)], abs=1e-9)
+        assert rows.tool_m[row, :2] == pytest.approx(
+            [planar.LENGTH @ np.cos(angles), planar.LENGTH @ np.sin(angles)], abs=1e-9
+        )
 
 
 def test_intervals_are_those_of_draws_from_the_covariance(model: Path, mapped: MapResult) -> None:
@@ -102,7 +123,9 @@ def test_the_csv_has_the_numbers_of_the_file(mapped: MapResult, model: Path) -> 
         table = list(csv.DictReader(stream))
     assert [row["name"] for row in table] == list(kept.rows.name)
     assert [float(row["mode2_hz"]) for row in table] == pytest.approx(kept.rows.frequency_hz[:, 1])
-    assert [float(row["mode1_damping_high"]) for row in table] == pytest.approx(kept.rows.damping_high_95[:, 0])
+    assert [float(row["mode1_damping_high"]) for row in table] == pytest.approx(
+        kept.rows.damping_high_95[:, 0]
+    )
     assert [float(row["peak_y_m_per_n"]) for row in table] == pytest.approx(kept.rows.peak_m_per_n[:, 1])
     assert [float(row["joint3_deg"]) for row in table[:3]] == pytest.approx([-50.0, -45.0, -40.0])
 
@@ -151,7 +174,9 @@ def test_a_part_that_is_there_is_kept(model: Path, tmp_path: Path) -> None:
 def test_the_fitted_posture_gives_the_modes_of_the_fit(model: Path) -> None:
     result: results.FitResult = result_file.read(model, FitResult)
     fitted = fitted_model(result, "fit.h5")
-    rows = map_postures(fitted, tool_point(fitted, None), ["first"], fitted.posture[None], np.array([5.0, 9.0]), 3)
+    rows = map_postures(
+        fitted, tool_point(fitted, None), ["first"], fitted.posture[None], np.array([5.0, 9.0]), 3
+    )
     assert rows.frequency_hz[0] == pytest.approx(result.measurements["p1"].modes.frequency_hz)
 
 
@@ -164,7 +189,9 @@ def test_the_fitted_posture_gives_the_modes_of_the_fit(model: Path) -> None:
         (MapOptions(grid=((1, 0.0, 1.0, 2),), band_hz=(9.0, 2.0)), "the lower frequency first"),
     ],
 )
-def test_what_cannot_be_mapped(at_once: None, model: Path, tmp_path: Path, options: MapOptions, match: str) -> None:
+def test_what_cannot_be_mapped(
+    at_once: None, model: Path, tmp_path: Path, options: MapOptions, match: str
+) -> None:
     with pytest.raises(InputError, match=match):
         run_map(model, options, tmp_path / "x.h5")
 

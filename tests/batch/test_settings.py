@@ -28,7 +28,10 @@ def _batch(folder: Path, text: str) -> Path:
 
 
 def test_lists_patterns_tables_and_studies(folder: Path) -> None:
-    text = "study: base/study.yaml\ntable: base/postures.csv\njoint: true\neach: {averages: 4}\nstudies: ['base/*.yaml']\nmeasurements:\n"
+    text = (
+        "study: base/study.yaml\ntable: base/postures.csv\njoint: true\neach: {averages: 4}\nstudies:"
+        " ['base/*.yaml']\nmeasurements:\n"
+    )
     text += "  - {file: 'base/p[19].csv', posture_deg: [1, 2, 3]}\n"
     text += "  - {name: a b, file: base/p2.csv, posture_deg: [1, 2, 3], averages: 8, use: validate}\n"
     batch = read_batch(_batch(folder, text))
@@ -49,7 +52,8 @@ def test_the_measurements_of_the_study_itself(folder: Path) -> None:
     base = folder / "base" / "study.yaml"
     base.write_text(
         base.read_text()
-        + "measurements:\n  - {file: p1.csv, posture_deg: [1, 2, 3], use: validate}\n  - {file: p2.csv, posture_deg: [1, 2, 3]}\n"
+        + "measurements:\n  - {file: p1.csv, posture_deg: [1, 2, 3], use: validate}\n  - {file: p2.csv,"
+        " posture_deg: [1, 2, 3]}\n"
     )
     batch = read_batch(_batch(folder, "study: base/study.yaml\n"))
     assert [item.name for item in batch.items] == ["p1", "p2"]
@@ -62,7 +66,9 @@ def test_a_derived_study_keeps_the_rest_of_its_base(folder: Path) -> None:
     assert file.study.measurements[0].posture_deg == [1.0, 2.0, 3.0]
     assert "# the base of a batch" in file.text, "comments stay"
     assert file.resolve(file.study.points or Path()) == folder / "base" / "points.csv"
-    again = derived(folder / "base" / "study.yaml", "p1", [{"file": "p1.csv", "posture_deg": [1.0, 2.0, 3.0]}])
+    again = derived(
+        folder / "base" / "study.yaml", "p1", [{"file": "p1.csv", "posture_deg": [1.0, 2.0, 3.0]}]
+    )
     assert again.sha256 == file.sha256
 
 
@@ -85,7 +91,11 @@ def test_what_is_wrong_with_a_batch(folder: Path, text: str, match: str) -> None
 
 def test_tables(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
-    path.write_text("name, joint2_deg, joint1_deg, outputs\na, 2.5, 1, '[1:+X]'\nb, , 1,\n".replace("'[1:+X]'", '"[1:+X, 1:+Y]"'))
+    path.write_text(
+        "name, joint2_deg, joint1_deg, outputs\na, 2.5, 1, '[1:+X]'\nb, , 1,\n".replace(
+            "'[1:+X]'", '"[1:+X, 1:+Y]"'
+        )
+    )
     rows = read_table(path)
     assert rows[0] == (2, {"name": "a", "joint2_deg": 2.5, "joint1_deg": 1, "outputs": ["1:+X", "1:+Y"]})
     assert posture_of(rows[0][1]) == [1, 2.5]

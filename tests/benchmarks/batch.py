@@ -1,9 +1,11 @@
-"""Batches and maps: throughput with one and two local workers and on a Dask cluster of two, memory of the parent, cost by part.
+"""Batches and maps: throughput with one and two local workers and on a Dask cluster of two, memory of the
+parent, cost by part.
 
     python -m tests.benchmarks.batch [FITS [POSTURES]]
 
-The data are FRFs of a planar three-joint arm from closed forms (`tests/batch/planar.py`), the map that of a six-axis arm.
-On a machine that does other work the wall time says little: the processor time beside it is what a fit or a posture costs.
+The data are FRFs of a planar three-joint arm from closed forms (`tests/batch/planar.py`), the map that of a
+six-axis arm. On a machine that does other work the wall time says little: the processor time beside it is
+what a fit or a posture costs.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.batch.index import Entry, Index
+from identify.batch.index import BatchIndex, Entry
 from identify.batch.run import run_batch
 from identify.map.posture_map import fitted_model, map_postures, tool_point
 from identify.map.run import MapOptions, run_map
@@ -45,7 +47,7 @@ class Watched:
 
     sizes: list[float] = field(default_factory=list)
 
-    def __call__(self, index: Index) -> None:
+    def __call__(self, index: BatchIndex) -> None:
         """Called by the loop."""
         self.sizes.append(memory_mb())
 
@@ -61,7 +63,9 @@ def dask() -> Iterator[str]:
     """The address of a Dask scheduler with two worker processes."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", memory_limit=0) as cluster:
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", memory_limit=0
+    ) as cluster:
         yield cluster.scheduler_address
 
 
@@ -73,10 +77,16 @@ def measured(what: str, count: int, work: Callable[[Watched], float]) -> None:
     wall = time.perf_counter() - begun
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    told = f"{1000 * spent / count:6.0f} ms of processor each, starts included" if spent > 1 else "processor time is the cluster's"
+    told = (
+        f"{1000 * spent / count:6.0f} ms of processor each, starts included"
+        if spent > 1
+        else "processor time is the cluster's"
+    )
     memory = f"parent {watched.sizes[0]:.0f} MB at first, {watched.grown:+.1f} MB over the run"
     print(
-        f"  {what:18s} {wall:7.1f} s {count / wall:7.2f} per second, {1000 * busy:6.0f} ms in the worker each, {told}; {memory}", flush=True
+        f"  {what:18s} {wall:7.1f} s {count / wall:7.2f} per second, {1000 * busy:6.0f} ms in the worker"
+        f" each, {told}; {memory}",
+        flush=True,
     )
 
 
@@ -84,7 +94,10 @@ def fits(folder: Path, count: int) -> None:
     """The same batch three times."""
     planar.write_study(folder, planar.postures(count))
     config = planar.write_batch(folder)
-    print(f"{count} fits of a planar arm: 6 parameters, 8 FRFs of 61 lines, one start (load of the machine {os.getloadavg()[0]:.1f})")
+    print(
+        f"{count} fits of a planar arm: 6 parameters, 8 FRFs of 61 lines, one start (load of the machine"
+        f" {os.getloadavg()[0]:.1f})"
+    )
 
     def batch(watched: Watched, workers: int | None = None, cluster: str | None = None) -> float:
         result, _ = run_batch(config, folder / "out.h5", workers=workers, cluster=cluster, watch=watched)
@@ -98,7 +111,11 @@ def fits(folder: Path, count: int) -> None:
     begun = time.perf_counter()
     run_batch(config, folder / "out.h5", workers=2, resume=True)
     size = sum(path.stat().st_size for path in (folder / "out").glob("*.h5")) / count
-    print(f"  --resume of the finished batch: {time.perf_counter() - begun:.1f} s; a result file: {size / 1e3:.0f} kB", flush=True)
+    print(
+        f"  --resume of the finished batch: {time.perf_counter() - begun:.1f} s; a result file:"
+        f" {size / 1e3:.0f} kB",
+        flush=True,
+    )
 
 
 def maps(folder: Path, count: int) -> None:
@@ -106,11 +123,16 @@ def maps(folder: Path, count: int) -> None:
     model = folder / "arm.h5"
     run_fit(ARM, model, {})
     options = MapOptions(grid=((2, -40.0, 60.0, 25), (3, -80.0, 60.0, count // 25)))
-    print(f"{count} postures of a six-axis arm: 6 modes, 9 FRFs of 100 lines, all with intervals (load {os.getloadavg()[0]:.1f})")
+    print(
+        f"{count} postures of a six-axis arm: 6 modes, 9 FRFs of 100 lines, all with intervals (load"
+        f" {os.getloadavg()[0]:.1f})"
+    )
 
     def run(watched: Watched, workers: int | None = None, cluster: str | None = None) -> float:
         begun = time.perf_counter()
-        result, _ = run_map(model, options, folder / "map.h5", workers=workers, cluster=cluster, watch=watched)
+        result, _ = run_map(
+            model, options, folder / "map.h5", workers=workers, cluster=cluster, watch=watched
+        )
         assert len(result.rows.name) == count
         return (time.perf_counter() - begun) * (workers or 2) / count
 
@@ -124,18 +146,26 @@ def maps(folder: Path, count: int) -> None:
     for lines in (2, 100, 400):
         begun = time.process_time()
         map_postures(fitted, tool, [str(n) for n in range(40)], postures, np.linspace(3, 80, lines), 6)
-        print(f"  one posture with {lines} lines: {1000 * (time.process_time() - begun) / 40:.2f} ms of processor")
+        print(
+            f"  one posture with {lines} lines: {1000 * (time.process_time() - begun) / 40:.2f} ms of"
+            " processor"
+        )
 
 
 def index(folder: Path) -> None:
     """What the index costs as it grows."""
     for count in (1_000, 10_000, 100_000):
-        made = Index(
-            folder / "index.json", {"batch": "x"}, {f"posture{n:06d}": Entry("done", 1, f"posture{n:06d}.h5", 0.5123) for n in range(count)}
+        made = BatchIndex(
+            folder / "index.json",
+            {"batch": "x"},
+            {f"posture{n:06d}": Entry("done", 1, f"posture{n:06d}.h5", 0.5123) for n in range(count)},
         )
         begun = time.perf_counter()
         made.write()
-        print(f"index of {count} jobs: {time.perf_counter() - begun:.3f} s a write, {made.path.stat().st_size / 1e6:.1f} MB")
+        print(
+            f"index of {count} jobs: {time.perf_counter() - begun:.3f} s a write,"
+            f" {made.path.stat().st_size / 1e6:.1f} MB"
+        )
 
 
 def main(count: int, postures: int) -> None:

@@ -1,9 +1,11 @@
-"""How often the stated 95 % intervals hold the truth, over many noise seeds of an independent time-domain hammer test.
+"""How often the stated 95 % intervals hold the truth, over many noise seeds of an independent time-domain
+hammer test.
 
     python -m tests.benchmarks.coverage [SEEDS]
 
-Impacts and responses are simulated once; then noise is drawn on forces and responses, windows applied, FRFs and
-coherences estimated and the model fitted anew for every seed, with the noise taken from the coherence as a user would.
+Impacts and responses are simulated once; then noise is drawn on forces and responses, windows applied, FRFs
+and coherences estimated and the model fitted anew for every seed, with the noise taken from the coherence as
+a user would.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import trust
+from identify.vibration.uncertainty import uncertainty
 from tests.generator.chain import Chain
 from tests.generator.estimate import h1
 from tests.generator.generate import generate
@@ -50,7 +52,9 @@ class Repeated:
 
     def __init__(self, seed: int, postures: int = 2) -> None:
         arm = MAKES["random"](seed)
-        self.spec = TestSpec(arm=arm.at_points(NODES), seed=seed, postures=postures, noise_force=0.2, noise_response=0.1)
+        self.spec = TestSpec(
+            arm=arm.at_points(NODES), seed=seed, postures=postures, noise_force=0.2, noise_response=0.1
+        )
         plants = [make_plant(self.spec, posture) for posture in draw_postures(self.spec)]
         linear = [linearise(plant, self.spec.hammer_points[0]) for plant in plants]
         self.chain: Chain = make_chain(self.spec, stated_decay(self.spec, linear), plants)
@@ -61,7 +65,9 @@ class Repeated:
         blows = []
         for _ in range(self.spec.averages):
             impact = swing(rng, axis, self.spec.peak_n, 0.0, self.chain.step)
-            motion = plant.respond(self.spec.hammer_points[0], impact.force, impact.end, self.chain.step, self.chain.steps)  # type: ignore[attr-defined]
+            motion = plant.respond(
+                self.spec.hammer_points[0], impact.force, impact.end, self.chain.step, self.chain.steps
+            )  # type: ignore[attr-defined]
             blows.append(Blow(impact, motion))
         return blows
 
@@ -74,26 +80,42 @@ class Repeated:
                 forces.append(window * self.chain.force(blow.impact.reading(times), rng))
                 records = self.chain.responses(blow.motion, self.names, rng)
                 responses.append(window[:, None] * records.reshape(self.chain.samples, -1))
-            columns.append(h1(np.array(forces), np.array(responses), self.spec.sample_rate_hz).band(*self.spec.band_hz))
+            columns.append(
+                h1(np.array(forces), np.array(responses), self.spec.sample_rate_hz).band(*self.spec.band_hz)
+            )
         return np.stack([c.h1 for c in columns], axis=2), np.stack([c.coherence for c in columns], axis=2)
 
 
 def study(test: Repeated, folder: Path) -> Problem:
     """The study of the test, as a user would write it."""
     generate(test.spec, folder / "test")
-    lines = ["schema: identify/1", "robot: {urdf: test/robot.urdf}", "points: test/points.csv", "band_hz: [3, 79]", "measurements:"]
+    lines = [
+        "schema: identify/1",
+        "robot: {urdf: test/robot.urdf}",
+        "points: test/points.csv",
+        "band_hz: [3, 79]",
+        "measurements:",
+    ]
     for number, posture in enumerate(draw_postures(test.spec), start=1):
         decay = test.chain.window_decay
-        lines.append(f"  - {{file: test/posture{number}.uff, posture_deg: {posture.tolist()}, averages: 4, window_decay_per_s: {decay}}}")
+        lines.append(
+            f"  - {{file: test/posture{number}.uff, posture_deg: {posture.tolist()}, averages: 4,"
+            f" window_decay_per_s: {decay}}}"
+        )
     k, c = test.spec.arm.stiffness.tolist(), test.spec.arm.damping.tolist()
-    lines += ["effects:", f"  - {{kind: joint-compliance, stiffness: {{initial: {k}}}, damping: {{initial: {c}}}}}"]
+    lines += [
+        "effects:",
+        f"  - {{kind: joint-compliance, stiffness: {{initial: {k}}}, damping: {{initial: {c}}}}}",
+    ]
     (folder / "config.yaml").write_text("\n".join(lines))
     return load_problem(read_study(folder / "config.yaml"))
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """Per seed: whether each interval held the truth (seeds, parameters), fitted over true values, gaps, stated standard deviations."""
+    """Per seed: whether each interval held the truth (seeds, parameters), fitted over true values, gaps,
+    stated standard deviations.
+    """
 
     hits: np.ndarray
     ratios: np.ndarray
@@ -112,12 +134,14 @@ def covered(test: Repeated, problem: Problem, seeds: int) -> Coverage:
             f = test_lines(test)
             inside = (f >= 3) & (f <= 79)
             data = replace(target.data, frf=frf[inside], coherence=coherence[inside])
-            targets.append(FrfTarget(target.name, data, target.system, target.out, target.force, noise_std(data)))
+            targets.append(
+                FrfTarget(target.name, data, target.system, target.out, target.force, noise_std(data))
+            )
         together = Targets(tuple(targets))
         search = Search(parse_cost("frf-least-squares").objective(together), scale, 500)
         parse_optimizer("gauss-newton").minimize(search, scale.to_x(truth), np.random.default_rng(0))
         values = scale.to_values(search.best_x)  # type: ignore[arg-type]
-        trusted = trust(together, scale, values)
+        trusted = uncertainty(together, scale, values)
         hits.append((trusted.low <= truth) & (truth <= trusted.high))
         ratios.append(values / truth)
         gaps.append(search.best_cost)
@@ -145,7 +169,10 @@ def main(seeds: int) -> None:
         print(f"{seeds} noise seeds, {time.perf_counter() - began:.0f} s, {gaps}")
         scatter = np.log(c.ratios).std(axis=0)
         for number, parameter in enumerate(problem.parameters):
-            bias, stated = np.log(c.ratios[:, number]).mean() / scatter[number], c.stated[:, number].mean() / scatter[number]
+            bias, stated = (
+                np.log(c.ratios[:, number]).mean() / scatter[number],
+                c.stated[:, number].mean() / scatter[number],
+            )
             held = f"{100 * c.hits[:, number].mean():5.1f} %"
             print(f"  {parameter.name:22s} {held}   bias {bias:+.2f} scatters, stated {stated:.2f} scatters")
         print(f"  all parameters         {100 * c.hits.mean():5.1f} %")

@@ -1,7 +1,9 @@
-"""Score `identify discover` on a folder of hammer tests with something hidden: python -m tests.benchmarks.discovery FOLDER [--json OUT].
+"""Score `identify discover` on a folder of hammer tests with something hidden: python -m
+tests.benchmarks.discovery FOLDER [--json OUT].
 
-A case is a folder NAME with robot.urdf, points.csv, test.json and FRF files, beside NAME.truth.json, which is read for scoring only.
-Postures named posture3 are for validation.  Right means: the kinds, places and classes of axes of the truth, and nothing else.
+A case is a folder NAME with robot.urdf, points.csv, test.json and FRF files, beside NAME.truth.json, which is
+read for scoring only. Postures named posture3 are for validation.  Right means: the kinds, places and classes
+of axes of the truth, and nothing else.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", help="only these")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
-    names = given.cases or sorted(path.name.removesuffix(".truth.json") for path in given.folder.glob("*.truth.json"))
+    names = given.cases or sorted(
+        path.name.removesuffix(".truth.json") for path in given.folder.glob("*.truth.json")
+    )
     scores = {}
     for name in names:
         scores[name] = score(given.folder / name, given.workers)
@@ -74,17 +78,24 @@ def score(case: Path, workers: int) -> dict[str, Any]:
 
 def line(name: str, s: dict[str, Any]) -> str:
     """One case in a row."""
-    validation = " -> ".join("none" if s[key] is None else f"{s[key]:.2f}" for key in ("gap_validation_before", "gap_validation_after"))
+    validation = " -> ".join(
+        "none" if s[key] is None else f"{s[key]:.2f}"
+        for key in ("gap_validation_before", "gap_validation_after")
+    )
     result = "right" if s["right"] else "WRONG"
     return (
-        f"{name:26s} {result}  truth: {', '.join(s['truth']) or 'nothing':44s} named: {', '.join(s['named']) or 'nothing':44s} "
-        f"gap {s['gap_before']:.2f} -> {s['gap_after']:.2f}, validation {validation}, {s['false_additions']} false, {s['seconds']:.1f} s"
+        f"{name:26s} {result}  truth: {', '.join(s['truth']) or 'nothing':44s} named:"
+        f" {', '.join(s['named']) or 'nothing':44s} gap {s['gap_before']:.2f} -> {s['gap_after']:.2f},"
+        f" validation {validation}, {s['false_additions']} false, {s['seconds']:.1f} s"
     )
 
 
 def total(scores: dict[str, dict[str, Any]]) -> str:
     """All cases in a row."""
-    right, false = sum(s["right"] for s in scores.values()), sum(s["false_additions"] for s in scores.values())
+    right, false = (
+        sum(s["right"] for s in scores.values()),
+        sum(s["false_additions"] for s in scores.values()),
+    )
     slowest = max((s["seconds"] for s in scores.values()), default=0.0)
     return f"{right} of {len(scores)} right, {false} false additions, slowest {slowest:.1f} s"
 
@@ -101,7 +112,9 @@ def _true(effect: dict[str, Any]) -> Iterator[str]:
     elif kind == "joint-compliance":
         yield f"{kind} {effect['joint']} {effect['axes_class']}"
     else:
-        places = ("point",) if "point" in effect else ("joint", "link", "axis")  # a fault is told by its point
+        places = (
+            ("point",) if "point" in effect else ("joint", "link", "axis")
+        )  # a fault is told by its point
         yield " ".join([kind, *(str(effect[key]) for key in places if key in effect)])
 
 

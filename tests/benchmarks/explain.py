@@ -1,8 +1,9 @@
 """How often `identify explain` is wrong on simulated motion: python -m tests.benchmarks.explain [--seeds N].
 
-Two records of a three-joint arm (five for coupled wrists), by `tests.motion.hidden_drive`.  First nothing is hidden but noise, white or
-hanging together over time: whatever is named is false.  Then one effect at a time: right means that name and no other; "or a rival", that
-it is among those which the report says would do as well in place of the one named.
+Two records of a three-joint arm (five for coupled wrists), by `tests.motion.hidden_drive`.  First nothing is
+hidden but noise, white or hanging together over time: whatever is named is false.  Then one effect at a time:
+right means that name and no other; "or a rival", that it is among those which the report says would do as
+well in place of the one named.
 """
 
 from __future__ import annotations
@@ -34,9 +35,14 @@ def main() -> None:
     given = parser.parse_args()
     print("nothing hidden\n seed  memory  named falsely", flush=True)
     false = [named_of_nothing(seed) for seed in range(given.seeds)]
-    print(f"effects named falsely: {sum(map(len, false))}, in {sum(map(bool, false))} of {given.seeds} pairs of records\n")
+    print(
+        f"effects named falsely: {sum(map(len, false))}, in {sum(map(bool, false))} of {given.seeds} pairs of"
+        " records\n"
+    )
     print("one effect hidden", flush=True)
-    verdicts = [named_of_one(name, hidden, 100 + number) for number, (name, hidden) in enumerate(cases().items())]
+    verdicts = [
+        named_of_one(name, hidden, 100 + number) for number, (name, hidden) in enumerate(cases().items())
+    ]
     counts = {verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)}
     print(f"of {len(verdicts)}: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
 
@@ -60,16 +66,24 @@ def named_of_nothing(seed: int) -> list[str]:
 def named_of_one(name: str, hidden: Hidden, seed: int) -> str:
     """Whether the hidden effect was named, in words; prints a row."""
     joints = 5 if "coupling" in name else 3
-    result, seconds = explained(joints, replace(hidden, seeds=_seeds(seed)), **({"joints": [4, 5]} if joints > 3 else {}))
+    result, seconds = explained(
+        joints, replace(hidden, seeds=_seeds(seed)), **({"joints": [4, 5]} if joints > 3 else {})
+    )
     tables = [found.effects for found in result.targets.values()]
     verdict = judged(name, tables)
-    shown = ", ".join(named + (f" (or {rivals})" if rivals else "") for t in tables for named, rivals in zip(t.name, t.rivals, strict=True))
+    shown = ", ".join(
+        named + (f" (or {rivals})" if rivals else "")
+        for t in tables
+        for named, rivals in zip(t.name, t.rivals, strict=True)
+    )
     print(f"  {name:36s} {verdict:18s} {shown or 'nothing'}  ({seconds:.1f} s)", flush=True)
     return verdict
 
 
 def judged(truth: str, tables: list[EffectTable]) -> str:
-    """`right`, `or a rival`, `with others` (it and more), `another` (not it) or `nothing`; of a truth of several names, ` + ` between."""
+    """`right`, `or a rival`, `with others` (it and more), `another` (not it) or `nothing`; of a truth of
+    several names, ` + ` between.
+    """
     names = [name for table in tables for name in table.name]
     rivals = [rival for table in tables for row in table.rivals for rival in row.split(", ")]
     wanted = set(truth.split(" + "))
@@ -89,7 +103,9 @@ def explained(count: int, hidden: Hidden, **more: object) -> tuple[ExplainResult
 
 
 def cases() -> dict[str, Hidden]:
-    """One effect each by its name, and an integrator with the loop it needs; what refines another one (Stribeck, preload) is left out."""
+    """One effect each by its name, and an integrator with the loop it needs; what refines another one
+    (Stribeck, preload) is left out.
+    """
     noise = np.random.default_rng(5)
 
     def error(size: Callable[[Motion], Array], m: Motion) -> Array:
@@ -100,7 +116,10 @@ def cases() -> dict[str, Hidden]:
         "payload-mass": Hidden(payload_kg=6.0, memory=0.8, extra=_NO_LINKS),
         **{name: Hidden(deflection=bend) for name, bend in deflections().items()},
         "joint1.sensor-latency": Hidden(latency_s=(0.002, 0.0, 0.0, 0.0, 0.0)),
-        **{name: Hidden(error=partial(error, size), torque_noise=0.002, extra=_NO_LINKS) for name, size in errors().items()},
+        **{
+            name: Hidden(error=partial(error, size), torque_noise=0.002, extra=_NO_LINKS)
+            for name, size in errors().items()
+        },
     }
 
 
@@ -109,14 +128,22 @@ def torques() -> dict[str, Callable[[Motion], Array]]:
     return {
         "joint1.coulomb-friction": lambda m: only(m.q.shape[1], 1, 0.5 * np.sign(m.v[:, 0])),
         "joint2.viscous-friction": lambda m: only(m.q.shape[1], 2, 1.0 * m.v[:, 1]),
-        "joint3.load-dependent-friction": lambda m: only(m.q.shape[1], 3, 0.2 * np.abs(m.rigid[:, 2]) / RATIO[2] * np.sign(m.v[:, 2])),
-        "joint2.gravity-balancer": lambda m: only(m.q.shape[1], 2, 900.0 * np.sin(m.q[:, 1] + 0.4) / RATIO[1]),
-        "link2.first-moment": lambda m: _body(m, 2, pin.Inertia(8.0, np.array([-0.2, 0.3, 0.0]), np.zeros((3, 3)))),
+        "joint3.load-dependent-friction": lambda m: only(
+            m.q.shape[1], 3, 0.2 * np.abs(m.rigid[:, 2]) / RATIO[2] * np.sign(m.v[:, 2])
+        ),
+        "joint2.gravity-balancer": lambda m: only(
+            m.q.shape[1], 2, 900.0 * np.sin(m.q[:, 1] + 0.4) / RATIO[1]
+        ),
+        "link2.first-moment": lambda m: _body(
+            m, 2, pin.Inertia(8.0, np.array([-0.2, 0.3, 0.0]), np.zeros((3, 3)))
+        ),
         "link3.inertia": lambda m: _body(m, 3, pin.Inertia(0.0, np.zeros(3), np.diag([0.0, 0.0, 12.0]))),
         "joint1.rotor-inertia": lambda m: only(m.q.shape[1], 1, 0.01 * RATIO[0] * m.a[:, 0]),
         "joint2.torque-constant": lambda m: only(m.q.shape[1], 2, 0.1 * m.rigid[:, 1] / RATIO[1]),
         "joint3.torque-offset": lambda m: only(m.q.shape[1], 3, np.full(len(m.time), 0.3)),
-        "joint1.torque-ripple.8": lambda m: only(m.q.shape[1], 1, 0.2 * np.cos(8 * RATIO[0] * m.q[:, 0] + 0.4)),
+        "joint1.torque-ripple.8": lambda m: only(
+            m.q.shape[1], 1, 0.2 * np.cos(8 * RATIO[0] * m.q[:, 0] + 0.4)
+        ),
         "joint4.gear-coupling.joint5": lambda m: only(m.q.shape[1], 4, 0.5 * m.rigid[:, -1] / RATIO[3]),
     }
 
@@ -125,7 +152,10 @@ def deflections() -> dict[str, Callable[[Motion], Array]]:
     """Motor less link position (samples, joints), rad."""
 
     def hardened(m: Motion) -> Array:
-        bend = [float(np.real(r[np.abs(r.imag) < 1e-9][0])) for r in (np.roots([4e10, 0, 4e5, -t]) for t in m.rigid[:, 1])]
+        bend = [
+            float(np.real(r[np.abs(r.imag) < 1e-9][0]))
+            for r in (np.roots([4e10, 0, 4e5, -t]) for t in m.rigid[:, 1])
+        ]
         return only(m.q.shape[1], 2, np.array(bend))
 
     return {
@@ -133,7 +163,9 @@ def deflections() -> dict[str, Callable[[Motion], Array]]:
         "joint2.hardening-stiffness": hardened,
         "joint1.backlash": lambda m: only(m.q.shape[1], 1, 1e-4 * np.sign(m.rigid[:, 0])),
         "joint1.lost-motion": lambda m: only(m.q.shape[1], 1, 5e-5 * np.sign(m.v[:, 0])),
-        "joint3.angular-transmission-error.1": lambda m: only(m.q.shape[1], 3, 6e-5 * np.sin(2 * RATIO[2] * m.q[:, 2] + 0.5)),
+        "joint3.angular-transmission-error.1": lambda m: only(
+            m.q.shape[1], 3, 6e-5 * np.sin(2 * RATIO[2] * m.q[:, 2] + 0.5)
+        ),
         "joint2.encoder-eccentricity": lambda m: only(m.q.shape[1], 2, 2e-4 * np.sin(m.q[:, 1] + 0.7)),
     }
 

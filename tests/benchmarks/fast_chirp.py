@@ -1,6 +1,8 @@
-"""The fast-chirp study beside the paper: forces, errors per zone, the validation zone and Hzz; tables and figures of its page.
+"""The fast-chirp study beside the paper: forces, errors per zone, the validation zone and Hzz; tables and
+figures of its page.
 
-python -m tests.benchmarks.fast_chirp          some minutes; writes docs/fast_chirp_forces.png and docs/fast_chirp_hzz.png
+python -m tests.benchmarks.fast_chirp          some minutes; writes docs/fast_chirp_forces.png and
+docs/fast_chirp_hzz.png
 """
 
 from __future__ import annotations
@@ -67,11 +69,15 @@ def peaks(magnitude: Array, frequency_hz: Array) -> NDArray[np.intp]:
     """Lines of the peaks of a response: local maxima that stand out by 8 %, more than 3 % of the highest."""
     smooth = np.exp(np.convolve(np.log(np.pad(magnitude, 2, "edge")), np.full(5, 0.2), "valid"))
     found, _ = find_peaks(np.log(smooth), prominence=0.08)
-    return np.array([n for n in found if smooth[n] > 0.03 * smooth.max() and 8.0 < frequency_hz[n] < 36.0], dtype=int)
+    return np.array(
+        [n for n in found if smooth[n] > 0.03 * smooth.max() and 8.0 < frequency_hz[n] < 36.0], dtype=int
+    )
 
 
 def peak_errors(measured: Array, model: Array, frequency_hz: Array) -> tuple[list[float], list[float]]:
-    """Frequencies (Hz) of the measured peaks and the errors (%) of the model's magnitude within 5 % of each."""
+    """Frequencies (Hz) of the measured peaks and the errors (%) of the model's magnitude within 5 % of
+    each.
+    """
     at, errors = [], []
     for line in peaks(measured, frequency_hz):
         near = np.abs(frequency_hz / frequency_hz[line] - 1) < 0.05
@@ -83,16 +89,24 @@ def peak_errors(measured: Array, model: Array, frequency_hz: Array) -> tuple[lis
 def response_modes(target: FrfTarget, values: Array | None) -> ModalTable:
     """Modes of the normalised responses, measured or, at values, of the model, by the same analysis."""
     frf = target.data.frf if values is None else target.predict(values)
-    return analyse(replace(target.data, frf=frf, together=None, noise=None).pairs(list(range(frf.shape[1])), [0])).table
+    return analyse(
+        replace(target.data, frf=frf, together=None, noise=None).pairs(list(range(frf.shape[1])), [0])
+    ).table
 
 
 def zone_errors(item: Run, zone: str) -> tuple[int, float, float]:
     """How many modes were paired, and the mean errors (%) of their frequencies and damping ratios."""
     try:
-        paired = pair(response_modes(item.target(zone), None), response_modes(item.target(zone), item.fit.values))
+        paired = pair(
+            response_modes(item.target(zone), None), response_modes(item.target(zone), item.fit.values)
+        )
     except InputError:
         return 0, np.nan, np.nan
-    return len(paired.a), 100 * float(np.abs(paired.frequency_error).mean()), 100 * float(np.nanmean(np.abs(paired.damping_error)))
+    return (
+        len(paired.a),
+        100 * float(np.abs(paired.frequency_error).mean()),
+        100 * float(np.nanmean(np.abs(paired.damping_error))),
+    )
 
 
 def responses(item: Run) -> list[tuple[str, list[float], list[float]]]:
@@ -106,22 +120,30 @@ def responses(item: Run) -> list[tuple[str, list[float], list[float]]]:
 
 
 def axial(item: Run) -> tuple[list[float], list[float]]:
-    """Peaks of Hzz of the hammer test with the errors of the model's magnitudes (Eqs. 6 to 8: the last element of the inverse of G)."""
+    """Peaks of Hzz of the hammer test with the errors of the model's magnitudes (Eqs. 6 to 8: the last
+    element of the inverse of G).
+    """
     target = item.target("hammer")
     model, measured = target.predict(item.fit.values)[:, 2, 2], target.data.frf[:, 2, 2]
     return peak_errors(np.abs(measured), np.abs(model), target.data.frequency_hz)
 
 
 def forces(problems: dict[str, Problem]) -> str:
-    """Errors (%) of |X/A|, |Y/A|, |Z/A| against the hammer test by Eq. 2, for each force: mean at modes below the seam, RMS above."""
+    """Errors (%) of |X/A|, |Y/A|, |Z/A| against the hammer test by Eq. 2, for each force: mean at modes below
+    the seam, RMS above.
+    """
     lines = []
     for name, problem in problems.items():
-        chirp, hammer = (next(m.target.data for m in problem.measurements if m.name == one) for one in ("zone5", "hammer"))
+        chirp, hammer = (
+            next(m.target.data for m in problem.measurements if m.name == one) for one in ("zone5", "hammer")
+        )
         assert isinstance(chirp, FrfSet) and isinstance(hammer, FrfSet)
         f, reference = chirp.frequency_hz, np.abs(reference_response(hammer, chirp.frequency_hz))
         size = np.abs(chirp.frf[:, :, 0])
         found = [peak_errors(reference[:, n], size[:, n], f) for n in range(size.shape[1])]
-        low = [error for at, errors in found for where, error in zip(at, errors, strict=True) if where < SEAM_HZ]
+        low = [
+            error for at, errors in found for where, error in zip(at, errors, strict=True) if where < SEAM_HZ
+        ]
         high = (size / reference - 1)[f >= SEAM_HZ]
         lines.append(f"| {name} | {np.mean(low):.1f} | {100 * np.sqrt(np.mean(high**2)):.1f} |")
     return "\n".join(lines)
@@ -130,7 +152,10 @@ def forces(problems: dict[str, Problem]) -> str:
 def reference_response(hammer: FrfSet, frequency_hz: Array) -> NDArray[np.complex128]:
     """H_x - j H_y of the hammer test as receptance at other lines, (lines, outputs)."""
     combined = (hammer.frf[:, :, 0] - 1j * hammer.frf[:, :, 1]) / hammer.s[:, None] ** 2
-    parts = [[np.interp(frequency_hz, hammer.frequency_hz, part[:, n]) for n in range(3)] for part in (combined.real, combined.imag)]
+    parts = [
+        [np.interp(frequency_hz, hammer.frequency_hz, part[:, n]) for n in range(3)]
+        for part in (combined.real, combined.imag)
+    ]
     return np.asarray(np.array(parts[0]).T + 1j * np.array(parts[1]).T)
 
 
@@ -144,7 +169,13 @@ def draw(runs: list[Run], problems: dict[str, Problem], folder: Path) -> None:
             data = next(m.target.data for m in problem.measurements if m.name == "zone5")
             ax.semilogy(data.frequency_hz, np.abs(data.frf[:, n, 0]), label=f"chirp, {name}")
         hammer = next(m.target.data for m in problem.measurements if m.name == "hammer")
-        ax.semilogy(data.frequency_hz, np.abs(reference_response(hammer, data.frequency_hz)[:, n]), "k--", lw=1, label="hammer, Eq. 2")
+        ax.semilogy(
+            data.frequency_hz,
+            np.abs(reference_response(hammer, data.frequency_hz)[:, n]),
+            "k--",
+            lw=1,
+            label="hammer, Eq. 2",
+        )
         ax.set_title(f"{'XYZ'[n]}/A, validation zone", fontsize=10)
         ax.set_xlabel("frequency, Hz")
         ax.grid(alpha=0.3)
@@ -157,7 +188,9 @@ def draw(runs: list[Run], problems: dict[str, Problem], folder: Path) -> None:
         h = zone.predict(item.fit.values)[:, :, 0]
         for n in range(h.shape[1]):
             axes[n].semilogy(zone.data.frequency_hz, np.abs(h[:, n]), lw=1.2, label=item.name)
-        axes[3].semilogy(hammer_test.data.frequency_hz, np.abs(hammer_test.predict(item.fit.values)[:, 2, 2]), lw=1.2)
+        axes[3].semilogy(
+            hammer_test.data.frequency_hz, np.abs(hammer_test.predict(item.fit.values)[:, 2, 2]), lw=1.2
+        )
     measured = runs[-1].target("zone5").data
     for n in range(3):
         axes[n].semilogy(measured.frequency_hz, np.abs(measured.frf[:, n, 0]), "k:", lw=1.6, label="measured")
@@ -181,21 +214,38 @@ def likely(text: str) -> str:
 def main() -> None:
     """All fits, tables, figures."""
     both = {axes: (ROOT / "configs" / f"fast_chirp_rx160{axes}.yaml").read_text() for axes in ("_xy", "")}
-    problems = {force: problem_of(both[""].replace("force: blend", f"force: {force}")) for force in ("formula", "load-cell", "blend")}
+    problems = {
+        force: problem_of(both[""].replace("force: blend", f"force: {force}"))
+        for force in ("formula", "load-cell", "blend")
+    }
     print("| force | at modes below 24 Hz, % | above, RMS, % |\n|---|---|---|\n" + forces(problems))
     runs = []
     for axes, name in (("_xy", "x, y"), ("", "x, y, z")):
-        runs += [run(f"particle swarm, {name}, seed {seed}", both[axes].replace("seed: 1", f"seed: {seed}")) for seed in SEEDS]
+        runs += [
+            run(f"particle swarm, {name}, seed {seed}", both[axes].replace("seed: 1", f"seed: {seed}"))
+            for seed in SEEDS
+        ]
         runs.append(run(f"defaults, {name}", likely(both[axes])))
     print("| fit | zone 1 | zone 2 | zone 3 | zone 4 | mean |\n|---|---|---|---|---|---|")
     for item in runs:
         errors = np.array([zone_errors(item, f"zone{n}") for n in range(1, 5)])
         cells = [f"{f:.1f} / {z:.1f} ({int(count)})" for count, f, z in errors]
-        print(f"| {item.name} | " + " | ".join(cells) + f" | {np.nanmean(errors[:, 1]):.1f} / {np.nanmean(errors[:, 2]):.1f} |")
+        print(
+            f"| {item.name} | "
+            + " | ".join(cells)
+            + f" | {np.nanmean(errors[:, 1]):.1f} / {np.nanmean(errors[:, 2]):.1f} |"
+        )
     for item in runs:
-        told = [f"{channel} {np.mean(e):.1f} % at {', '.join(f'{x:.1f}' for x in at)} Hz" for channel, at, e in responses(item)]
+        told = [
+            f"{channel} {np.mean(e):.1f} % at {', '.join(f'{x:.1f}' for x in at)} Hz"
+            for channel, at, e in responses(item)
+        ]
         at, errors = axial(item)
-        told.append(f"Hzz {np.mean(errors):.1f} % (" + ", ".join(f"{x:.1f} Hz {e:.0f}" for x, e in zip(at, errors, strict=True)) + ")")
+        told.append(
+            f"Hzz {np.mean(errors):.1f} % ("
+            + ", ".join(f"{x:.1f} Hz {e:.0f}" for x, e in zip(at, errors, strict=True))
+            + ")"
+        )
         print(f"{item.name}: " + "; ".join(told))
     draw([runs[0], runs[2], runs[3]], problems, ROOT / "docs")
 

@@ -1,4 +1,5 @@
-"""Twenty first guesses within a factor of three of the truth, on each shared null case: every fit must find the same truth.
+"""Twenty first guesses within a factor of three of the truth, on each shared null case: every fit must find
+the same truth.
 
 python -m tests.benchmarks.first_guess
 """
@@ -30,9 +31,10 @@ def main(guesses: int = 20) -> None:
         good = int(np.sum((errors[:, 0] < 0.01) & (errors[:, 1] < 0.05)))
         took = (time.perf_counter() - began) / guesses
         print(
-            f"{case}: {good} of {guesses} within 1 % and 5 %; worst stiffness {100 * errors[:, 0].max():.2f} %, worst damping "
-            f"{100 * errors[:, 1].max():.2f} %; gap {errors[:, 2].min():.3f} to {errors[:, 2].max():.3f}, validation "
-            f"{errors[:, 3].min():.3f} to {errors[:, 3].max():.3f}; {errors[:, 4].mean():.1f} starts, {took:.1f} s each"
+            f"{case}: {good} of {guesses} within 1 % and 5 %; worst stiffness {100 * errors[:, 0].max():.2f}"
+            f" %, worst damping {100 * errors[:, 1].max():.2f} %; gap {errors[:, 2].min():.3f} to"
+            f" {errors[:, 2].max():.3f}, validation {errors[:, 3].min():.3f} to {errors[:, 3].max():.3f};"
+            f" {errors[:, 4].mean():.1f} starts, {took:.1f} s each"
         )
 
 

@@ -53,10 +53,14 @@ def evaluations(folder: Path) -> None:
     population = values * np.exp(np.random.default_rng(0).normal(size=(20, len(values))) * 0.2)
 
     def by_solve() -> np.ndarray:
-        return np.array([s**2 * out @ np.linalg.solve(stiffness + s * damping + s**2 * mass, force) for s in S])
+        return np.array(
+            [s**2 * out @ np.linalg.solve(stiffness + s * damping + s**2 * mass, force) for s in S]
+        )
 
     def by_inverse() -> np.ndarray:
-        return np.array([s**2 * out @ np.linalg.inv(stiffness + s * damping + s**2 * mass) @ force for s in S])
+        return np.array(
+            [s**2 * out @ np.linalg.inv(stiffness + s * damping + s**2 * mass) @ force for s in S]
+        )
 
     def ours() -> np.ndarray:
         return frf(*model.matrices(values), S, out, force, 2)
@@ -67,11 +71,18 @@ def evaluations(folder: Path) -> None:
         "numpy.linalg.solve per line": seconds(by_solve),
         "numpy.linalg.inv per line": seconds(by_inverse),
         "identify, one candidate": seconds(ours),
-        "identify, cost of each of a population": seconds(lambda: objective.costs(population)) / len(population),
+        "identify, cost of each of a population": (
+            seconds(lambda: objective.costs(population)) / len(population)
+        ),
     }
-    print(f"{mass.shape[0]} coordinates, {len(S)} lines, {len(out)} outputs, 1 input; relative error {error:.1e}")
+    print(
+        f"{mass.shape[0]} coordinates, {len(S)} lines, {len(out)} outputs, 1 input; relative error"
+        f" {error:.1e}"
+    )
     for name, took in times.items():
-        print(f"  {name:40s} {1 / took:8.0f} per s   {times['numpy.linalg.solve per line'] / took:5.1f} x solve")
+        print(
+            f"  {name:40s} {1 / took:8.0f} per s   {times['numpy.linalg.solve per line'] / took:5.1f} x solve"
+        )
 
 
 def fits(folder: Path) -> None:
@@ -79,7 +90,9 @@ def fits(folder: Path) -> None:
     for axes in (["rz"], ALL_AXES):
         objective, parameters, data = _problem(folder, axes)
         scale = Scale(tuple(parameters))
-        start = scale.to_x(initial(parameters) * np.exp(0.1 * np.random.default_rng(1).normal(size=len(parameters))))
+        start = scale.to_x(
+            initial(parameters) * np.exp(0.1 * np.random.default_rng(1).normal(size=len(parameters)))
+        )
 
         def exact(objective: Objective = objective, scale: Scale = scale, start: np.ndarray = start) -> float:
             search = Search(objective, scale, 10_000)
@@ -91,12 +104,16 @@ def fits(folder: Path) -> None:
                 e = ((data.predict_pairs(scale.to_values(x)) - data.measured) / data.sigma).ravel()
                 return np.concatenate([e.real, e.imag])
 
-            found = least_squares(residual, start, bounds=scale.bounds(), x_scale="jac", ftol=1e-10, xtol=1e-10, max_nfev=100)
+            found = least_squares(
+                residual, start, bounds=scale.bounds(), x_scale="jac", ftol=1e-10, xtol=1e-10, max_nfev=100
+            )
             return float(np.sqrt(np.mean(found.fun**2)))
 
         times = [seconds(exact, 0.1), seconds(differences, 0.1)]
         print(
-            f"{len(start)} parameters: exact gradients {times[0]:.2f} s (gap {exact():.3f}), finite differences {times[1]:.2f} s ", end=""
+            f"{len(start)} parameters: exact gradients {times[0]:.2f} s (gap {exact():.3f}), finite"
+            f" differences {times[1]:.2f} s ",
+            end="",
         )
         print(f"(gap {differences():.3f}): {times[1] / times[0]:.1f} times faster")
 
@@ -104,14 +121,25 @@ def fits(folder: Path) -> None:
 def _problem(folder: Path, axes: list[str]) -> tuple[Objective, list[Parameter], FrfTarget]:
     """Speed only: the data come from the model itself, with 1 % noise."""
     model, parameters, _ = system(arm(folder), [{"kind": "joint-compliance", "axes": axes}])
-    out = np.vstack([model.jacobian(f"link{n}", np.array([0.05 * k, 0.0, 0.1]))[1] for n in range(1, 7) for k in (1, 2)])
+    out = np.vstack(
+        [model.jacobian(f"link{n}", np.array([0.05 * k, 0.0, 0.1]))[1] for n in range(1, 7) for k in (1, 2)]
+    )
     channels = tuple(Channel(node, 2) for node in range(1, 13))
-    empty = FrfSet(S.imag / (2 * np.pi), np.zeros((400, 12, 1), complex), channels, channels[-1:], "accelerance")
+    empty = FrfSet(
+        S.imag / (2 * np.pi), np.zeros((400, 12, 1), complex), channels, channels[-1:], "accelerance"
+    )
     h = FrfTarget("speed", empty, model, out, out[-1:].T).predict(initial(parameters))
     sigma = 0.01 * np.sqrt(np.mean(np.abs(h) ** 2, axis=0)) / np.sqrt(2) * np.ones(h.shape)
     rng = np.random.default_rng(0)
     noisy = h + sigma * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
-    data = FrfTarget("speed", FrfSet(empty.frequency_hz, noisy, channels, channels[-1:], "accelerance"), model, out, out[-1:].T, sigma)
+    data = FrfTarget(
+        "speed",
+        FrfSet(empty.frequency_hz, noisy, channels, channels[-1:], "accelerance"),
+        model,
+        out,
+        out[-1:].T,
+        sigma,
+    )
     return parse_cost("frf-least-squares").objective(Targets(frf=(data,))), parameters, data
 
 

@@ -1,7 +1,9 @@
-"""The Kawasaki study beside the paper: the fit with its rounds, identified values against the truth, the RMS table in the form of Table 3.
+"""The Kawasaki study beside the paper: the fit with its rounds, identified values against the truth, the RMS
+table in the form of Table 3.
 
 python -m tests.benchmarks.kawasaki            fits (some three minutes) and writes docs/kawasaki_rms.png
-python -m tests.benchmarks.kawasaki FILE.h5    the same from the result of `identify fit configs/kawasaki_rs010l.yaml --out FILE.h5`
+python -m tests.benchmarks.kawasaki FILE.h5    the same from the result of `identify fit
+configs/kawasaki_rs010l.yaml --out FILE.h5`
 """
 
 from __future__ import annotations
@@ -54,7 +56,8 @@ PAPER = {
     ("pos2_q3", 2): (0.017, 0.06, 0.03, 0.26, 1.32, 1.98),
     ("pos2_q3", 3): (0.008, 0.11, 0.02, 0.13, 3.89, 4.76),
 }
-"""Table 3 by our record and joint: angle (degrees), velocity (degrees/s) and current (A), slow and fast each."""
+"""Table 3 by our record and joint: angle (degrees), velocity (degrees/s) and current (A), slow and fast each.
+"""
 QUANTITIES = ("motor_position", "motor_velocity", "motor_current")
 
 
@@ -65,7 +68,10 @@ def table(result: MotionResult) -> dict[tuple[str, int], Array]:
         record, cells = result.records[name], []
         for quantity in QUANTITIES:
             factor = 1.0 if quantity == "motor_current" else float(np.degrees(1.0))
-            cells += [factor * record.comparisons[quantity].rms[record.phases.index(phase), joint - 1] for phase in ("slow", "fast")]
+            cells += [
+                factor * record.comparisons[quantity].rms[record.phases.index(phase), joint - 1]
+                for phase in ("slow", "fast")
+            ]
         found[name, joint] = np.array(cells)
     return found
 
@@ -78,10 +84,15 @@ def report(result: MotionResult) -> None:
     for row in zip(trials.round, trials.name, trials.gap, trials.gap_validation, trials.kept, strict=True):
         print("round {:.0f}: {}: gap {:.3g}, on position 2 {:.3g}, kept {:.0f}".format(*row))
     truth = json.loads((ROOT / "data/kawasaki_rs010l/truth.json").read_text())
-    for parameter, value, low, high in zip(parameters.name, parameters.value, parameters.low_95, parameters.high_95, strict=True):
+    for parameter, value, low, high in zip(
+        parameters.name, parameters.value, parameters.low_95, parameters.high_95, strict=True
+    ):
         number, key = parameter.split(".", 1)
         true = truth[TRUTH[key]][int(number[5:]) - 1]
-        print(f"| {parameter} | {true:g} | {value:.5g} | {low:.5g} to {high:.5g} | {'yes' if low <= true <= high else 'no'} |")
+        print(
+            f"| {parameter} | {true:g} | {value:.5g} | {low:.5g} to {high:.5g} |"
+            f" {'yes' if low <= true <= high else 'no'} |"
+        )
     for (name, joint), ours in table(result).items():
         cells = (f"{mine:.2g} ({theirs:g})" for mine, theirs in zip(ours, PAPER[name, joint], strict=True))
         print(f"| {name}, joint {joint} | {' | '.join(cells)} |")
@@ -93,11 +104,23 @@ def draw(result: MotionResult, path: Path) -> None:
     with style():
         figure = Figure((WIDTH_IN, 3.6), layout="constrained")
         panels = figure.subplots(1, 3, sharey=True)
-        for number, (axes, title) in enumerate(zip(panels, ("Angle (°)", "Velocity (°/s)", "Current (A)"), strict=True)):
+        for number, (axes, title) in enumerate(
+            zip(panels, ("Angle (°)", "Velocity (°/s)", "Current (A)"), strict=True)
+        ):
             for phase, (label, mark) in enumerate((("slow", "o"), ("fast", "s"))):
                 column = 2 * number + phase
-                axes.plot([p[column] for p in PAPER.values()], rows, mark, mfc="none", color=ORANGE, ms=5, label=f"paper, {label}")
-                axes.plot([o[column] for o in ours.values()], rows, mark, color=BLUE, ms=3.5, label=f"here, {label}")
+                axes.plot(
+                    [p[column] for p in PAPER.values()],
+                    rows,
+                    mark,
+                    mfc="none",
+                    color=ORANGE,
+                    ms=5,
+                    label=f"paper, {label}",
+                )
+                axes.plot(
+                    [o[column] for o in ours.values()], rows, mark, color=BLUE, ms=3.5, label=f"here, {label}"
+                )
             axes.set(xscale="log", xlabel=f"RMS of {title[0].lower()}{title[1:]}")
             axes.xaxis.set_minor_formatter(NullFormatter())
         names = [f"{name.replace('_', ' ')}, joint {joint}" for name, joint in PAPER]
@@ -111,17 +134,27 @@ def draw(result: MotionResult, path: Path) -> None:
 def bees() -> None:
     """Bee colony and Gauss-Newton on the whole model, from the study's start values, on the same records."""
     problem = load_motion(read_motion_study(CONFIG))
-    free = {key: number for candidate in problem.file.study.candidates for key, number in candidate.numbers.items()}
+    free = {
+        key: number
+        for candidate in problem.file.study.candidates
+        for key, number in candidate.numbers.items()
+    }
     problem, study = with_numbers(problem, free, {}), problem.file.study
-    chosen = ({"kind": "artificial-bee-colony", "evaluations": BEES, "population": 20}, {"kind": "gauss-newton", "evaluations": 40})
+    chosen = (
+        {"kind": "artificial-bee-colony", "evaluations": BEES, "population": 20},
+        {"kind": "gauss-newton", "evaluations": 40},
+    )
     start = TrajectoryObjective(problem, problem.records[:4], study.noise).costs(problem.initial[None])[0]
     print(f"start: gap {start:.1f}")
     for settings in chosen:
         began = time.process_time()
-        fitted = FittedMotion(TrajectoryCost(study.noise), [parse_optimizer(settings)], 1, study.start_factor, 0.0, study.seed)
+        fitted = FittedMotion(
+            TrajectoryCost(study.noise), [parse_optimizer(settings)], 1, study.start_factor, 0.0, study.seed
+        )
         found = fit(FittableMotion(problem, MotionFitFile(fitted)))
         print(
-            f"{settings['kind']}: gap {found.cost:.2f}, {found.best.evaluations} evaluations, {time.process_time() - began:.0f} s",
+            f"{settings['kind']}: gap {found.cost:.2f}, {found.best.evaluations} evaluations,"
+            f" {time.process_time() - began:.0f} s",
             flush=True,
         )
 

@@ -1,4 +1,5 @@
-"""The Kobe study beside the paper: fits as published, by default, with an elastic base and first link; tables and figures of its page.
+"""The Kobe study beside the paper: fits as published, by default, with an elastic base and first link; tables
+and figures of its page.
 
 python -m tests.benchmarks.kobe          some ten minutes; writes docs/kobe_frf.png and docs/kobe_shapes.png
 """
@@ -34,7 +35,9 @@ PEAKS = (("detached", 15.0), ("whole", 10.0), ("whole", 20.0))
 
 @dataclass(frozen=True)
 class Run:
-    """A fit with a name, its problem, seconds of processor time, and the targets with all points of the measurements."""
+    """A fit with a name, its problem, seconds of processor time, and the targets with all points of the
+    measurements.
+    """
 
     name: str
     problem: Problem
@@ -79,15 +82,21 @@ def nearest(frequency_hz: np.ndarray, wanted: float) -> int:
 
 
 def modelled(item: Run, name: str, wanted: float) -> tuple[float, np.ndarray]:
-    """Frequency and shape (points, 3), base axes, of the model's mode that moves the points most like the measured one near `wanted`."""
+    """Frequency and shape (points, 3), base axes, of the model's mode that moves the points most like the
+    measured one near `wanted`.
+    """
     target, table = item.full[name], analyse(item.full[name].data).table
     modes = complex_modes(*target.system.matrices(item.fit.values))
     assert table.shapes is not None
     seen = table.shapes[nearest(table.frequency_hz, wanted)]
     shapes = modes.shapes @ target.out.T
-    mac = np.abs(shapes.conj() @ seen) ** 2 / (np.sum(np.abs(shapes) ** 2, axis=1) * np.sum(np.abs(seen) ** 2))
+    mac = np.abs(shapes.conj() @ seen) ** 2 / (
+        np.sum(np.abs(shapes) ** 2, axis=1) * np.sum(np.abs(seen) ** 2)
+    )
     best = int(np.argmax(mac * (np.abs(np.log(modes.frequency_hz / wanted)) < 0.4)))
-    like = ModalTable(modes.frequency_hz[[best]], modes.damping_ratio[[best]], target.data.outputs, shapes[[best]])
+    like = ModalTable(
+        modes.frequency_hz[[best]], modes.damping_ratio[[best]], target.data.outputs, shapes[[best]]
+    )
     return float(modes.frequency_hz[best]), moved(item, name, like)[0]
 
 
@@ -110,11 +119,21 @@ def amplitudes(item: Run) -> str:
         h, measured = target.predict(item.fit.values)[near, :, 0], target.data.frf[near, :, 0]
         cells = []
         for link in LINKS:
-            chosen = [n for n, c in enumerate(target.data.outputs) if c.axis == 1 and item.problem.points[c.node].link == link]
+            chosen = [
+                n
+                for n, c in enumerate(target.data.outputs)
+                if c.axis == 1 and item.problem.points[c.node].link == link
+            ]
             if chosen:
-                ratio = np.abs(h[:, chosen]).max(axis=0).mean() / np.abs(measured[:, chosen]).max(axis=0).mean()
+                ratio = (
+                    np.abs(h[:, chosen]).max(axis=0).mean() / np.abs(measured[:, chosen]).max(axis=0).mean()
+                )
                 cells.append(f"{ratio:.2f}")
-        lines.append(f"| {item.name} | {name}, {wanted:g} Hz | " + " | ".join(cells + ["-"] * (len(LINKS) - len(cells))) + " |")
+        lines.append(
+            f"| {item.name} | {name}, {wanted:g} Hz | "
+            + " | ".join(cells + ["-"] * (len(LINKS) - len(cells)))
+            + " |"
+        )
     return "\n".join(lines)
 
 
@@ -138,7 +157,13 @@ def draw_frfs(runs: list[Run], path: Path) -> None:
         f = target.data.frequency_hz
         ax.semilogy(f, np.abs(target.data.frf[:, channel, 0]), color="black", lw=2.2, label="measured")
         for item, style in zip(runs, ("C1-", "C0-", "C2--"), strict=True):
-            ax.semilogy(f, np.abs(item.full[name].predict(item.fit.values)[:, channel, 0]), style, lw=1.2, label=item.name)
+            ax.semilogy(
+                f,
+                np.abs(item.full[name].predict(item.fit.values)[:, channel, 0]),
+                style,
+                lw=1.2,
+                label=item.name,
+            )
         ax.set_title(f"{label}: point {node}, Y", fontsize=10)
         ax.grid(alpha=0.3)
     for ax in axes[1]:
@@ -175,17 +200,24 @@ def draw_shapes(item: Run, path: Path) -> None:
 def replace_rows(table: ModalTable, mode: int) -> ModalTable:
     """One mode of a table."""
     assert table.shapes is not None
-    return ModalTable(table.frequency_hz[[mode]], table.damping_ratio[[mode]], table.channels, table.shapes[[mode]])
+    return ModalTable(
+        table.frequency_hz[[mode]], table.damping_ratio[[mode]], table.channels, table.shapes[[mode]]
+    )
 
 
 def _sketch(ax: object, at: np.ndarray, shape: np.ndarray, links: list[str], plane: tuple[int, int]) -> None:
     """Points of each link joined left and right, at rest in grey and moved in colour."""
     for number, link in enumerate(LINKS):
         own = [n for n, name in enumerate(links) if name == link]
-        for place, style in ((at, {"color": "0.75", "lw": 1}), (at + shape, {"color": f"C{number}", "lw": 1.6, "marker": "o", "ms": 3})):
+        for place, style in (
+            (at, {"color": "0.75", "lw": 1}),
+            (at + shape, {"color": f"C{number}", "lw": 1.6, "marker": "o", "ms": 3}),
+        ):
             loop = [*own[::2], *own[1::2][::-1], own[0]]
             ax.plot(place[loop, plane[0]], place[loop, plane[1]], **style)  # type: ignore[attr-defined]
-    middles = np.array([(at + shape)[[n for n, name in enumerate(links) if name == link]].mean(axis=0) for link in LINKS])
+    middles = np.array(
+        [(at + shape)[[n for n, name in enumerate(links) if name == link]].mean(axis=0) for link in LINKS]
+    )
     ax.plot(middles[:, plane[0]], middles[:, plane[1]], "k:", lw=1)  # type: ignore[attr-defined]
     ax.set_aspect("equal")  # type: ignore[attr-defined]
     ax.set_xlabel("XYZ"[plane[0]] + ", m")  # type: ignore[attr-defined]
@@ -201,9 +233,18 @@ def main() -> None:
         run("defaults", ours),
         run("defaults, base and link 1 elastic", ours + ELASTIC),
     ]
-    rows = [runs[0], run("genetic algorithm, 5 times as long", published.replace("evaluations: 10000", "evaluations: 50000"))]
+    rows = [
+        runs[0],
+        run(
+            "genetic algorithm, 5 times as long",
+            published.replace("evaluations: 10000", "evaluations: 50000"),
+        ),
+    ]
     rows += [run("defaults, first start alone", ours + "\nstarts: 1\n"), *runs[1:]]
-    print("| fit | processor s | evaluations | area | gap | gap on the 30 other points |\n|---|---|---|---|---|---|")
+    print(
+        "| fit | processor s | evaluations | area | gap | gap on the 30 other points"
+        " |\n|---|---|---|---|---|---|"
+    )
     print("\n".join(row(item) for item in rows))
     tables = measured_modes(runs[0])
     for name, wanted in PEAKS:
@@ -212,7 +253,10 @@ def main() -> None:
         model = ", ".join(f"{modelled(item, name, wanted)[0]:.2f}" for item in runs)
         shape = moved(runs[0], name, replace_rows(table, mode))[0]
         nodes = [channel.node for channel in runs[0].full[name].data.outputs[::3]]
-        own = {link: [n for n, node in enumerate(nodes) if runs[0].problem.points[node].link == link] for link in LINKS}
+        own = {
+            link: [n for n, node in enumerate(nodes) if runs[0].problem.points[node].link == link]
+            for link in LINKS
+        }
         phases = ", ".join(f"{link} {shape[rows, 1].mean():.2f}" for link, rows in own.items() if rows)
         seen = f"{table.frequency_hz[mode]:.2f} Hz {100 * table.damping_ratio[mode]:.1f} %"
         print(f"{name} {wanted:g} Hz: measured {seen}, models {model}; Y: {phases}")

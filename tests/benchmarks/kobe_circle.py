@@ -1,4 +1,5 @@
-"""The circular test of the Kobe study beside the paper's Fig. 16: python -m tests.benchmarks.kobe_circle; writes docs/kobe_circle.png.
+"""The circular test of the Kobe study beside the paper's Fig. 16: python -m tests.benchmarks.kobe_circle;
+writes docs/kobe_circle.png.
 
 Besides the study as it is: without friction, without elastic coordinates, and with half the step.
 """
@@ -31,7 +32,9 @@ VARIANTS: dict[str, dict[str, Any]] = {
 def changed(file: MotionFile, keys: dict[str, Any]) -> MotionFile:
     """The study with other values of some keys."""
     given = {name: getattr(file.study, name) for name in file.study.model_fields_set if name != "schema_"}
-    return file.model_copy(update={"study": type(file.study).model_validate({"schema": "identify-motion/1", **given, **keys})})
+    return file.model_copy(
+        update={"study": type(file.study).model_validate({"schema": "identify-motion/1", **given, **keys})}
+    )
 
 
 def run(name: str, file: MotionFile) -> dict[str, CircularTest]:
@@ -42,18 +45,34 @@ def run(name: str, file: MotionFile) -> dict[str, CircularTest]:
     tests = record.circles
     assert tests is not None
     assert record.paths is not None
-    print(f"{name}: steps of {1e6 * result.step_s:.1f} µs, {time.process_time() - began:.0f} s for {record.time_s[-1]:.1f} s", flush=True)
+    print(
+        f"{name}: steps of {1e6 * result.step_s:.1f} µs, {time.process_time() - began:.0f} s for"
+        f" {record.time_s[-1]:.1f} s",
+        flush=True,
+    )
     for path, test in tests.items():
         quadrant = (test.angle // (np.pi / 2)).astype(int) % 4
-        largest = ", ".join(f"{1e6 * np.abs(test.error[quadrant == number]).max():.0f}" for number in range(4))
-        sizes = f"mean radius {1e3 * test.radius:.4f} mm, deviation {1e6 * test.deviation:.1f}, RMS {1e6 * test.rms:.1f}"
-        print(f"  {path}: {sizes}, above 8 waves a turn {1e6 * _waves(test):.2f}, largest by quadrant {largest} µm", flush=True)
+        largest = ", ".join(
+            f"{1e6 * np.abs(test.error[quadrant == number]).max():.0f}" for number in range(4)
+        )
+        sizes = (
+            f"mean radius {1e3 * test.radius:.4f} mm, deviation {1e6 * test.deviation:.1f}, RMS"
+            f" {1e6 * test.rms:.1f}"
+        )
+        print(
+            f"  {path}: {sizes}, above 8 waves a turn {1e6 * _waves(test):.2f}, largest by quadrant"
+            f" {largest} µm",
+            flush=True,
+        )
     return tests
 
 
 def _waves(test: CircularTest) -> float:
     """RMS of what is left of the radial error without its first 8 waves a turn: vibration and glitches, m."""
-    columns = [np.ones_like(test.angle), *(shape(n * test.angle) for n in range(1, 9) for shape in (np.cos, np.sin))]
+    columns = [
+        np.ones_like(test.angle),
+        *(shape(n * test.angle) for n in range(1, 9) for shape in (np.cos, np.sin)),
+    ]
     matrix = np.column_stack(columns)
     rest = test.error - matrix @ np.linalg.lstsq(matrix, test.error, rcond=None)[0]
     return float(np.sqrt(np.mean(rest**2)))

@@ -1,8 +1,9 @@
 """Modal analysis beside sdypy-EMA on the same FRFs, band and order: time, and how many true modes are found.
 
-Run `python -m tests.benchmarks.modal` from the repository's root; `--order 60` is the order of both, `--methods` picks some.
-sdypy-EMA is imported if it is installed and left out, saying so, if not; it has no automatic selection, so it is given
-the reference frequencies to pick the poles closest to them, once with its default frequency window and once with a narrow one.
+Run `python -m tests.benchmarks.modal` from the repository's root; `--order 60` is the order of both,
+`--methods` picks some. sdypy-EMA is imported if it is installed and left out, saying so, if not; it has no
+automatic selection, so it is given the reference frequencies to pick the poles closest to them, once with its
+default frequency window and once with a narrow one.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ NARROW_HZ = 2
 
 @dataclass(frozen=True)
 class Case:
-    """FRFs, the true (or reference) modes, and what counts as found: relative error of frequency and of damping."""
+    """FRFs, the true (or reference) modes, and what counts as found: relative error of frequency and of
+    damping.
+    """
 
     name: str
     data: FrfSet
@@ -48,8 +51,12 @@ class Case:
 def cases() -> list[Case]:
     """The aircraft and the hidden arms with nothing hidden."""
     percent = np.array(AIRCRAFT_PERCENT) / 100
-    aircraft = load_frf_set(shared("data", "uliege_aircraft", "aircraft_converted.uff"), FrfFileOptions(unit="m/s^2/N"))
-    found = [Case("aircraft", aircraft, ModalTable(np.array(AIRCRAFT_HZ), percent), (10.0, 170.0), 0.003, 0.3)]
+    aircraft = load_frf_set(
+        shared("data", "uliege_aircraft", "aircraft_converted.uff"), FrfFileOptions(unit="m/s^2/N")
+    )
+    found = [
+        Case("aircraft", aircraft, ModalTable(np.array(AIRCRAFT_HZ), percent), (10.0, 170.0), 0.003, 0.3)
+    ]
     for name in ("none_101", "none_102"):
         test = json.loads((shared("hidden", name) / "test.json").read_text())
         for posture, file in enumerate(test["files"], start=1):
@@ -78,10 +85,14 @@ def theirs(case: Case, method: str, order: int, window_hz: int | None) -> ModalT
         # Its sample time does not follow a lower limit, which shifts every pole.
         low = 0.0
     limit = min(order, len(case.data.frequency_hz) // 4)
-    model = ema.Model(frf, case.data.frequency_hz, lower=low, upper=high, pol_order_high=limit, frf_form=case.data.quantity)
+    model = ema.Model(
+        frf, case.data.frequency_hz, lower=low, upper=high, pol_order_high=limit, frf_form=case.data.quantity
+    )
     sigma = case.data.window_decay_per_s
     omega = 2 * np.pi * case.truth.frequency_hz
-    seen = np.hypot(omega * np.sqrt(1 - case.truth.damping_ratio**2), omega * case.truth.damping_ratio + sigma) / (2 * np.pi)
+    seen = np.hypot(
+        omega * np.sqrt(1 - case.truth.damping_ratio**2), omega * case.truth.damping_ratio + sigma
+    ) / (2 * np.pi)
     with redirect_stderr(io.StringIO()):
         model.get_poles(method=method, show_progress=False)
         model.select_closest_poles(list(seen), **({} if window_hz is None else {"f_window": window_hz}))
@@ -112,8 +123,12 @@ def methods() -> dict[str, Callable[[Case, int], ModalTable]]:
         print("sdypy-EMA is not installed and left out (pip install sdypy-EMA in an environment of its own)")
         return compared
     for method in ("lscf", "lsce"):
-        compared[f"sdypy-EMA {method}, default window"] = lambda case, order, m=method: theirs(case, m, order, None)
-        compared[f"sdypy-EMA {method}, {NARROW_HZ} Hz window"] = lambda case, order, m=method: theirs(case, m, order, NARROW_HZ)
+        compared[f"sdypy-EMA {method}, default window"] = lambda case, order, m=method: theirs(
+            case, m, order, None
+        )
+        compared[f"sdypy-EMA {method}, {NARROW_HZ} Hz window"] = lambda case, order, m=method: theirs(
+            case, m, order, NARROW_HZ
+        )
     return compared
 
 
@@ -128,10 +143,20 @@ def run(order: int, wanted: list[str]) -> list[list[str]]:
             try:
                 found = score(case, method(case, order))
                 result = [f"{found[0]}/{len(case.truth)}", f"{found[1]}/{len(case.truth)}", str(found[2])]
-            except (ValueError, IndexError, ArithmeticError, AssertionError, np.linalg.LinAlgError, MemoryError) as error:
+            except (
+                ValueError,
+                IndexError,
+                ArithmeticError,
+                AssertionError,
+                np.linalg.LinAlgError,
+                MemoryError,
+            ) as error:
                 result = [f"failed: {type(error).__name__}", "", ""]
             rows.append([case.name, name, f"{time.perf_counter() - start:.2f}", *result])
-            print("  ".join(f"{cell:34s}" if k == 1 else f"{cell:20s}" for k, cell in enumerate(rows[-1])), flush=True)
+            print(
+                "  ".join(f"{cell:34s}" if k == 1 else f"{cell:20s}" for k, cell in enumerate(rows[-1])),
+                flush=True,
+            )
     return rows
 
 
@@ -146,7 +171,9 @@ def main() -> None:
     rows = run(arguments.order, arguments.methods)
     if arguments.csv:
         with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([["case", "method", "seconds", "frequency", "damping", "further"], *rows])
+            csv.writer(file).writerows(
+                [["case", "method", "seconds", "frequency", "damping", "further"], *rows]
+            )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""How fast a driven arm is simulated: seconds of motion per second of computing, beside scipy's solve_ivp with Pinocchio's ABA.
+"""How fast a driven arm is simulated: seconds of motion per second of computing, beside scipy's solve_ivp
+with Pinocchio's ABA.
 
-The arm is that of the Kawasaki RS010L study: three axes, direct-current motors, PID at 1 kHz, Coulomb friction.  The alternative
-integrates the same equations between ticks (RK45, relative tolerance 1e-6), as one would without this package.
-`python -m tests.benchmarks.motion`
+The arm is that of the Kawasaki RS010L study: three axes, direct-current motors, PID at 1 kHz, Coulomb
+friction.  The alternative integrates the same equations between ticks (RK45, relative tolerance 1e-6), as one
+would without this package. `python -m tests.benchmarks.motion`
 """
 
 from __future__ import annotations
@@ -24,13 +25,18 @@ Array = NDArray[np.float64]
 def between_ticks(model: pinocchio.Model) -> Callable[[Array, Array], Array]:
     """The state (angles, velocities, currents) a tick later, by solve_ivp."""
     data, ratio = model.createData(), np.array(kawasaki.TRUTH["gear_ratio"])
-    dry, viscous = np.array(kawasaki.TRUTH["coulomb_n_m"]), ratio**2 * np.array(kawasaki.TRUTH["viscous_motor_n_m_s_rad"])
+    dry, viscous = (
+        np.array(kawasaki.TRUTH["coulomb_n_m"]),
+        ratio**2 * np.array(kawasaki.TRUTH["viscous_motor_n_m_s_rad"]),
+    )
 
     def tick(state: Array, voltage: Array) -> Array:
         def slope(_: float, y: Array) -> Array:
             q, v, i = y.reshape(3, 3)
             torque = ratio * kawasaki.TORQUE_CONSTANT * i - dry * np.tanh(v / 1e-3) - viscous * v
-            current = (voltage - kawasaki.RESISTANCE * i - kawasaki.BACK_EMF * ratio * v) / kawasaki.INDUCTANCE
+            current = (
+                voltage - kawasaki.RESISTANCE * i - kawasaki.BACK_EMF * ratio * v
+            ) / kawasaki.INDUCTANCE
             return np.concatenate([v, pinocchio.aba(model, data, q, v, torque), current])
 
         solved = solve_ivp(slope, (0, kawasaki.PERIOD_S), state.ravel(), rtol=1e-6, atol=1e-9)
@@ -41,7 +47,11 @@ def between_ticks(model: pinocchio.Model) -> Callable[[Array, Array], Array]:
 
 def by_scipy(ticks: int) -> tuple[Array, float]:
     """Angles (ticks, 3) of the first record, and seconds."""
-    test, model, numbers = kawasaki.TESTS[0], kawasaki.arm(), {key: np.array(value) for key, value in kawasaki.TRUTH.items()}
+    test, model, numbers = (
+        kawasaki.TESTS[0],
+        kawasaki.arm(),
+        {key: np.array(value) for key, value in kawasaki.TRUTH.items()},
+    )
     wanted, tick, zero = kawasaki.command(test), between_ticks(model), np.zeros(3)
     weight = pinocchio.rnea(model, model.createData(), wanted[0], zero, zero)
     state = np.array([wanted[0], zero, weight / numbers["gear_ratio"] / kawasaki.TORQUE_CONSTANT])
@@ -68,9 +78,14 @@ def main() -> None:
         began = time.perf_counter()
         motion = problem.run(np.tile(values, (lanes, 1)), [record])
         factor = lanes * length / (time.perf_counter() - began)
-        print(f"identify, {lanes} side by side: {factor:.1f} s of motion per second, {factor / alone:.0f} times")
+        print(
+            f"identify, {lanes} side by side: {factor:.1f} s of motion per second, {factor / alone:.0f} times"
+        )
     apart, turned = np.abs(motion.coordinates[0, :1000] - theirs).max(), np.ptp(theirs, axis=0).max()
-    print(f"largest difference of angles over the first second: {np.degrees(apart):.2g} deg of {np.degrees(turned):.1f}")
+    print(
+        f"largest difference of angles over the first second: {np.degrees(apart):.2g} deg of"
+        f" {np.degrees(turned):.1f}"
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""The Nagoya study beside the paper: identified numbers, FRFs in three postures, three controllers; tables and figures of its page.
+"""The Nagoya study beside the paper: identified numbers, FRFs in three postures, three controllers; tables
+and figures of its page.
 
-identify fit configs/nagoya_two_link.yaml
-python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5      writes docs/nagoya_frf.png and docs/nagoya_control.png
+identify fit configs/nagoya_two_link.yaml python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5
+writes docs/nagoya_frf.png and docs/nagoya_control.png
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identify.measured.frf_set import Complex
+from identify.core.arrays import Complex
 from identify.motion.excitation import closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion, with_numbers
 from identify.motion.study import read_motion_study
@@ -28,14 +29,20 @@ ROOT = Path(__file__).parents[2]
 Array = NDArray[np.float64]
 COLOURS = ("#0072B2", "#D55E00", "#009E73")
 POSTURES = {"upright": "90°, -90°", "reaching": "45°, -20°", "folded": "110°, -150°"}
-CONTROLS = {"conventional": "conventional", "flexible": "two degrees of freedom", "notched": "two degrees of freedom, notch"}
+CONTROLS = {
+    "conventional": "conventional",
+    "flexible": "two degrees of freedom",
+    "notched": "two degrees of freedom, notch",
+}
 STOP_S = 1.31
 """When the command of the control records has stopped."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """Signals of a record as measured and as the fitted model has them, (samples, joints) by quantity, and the command there."""
+    """Signals of a record as measured and as the fitted model has them, (samples, joints) by quantity, and
+    the command there.
+    """
 
     time_s: Array
     measured: dict[str, Array]
@@ -62,29 +69,43 @@ def seen(text: str, values: dict[str, float]) -> dict[str, Seen]:
     found = {}
     for number, record in enumerate(problem.records):
         assert record.measured is not None
-        model = {q: rows[0] for q, rows in simulated(problem, motion, record, number, len(problem.records)).items()}
+        model = {
+            q: rows[0] for q, rows in simulated(problem, motion, record, number, len(problem.records)).items()
+        }
         every = round(record.measured.time_s[1] / problem.file.study.servo.period_s)
         command = record.command.position[::every][: len(record.measured.time_s)]
-        found[record.settings.name] = Seen(record.measured.time_s, dict(record.measured.signals), model, command)
+        found[record.settings.name] = Seen(
+            record.measured.time_s, dict(record.measured.signals), model, command
+        )
     return found
 
 
 def frfs(records: dict[str, Seen], posture: str, which: str) -> tuple[Array, Complex, Complex]:
-    """Frequencies, Hz; motor velocity and link acceleration per motor torque (lines, 2, 2), in the excited band."""
+    """Frequencies, Hz; motor velocity and link acceleration per motor torque (lines, 2, 2), in the excited
+    band.
+    """
     pair = [records[f"{posture}{joint}"] for joint in (1, 2)]
     step = float(pair[0].time_s[1])
     torque = [record.of(which)["motor_torque"] for record in pair]
-    found = [closed_loop_frf(torque, [r.of(which)[f"{side}_position"] for r in pair], step, 1.0) for side in ("motor", "link")]
+    found = [
+        closed_loop_frf(torque, [r.of(which)[f"{side}_position"] for r in pair], step, 1.0)
+        for side in ("motor", "link")
+    ]
     f = found[0][0]
     band, jw = (f >= 2) & (f <= 55), 2j * np.pi * f[:, None, None]
     return f[band], (jw * found[0][1])[band], (jw**2 * found[1][1])[band]
 
 
 def extremes(f: Array, h: Complex) -> tuple[float, float]:
-    """Hz of the deepest dip and of the highest peak of gain times frequency between 5 and 40 Hz, by parabolas through dB."""
+    """Hz of the deepest dip and of the highest peak of gain times frequency between 5 and 40 Hz, by parabolas
+    through dB.
+    """
     inside = (f > 5) & (f < 40)
     gain = 20 * np.log10(np.abs(h) * f)
-    low, high = int(np.argmin(np.where(inside, gain, np.inf))), int(np.argmax(np.where(inside, gain, -np.inf)))
+    low, high = (
+        int(np.argmin(np.where(inside, gain, np.inf))),
+        int(np.argmax(np.where(inside, gain, -np.inf))),
+    )
     return _vertex(f, gain, low), _vertex(f, gain, high)
 
 
@@ -96,7 +117,9 @@ def _vertex(f: Array, gain: Array, at: int) -> float:
 def control_text(text: str, control: str, gain: int) -> str:
     """The study of the control records with another controller."""
     if control == "conventional":
-        text = text.replace("kind: two-degree-of-freedom", "kind: cascade").replace("  notch_depth: 0.3\n", "")
+        text = text.replace("kind: two-degree-of-freedom", "kind: cascade").replace(
+            "  notch_depth: 0.3\n", ""
+        )
     if control != "notched":
         text = text.replace("  notch_width: 0.3\n", "")
     text = text.replace("velocity_gain: [24000, 8000]", f"velocity_gain: [{12000 * gain}, {4000 * gain}]")
@@ -104,7 +127,9 @@ def control_text(text: str, control: str, gain: int) -> str:
 
 
 def quality(record: Seen, which: str) -> tuple[Array, Array]:
-    """RMS tracking error of the links while they are to move, and of their vibration about a cubic in the half second behind; rad, (2,)."""
+    """RMS tracking error of the links while they are to move, and of their vibration about a cubic in the
+    half second behind; rad, (2,).
+    """
     link, time = record.of(which)["link_position"], record.time_s
     error = (link - record.command)[(time >= 0.2) & (time <= STOP_S)]
     behind = link[(time > STOP_S) & (time <= STOP_S + 0.5)]
@@ -133,14 +158,25 @@ def print_numbers(result: MotionResult, truth: dict[str, list[float]]) -> None:
         joint, key = name.split(".", 1)
         true = np.broadcast_to(truth[keys[key]], 2)[int(joint[5:]) - 1]
         inside = "inside" if p.low_95[row] <= true <= p.high_95[row] else "**outside**"
-        print(f"| {name} | {true:.4g} | {p.value[row]:.4g} | {p.low_95[row]:.4g} to {p.high_95[row]:.4g} {p.unit[row]} | {inside} |")
-    print(f"gap {result.gap:.3f}, on the record that was not fitted {result.gap_validation:.3f}; {result.seconds:.0f} s")
+        print(
+            f"| {name} | {true:.4g} | {p.value[row]:.4g} | {p.low_95[row]:.4g} to {p.high_95[row]:.4g}"
+            f" {p.unit[row]} | {inside} |"
+        )
+    print(
+        f"gap {result.gap:.3f}, on the record that was not fitted {result.gap_validation:.3f};"
+        f" {result.seconds:.0f} s"
+    )
     print("\n".join(f"{name}: gap {record.gap:.3f}" for name, record in result.records.items()))
 
 
 def print_frfs(records: dict[str, Seen]) -> None:
-    """Deepest dip and highest peak of the motor's acceleration, and how far the gains of its velocity are apart."""
-    print("| posture | joint | deepest dip, Hz: measured / model | highest peak, Hz | gains apart, dB: median, most |")
+    """Deepest dip and highest peak of the motor's acceleration, and how far the gains of its velocity are
+    apart.
+    """
+    print(
+        "| posture | joint | deepest dip, Hz: measured / model | highest peak, Hz | gains apart, dB: median,"
+        " most |"
+    )
     print("|---|---|---|---|---|")
     for posture in POSTURES:
         f, measured, _ = frfs(records, posture, "measured")
@@ -150,25 +186,33 @@ def print_frfs(records: dict[str, Seen]) -> None:
             pairs = zip(extremes(f, one), extremes(f, other), strict=True)
             cells = [f"{a:.1f} / {b:.1f}" for a, b in pairs]
             apart = np.abs(20 * np.log10(np.abs(one / other)))
-            print(f"| {posture} | {joint + 1} | {cells[0]} | {cells[1]} | {np.median(apart):.2f}, {apart.max():.1f} |")
+            print(
+                f"| {posture} | {joint + 1} | {cells[0]} | {cells[1]} | {np.median(apart):.2f},"
+                f" {apart.max():.1f} |"
+            )
 
 
 def print_control(runs: dict[tuple[str, int], Seen]) -> None:
     """Tracking and residual vibration."""
     print(
-        "| controller | gain | tracking RMS, 0.001°, links 1 and 2: measured / model | residual vibration RMS, 0.001° |\n|---|---|---|---|"
+        "| controller | gain | tracking RMS, 0.001°, links 1 and 2: measured / model | residual vibration"
+        " RMS, 0.001° |\n|---|---|---|---|"
     )
     for (control, gain), record in runs.items():
         rows = [quality(record, which) for which in ("measured", "model")]
         cells = [
-            ", ".join(f"{np.degrees(m) * 1e3:.1f} / {np.degrees(s) * 1e3:.1f}" for m, s in zip(a, b, strict=True))
+            ", ".join(
+                f"{np.degrees(m) * 1e3:.1f} / {np.degrees(s) * 1e3:.1f}" for m, s in zip(a, b, strict=True)
+            )
             for a, b in zip(*rows, strict=True)
         ]
         print(f"| {CONTROLS[control]} | {gain} | {cells[0]} | {cells[1]} |")
 
 
 def draw_frfs(records: dict[str, Seen], path: Path) -> None:
-    """Gain and phase of the motor's velocity and gain of the link's acceleration, per joint, measured and model (Figs. 9 and 10)."""
+    """Gain and phase of the motor's velocity and gain of the link's acceleration, per joint, measured and
+    model (Figs. 9 and 10).
+    """
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(3, 4, figsize=(13, 7.2), sharex=True, sharey="row", layout="constrained")
@@ -184,7 +228,9 @@ def draw_frfs(records: dict[str, Seen], path: Path) -> None:
         axes[2, column].set_xticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
         axes[2, column].minorticks_off()
     for ax, label in zip(
-        axes[:, 0], ("motor velocity, dB of 1 rad/s/(N m)", "its phase, °", "link acceleration, dB of 1 rad/s²/(N m)"), strict=True
+        axes[:, 0],
+        ("motor velocity, dB of 1 rad/s/(N m)", "its phase, °", "link acceleration, dB of 1 rad/s²/(N m)"),
+        strict=True,
     ):
         ax.set_ylabel(label, fontsize=9)
     for ax in axes.ravel():
@@ -207,7 +253,14 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
             behind = (record.time_s > STOP_S) & (record.time_s < STOP_S + 0.5)
             for ax, lines in ((axes[:, 0], error), (axes[:, 1], error - error[behind].mean(axis=0))):
                 for joint in (0, 1):
-                    ax[joint].plot(record.time_s, lines[:, joint], style, color=colour, lw=1.2 if style == "-" else 2.0, label=label)
+                    ax[joint].plot(
+                        record.time_s,
+                        lines[:, joint],
+                        style,
+                        color=colour,
+                        lw=1.2 if style == "-" else 2.0,
+                        label=label,
+                    )
     for joint, row in enumerate(axes):
         row[0].set_ylabel(f"link {joint + 1} less its command, °")
         row[1].set_title(f"link {joint + 1} behind the stop, about its mean", fontsize=9)

@@ -1,4 +1,6 @@
-"""How large a page of 3,000 FRFs is, and how fast it opens beside one of 60: python -m tests.benchmarks.report (needs `make browser`)."""
+"""How large a page of 3,000 FRFs is, and how fast it opens beside one of 60: python -m
+tests.benchmarks.report (needs `make browser`).
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,10 @@ def main() -> None:
                 paint = float(page.run("performance.getEntriesByName('first-contentful-paint')[0].startTime"))
                 seen.append((float(page.run("document.documentElement.dataset.ready")), paint))
             ready, paint = min(seen)
-            print(f"{name}: {path.stat().st_size / 1e6:.1f} MB, first paint {paint:.0f} ms, ready {ready:.0f} ms")
+            print(
+                f"{name}: {path.stat().st_size / 1e6:.1f} MB, first paint {paint:.0f} ms, ready"
+                f" {ready:.0f} ms"
+            )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""What the open question of UMONS comes to: the gap at the wrist by band and direction before and after, and the FRF in x as a figure.
+"""What the open question of UMONS comes to: the gap at the wrist by band and direction before and after, and
+the FRF in x as a figure.
 
 python -m tests.benchmarks.umons_open reports/umons_open_discovery.h5 docs/umons_open.png
 """
@@ -33,7 +34,10 @@ def main() -> None:
     print(*result.verdict, *result.added.named, sep="\n")
     for posture in result.after.measurements:
         before, after = _frf(result, posture)
-        print(f"\n{posture}, gap of drive-point FRFs before -> after\nband      " + "".join(f"H{axis}{axis:14s}" for axis in AXES))
+        print(
+            f"\n{posture}, gap of drive-point FRFs before -> after\nband      "
+            + "".join(f"H{axis}{axis:14s}" for axis in AXES)
+        )
         for band in (*BANDS_HZ, (0, 1000)):
             pairs = (f"{gap(before, axis, band):6.1f} -> {gap(after, axis, band):<6.2f}" for axis in AXES)
             print(f"{band[0]:3d}-{band[1]:<5d} " + " ".join(pairs))
@@ -42,7 +46,9 @@ def main() -> None:
 
 
 def gap(frf: FrfComparison, axis: str, band: tuple[float, float]) -> float:
-    """RMS residual over noise of the drive-point FRF along an axis, on the lines in a band; noise is that of real and imaginary part."""
+    """RMS residual over noise of the drive-point FRF along an axis, on the lines in a band; noise is that of
+    real and imaginary part.
+    """
     column = _column(frf, axis)
     assert frf.noise is not None
     lines = (frf.frequency_hz >= band[0]) & (frf.frequency_hz < band[1])
@@ -54,10 +60,27 @@ def draw(before: FrfComparison, after: FrfComparison) -> Figure:
     """Hxx at the paper's sensor, in dB of g/N: simulated test, and the models before and after."""
     figure = Figure(figsize=(6.85, 2.9), layout="constrained")
     axes, column = figure.subplots(), _column(after, "x")
-    curves = ((after.measured, "#5c6673", "simulated test", 3.0), (before.fitted, "#d55e00", "springs about the axes of motion", 1.2))
-    for values, colour, label, width in (*curves, (after.fitted, "#0072b2", "with what discovery added", 1.2)):
-        axes.plot(after.frequency_hz, 20 * np.log10(np.abs(values[:, column]) / 9.80665), color=colour, label=label, linewidth=width)
-    axes.set(xlabel="Hz", ylabel="|Hxx|, dB (g/N)", xlim=(0, 80), title="Wrist, across the robot's plane, the paper's posture")
+    curves = (
+        (after.measured, "#5c6673", "simulated test", 3.0),
+        (before.fitted, "#d55e00", "springs about the axes of motion", 1.2),
+    )
+    for values, colour, label, width in (
+        *curves,
+        (after.fitted, "#0072b2", "with what discovery added", 1.2),
+    ):
+        axes.plot(
+            after.frequency_hz,
+            20 * np.log10(np.abs(values[:, column]) / 9.80665),
+            color=colour,
+            label=label,
+            linewidth=width,
+        )
+    axes.set(
+        xlabel="Hz",
+        ylabel="|Hxx|, dB (g/N)",
+        xlim=(0, 80),
+        title="Wrist, across the robot's plane, the paper's posture",
+    )
     axes.legend()
     return figure
 

@@ -1,4 +1,6 @@
-"""What a step and the loop choose, in a world where the sum of squares of every model is known: no model is fitted here."""
+"""What a step and the loop choose, in a world where the sum of squares of every model is known: no model is
+fitted here.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,7 @@ from typing import Any, cast
 import pytest
 
 from identify.discovery import loop, search
-from identify.discovery.evidence import Judge
+from identify.discovery.evidence import EvidenceCriterion
 from identify.discovery.loop import Story
 from identify.discovery.search import Option
 from identify.discovery.trial import Task, Trial
@@ -57,14 +59,26 @@ def _nothing(*_: Any) -> float:
 
 def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() -> None:
     gaps = {"appended-resonator": 8.0, "joint-compliance": 11.0, "base-compliance": 15.0}
-    world = World(lambda kinds: 1.02 if {"joint-compliance", "base-compliance"} <= kinds else min(gaps.get(k, 40.0) for k in kinds | {""}))
-    before, judge = world.model(), Judge(100.0)
+    world = World(
+        lambda kinds: (
+            1.02
+            if {"joint-compliance", "base-compliance"} <= kinds
+            else min(gaps.get(k, 40.0) for k in kinds | {""})
+        )
+    )
+    before, judge = world.model(), EvidenceCriterion(100.0)
     quick = [world.model(effect) for effect in (BODY, TILT, BASE)]
     judged = [Option(t.task.new[0], t, judge.evidence(before, t)) for t in quick]
     assert judged[0].evidence == max(option.evidence for option in judged)
-    assert search._first_of_two(_workers(world), before, quick, judged, judged[0], judge) == (judged[1], pytest.approx(1.02))
+    assert search._first_of_two(_workers(world), before, quick, judged, judged[0], judge) == (
+        judged[1],
+        pytest.approx(1.02),
+    )
     alone = World(lambda kinds: min(gaps.get(k, 40.0) for k in kinds | {""}))
-    assert search._first_of_two(_workers(alone), before, quick, judged, judged[0], judge) == (judged[0], pytest.approx(8.0))
+    assert search._first_of_two(_workers(alone), before, quick, judged, judged[0], judge) == (
+        judged[0],
+        pytest.approx(8.0),
+    )
 
 
 def test_few_of_a_kind_are_tried_in_pairs() -> None:
@@ -76,14 +90,16 @@ def test_few_of_a_kind_are_tried_in_pairs() -> None:
 
 
 def test_data_that_were_not_fitted_count_in_the_choice() -> None:
-    judge, task = Judge(1.0), Task((DRIVES,), (), {})
+    judge, task = EvidenceCriterion(1.0), Task((DRIVES,), (), {})
     better_fitted = Trial(task, {}, 5_000.0, COUNT, 30_000.0, COUNT, 12)
     better_elsewhere = Trial(task, {}, 6_000.0, COUNT, 10_000.0, COUNT, 12)
     assert judge.evidence(better_fitted, better_elsewhere) == pytest.approx(19_000)
 
 
 @pytest.mark.parametrize("with_another", [True, False])
-def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(with_another: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(
+    with_another: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     both = {"joint-compliance", "base-compliance"}
     world = World(lambda kinds: 1.01 if both <= kinds else 8.6 if "joint-compliance" in kinds else 9.5)
 
@@ -91,7 +107,7 @@ def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(w
         effect = next((e for e in (TILT, BASE) if e not in before.task.effects), MASS)
         trial = world.trial(Task(before.task.effects, (effect,), {}))
         best = Option(effect, trial, 100.0) if trial.gap < before.gap else None
-        return search.Step(before, (), best, (), Judge(1.0), 1.01 if with_another else trial.gap)
+        return search.Step(before, (), best, (), EvidenceCriterion(1.0), 1.01 if with_another else trial.gap)
 
     monkeypatch.setattr(loop, "check_data", _nothing)
     monkeypatch.setattr(loop, "_base", lambda problem, workers: world.model())
@@ -102,7 +118,9 @@ def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(w
 
 
 def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An even beam was found while a delay was in the way; beside the delay an uneven one explains the rest."""
+    """An even beam was found while a delay was in the way; beside the delay an uneven one explains the
+    rest.
+    """
     even = parse_effect({"kind": "link-flexibility", "link": "link2"})
     [uneven] = even.forms()
     late = parse_effect({"kind": "time-delay"})
@@ -110,7 +128,10 @@ def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: 
 
     class Forms(World):
         def trial(self, task: Task) -> Trial:
-            new = ["late" if effect == late else "uneven" if effect == uneven else "even" for effect in task.effects[1:]]
+            new = [
+                "late" if effect == late else "uneven" if effect == uneven else "even"
+                for effect in task.effects[1:]
+            ]
             squares = COUNT * gaps[" ".join(new)] ** 2
             return Trial(task, {}, squares, COUNT, squares, COUNT, 12 + len(new) + 14 * new.count("uneven"))
 
@@ -123,17 +144,28 @@ def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: 
     found, final = loop._reshaped(_workers(world), first, options, options[-1].trial, story)
     assert [one.effect for one in found] == [late, uneven]
     assert final.gap == pytest.approx(1.0)
-    steps = (search.Step(first, (), options[0], (), Judge(1.0), 40.0), *story.steps)
+    steps = (search.Step(first, (), options[0], (), EvidenceCriterion(1.0), 40.0), *story.steps)
     assert loop.Discovery(first, final, tuple(found), steps).kept == (True, True)
     gaps["late uneven"] = 1.9999
-    assert loop._reshaped(_workers(world), first, options, options[-1].trial, story) == (options, options[-1].trial)
+    assert loop._reshaped(_workers(world), first, options, options[-1].trial, story) == (
+        options,
+        options[-1].trial,
+    )
 
 
 def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A body on a spring that was found first took the place of a mass; with the tilt in the model the mass explains all."""
+    """A body on a spring that was found first took the place of a mass; with the tilt in the model the mass
+    explains all.
+    """
 
     def gap(kinds: set[str]) -> float:
-        return 1.0 if {"added-mass", "joint-compliance"} <= kinds else 1.1 if len(kinds) > 1 else 9.0 - len(kinds)
+        return (
+            1.0
+            if {"added-mass", "joint-compliance"} <= kinds
+            else 1.1
+            if len(kinds) > 1
+            else 9.0 - len(kinds)
+        )
 
     world = World(gap)
     first, wrong, found = world.model(), world.model(BODY), world.model(BODY, TILT)
@@ -142,7 +174,7 @@ def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: p
     def searched(workers: Workers, problem: Problem, before: Trial, done: Any = None) -> search.Step:
         best = MASS if BODY not in before.task.effects else BODY
         trial = world.trial(Task(before.task.effects, (best,), {}))
-        return search.Step(before, (), Option(best, trial, 100.0), (), Judge(1.0), trial.gap)
+        return search.Step(before, (), Option(best, trial, 100.0), (), EvidenceCriterion(1.0), trial.gap)
 
     monkeypatch.setattr(loop, "search", searched)
     monkeypatch.setattr(loop, "inflation", _nothing)

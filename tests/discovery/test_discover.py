@@ -1,4 +1,6 @@
-"""The loop finds what is hidden in hammer tests that were simulated by a generator which shares no code with it, and nothing else."""
+"""The loop finds what is hidden in hammer tests that were simulated by a generator which shares no code with
+it, and nothing else.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ def hidden(folder: Path, case: str, seed: int) -> Path:
 def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the catalogue only two kinds are tried, so that what is tested of the loop is tested quickly."""
     kinds = ("joint-compliance", "time-delay")
-    monkeypatch.setattr(search, "candidates", lambda *known: [effect for effect in candidates(*known) if effect.kind in kinds])
+    monkeypatch.setattr(
+        search, "candidates", lambda *known: [effect for effect in candidates(*known) if effect.kind in kinds]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +58,9 @@ def tilted(tmp_path_factory: pytest.TempPathFactory) -> tuple[DiscoveryResult, l
     return result, written, said
 
 
-def test_the_hidden_effect_is_named_and_nothing_else(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+def test_the_hidden_effect_is_named_and_nothing_else(
+    tilted: tuple[DiscoveryResult, list[Path], list[str]],
+) -> None:
     result, _, said = tilted
     assert result.added.sentence == ("tilt compliance of joint 2 (rx, ry)",)
     assert result.before.gap > 3
@@ -88,24 +94,36 @@ def test_every_step_says_where_and_what(tilted: tuple[DiscoveryResult, list[Path
     assert "supported by the data" in last.decision
 
 
-def test_start_values_are_those_of_the_study_and_the_effects(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
+def test_start_values_are_those_of_the_study_and_the_effects(
+    tilted: tuple[DiscoveryResult, list[Path], list[str]],
+) -> None:
     result, written, _ = tilted
-    asked = json.loads((written[0].parents[1] / "tilt_j2" / "test.json").read_text())["initial_stiffness_nm_per_rad"]
+    asked = json.loads((written[0].parents[1] / "tilt_j2" / "test.json").read_text())[
+        "initial_stiffness_nm_per_rad"
+    ]
     for fitted in (result.before, result.after):
         p = fitted.parameters
-        assert [p.initial[p.name.index(f"joint{n}.rz.stiffness")] for n in range(1, len(asked) + 1)] == pytest.approx(asked)
+        assert [
+            p.initial[p.name.index(f"joint{n}.rz.stiffness")] for n in range(1, len(asked) + 1)
+        ] == pytest.approx(asked)
         assert np.array_equal(fitted.starts.initial[0], p.initial)
         assert not np.allclose(p.initial, p.value, rtol=0.01)
 
 
 def test_the_gap_shrinks_band_by_band(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
     result, _, _ = tilted
-    assert result.map_before.gap.shape == (3, len(result.map_before.bands_hz) - 1, len(result.map_before.channels))
+    assert result.map_before.gap.shape == (
+        3,
+        len(result.map_before.bands_hz) - 1,
+        len(result.map_before.channels),
+    )
     assert np.nanmax(result.map_after.gap) < np.nanmax(result.map_before.gap) / 2
     assert np.nanmedian(result.map_after.gap) == pytest.approx(1, abs=0.2)
 
 
-def test_the_new_config_starts_where_discovery_ended(tilted: tuple[DiscoveryResult, list[Path], list[str]], tmp_path: Path) -> None:
+def test_the_new_config_starts_where_discovery_ended(
+    tilted: tuple[DiscoveryResult, list[Path], list[str]], tmp_path: Path
+) -> None:
     result, written, _ = tilted
     assert written[1].suffix == ".yaml"
     assert "found by identify discover" in written[1].read_text()
@@ -126,7 +144,9 @@ def test_the_result_file_holds_all_of_it(tilted: tuple[DiscoveryResult, list[Pat
 
 def test_a_finished_run_is_not_run_again(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:
     result, written, _ = tilted
-    again, _ = run_discover(written[0].parents[1] / "tilt_j2.yaml", written[0], {}, Story(), workers=1, resume=True)
+    again, _ = run_discover(
+        written[0].parents[1] / "tilt_j2.yaml", written[0], {}, Story(), workers=1, resume=True
+    )
     assert again.seconds == result.seconds
 
 
@@ -149,7 +169,9 @@ def test_without_validation_channels_are_left_out_instead(small_catalogue: None,
 def test_an_interrupted_run_goes_on_to_the_same_end(small_catalogue: None, tmp_path: Path) -> None:
     """Interrupted halfway through the first screening."""
     config, out, count = hidden(tmp_path, "delay", 3), tmp_path / "parts.h5", [0]
-    whole, _ = run_discover(config, tmp_path / "whole.h5", {}, Story(done=lambda number, total: count.append(total)), workers=1)
+    whole, _ = run_discover(
+        config, tmp_path / "whole.h5", {}, Story(done=lambda number, total: count.append(total)), workers=1
+    )
     half = count[1] // 2
 
     def stop(number: int, total: int) -> None:
@@ -174,6 +196,8 @@ def test_resume_refuses_another_study(tmp_path: Path) -> None:
 
 
 def test_data_without_noise_are_refused(tmp_path: Path) -> None:
-    answer = CliRunner().invoke(app, ["discover", str(CONFIG.with_name("umons_tx200.yaml")), "--workers", "1"])
+    answer = CliRunner().invoke(
+        app, ["discover", str(CONFIG.with_name("umons_tx200.yaml")), "--workers", "1"]
+    )
     assert isinstance(answer.exception, InputError)
     assert "modal table" in str(answer.exception)

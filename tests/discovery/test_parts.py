@@ -11,15 +11,15 @@ from ruamel.yaml import YAML
 
 from identify.core.parameters import Parameter
 from identify.core.thresholds import CONVINCING
-from identify.discovery import told
+from identify.discovery import sentences as told
 from identify.discovery.candidates import candidates
-from identify.discovery.evidence import Judge, confirmed, convinces, removed
-from identify.discovery.guesses import guesses
+from identify.discovery.evidence import EvidenceCriterion, confirmed, convinces, removed
+from identify.discovery.initial_values import guesses
+from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery
 from identify.discovery.new_config import config_text
 from identify.discovery.search import Option, Step
 from identify.discovery.trial import Bench, Task, Trial, left_out, thinned
-from identify.discovery.where import Part, band_limits, gap_map, in_words, parts
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.problem import Problem, load_problem
@@ -42,18 +42,28 @@ def problem(file: StudyFile) -> Problem:
     return load_problem(file)
 
 
-def _trial(squares: float, validation: float, free: int, new: tuple[Effect, ...] = (), how: str = "thorough") -> Trial:
-    return Trial(Task((), new, {}, how), {}, squares, 1000, validation, 0 if math.isnan(validation) else 500, free)  # type: ignore[arg-type]
+def _trial(
+    squares: float, validation: float, free: int, new: tuple[Effect, ...] = (), how: str = "thorough"
+) -> Trial:
+    return Trial(
+        Task((), new, {}, how), {}, squares, 1000, validation, 0 if math.isnan(validation) else 500, free
+    )  # type: ignore[arg-type]
 
 
 class TestEvidence:
     def test_a_parameter_has_its_price(self) -> None:
-        judge = Judge(1.0)
-        assert judge.evidence(_trial(1100, 1, 10), _trial(1000, 1, 12)) == pytest.approx(100 - 2 * math.log(1000))
+        judge = EvidenceCriterion(1.0)
+        assert judge.evidence(_trial(1100, 1, 10), _trial(1000, 1, 12)) == pytest.approx(
+            100 - 2 * math.log(1000)
+        )
 
     def test_correlated_residuals_count_for_less(self) -> None:
         before, after = _trial(1100, 1, 10), _trial(1000, 1, 12)
-        assert Judge(20.0).evidence(before, after) < 0 < Judge(1.0).evidence(before, after)
+        assert (
+            EvidenceCriterion(20.0).evidence(before, after)
+            < 0
+            < EvidenceCriterion(1.0).evidence(before, after)
+        )
 
     def test_other_data_must_agree(self) -> None:
         assert not confirmed(_trial(9000, 500, 1), _trial(1000, 600, 2))
@@ -65,10 +75,12 @@ class TestEvidence:
         [(1000, 500, True), (30000, 500, False), (1000, 14000, False), (1000, 20000, False)],
     )
     def test_an_addition_must_explain_most_of_it(self, after: float, elsewhere: float, enough: bool) -> None:
-        assert convinces(Judge(1.0), _trial(50000, 15000, 1), _trial(after, elsewhere, 3)) is enough
+        assert (
+            convinces(EvidenceCriterion(1.0), _trial(50000, 15000, 1), _trial(after, elsewhere, 3)) is enough
+        )
 
     def test_what_is_within_errors_of_the_noise_model_is_not_believed(self) -> None:
-        assert not convinces(Judge(1.0), _trial(1040, 530, 1), _trial(1015, 500, 2))
+        assert not convinces(EvidenceCriterion(1.0), _trial(1040, 530, 1), _trial(1015, 500, 2))
 
     def test_share_removed(self) -> None:
         assert removed(5.0, 3.0) == pytest.approx(0.5)
@@ -78,7 +90,11 @@ class TestEvidence:
 class TestGuesses:
     def test_a_spring_is_tried_from_soft_to_stiff_with_its_damping(self) -> None:
         found = guesses(
-            [Parameter("j.rx.stiffness", "N m/rad", 1e5, 1.0, 1e12), Parameter("j.rx.damping", "N m s/rad", 10.0, 1e-6, 1e6)], (3, 80)
+            [
+                Parameter("j.rx.stiffness", "N m/rad", 1e5, 1.0, 1e12),
+                Parameter("j.rx.damping", "N m s/rad", 10.0, 1e-6, 1e6),
+            ],
+            (3, 80),
         )
         assert found[0].tolist() == [1e5, 10.0]
         assert found[1:, 0].min() == pytest.approx(1e3)
@@ -104,7 +120,14 @@ class TestCandidates:
         known = problem.file.study.effects
         found = candidates(problem, known)
         kinds = {effect.kind for effect in found}
-        assert {"base-compliance", "link-flexibility", "appended-resonator", "added-mass", "time-delay", "channel-polarity"} <= kinds
+        assert {
+            "base-compliance",
+            "link-flexibility",
+            "appended-resonator",
+            "added-mass",
+            "time-delay",
+            "channel-polarity",
+        } <= kinds
         assert not any(effect.kind == "joint-compliance" and "rz" in effect.axes for effect in found)  # type: ignore[attr-defined]
 
     def test_of_a_group_of_axes_the_rest_is_left(self, problem: Problem) -> None:
@@ -148,7 +171,9 @@ class TestTrials:
 
     def test_what_was_tried_is_remembered_in_order(self, problem: Problem) -> None:
         known = tuple(problem.file.study.effects)
-        tasks = [Task(known, (effect,), {}, "glance") for effect in (ROCKING, parse_effect({"kind": "time-delay"}))]
+        tasks = [
+            Task(known, (effect,), {}, "glance") for effect in (ROCKING, parse_effect({"kind": "time-delay"}))
+        ]
         saved: list[int] = []
         with Workers(problem, 1, saved=lambda: saved.append(1)) as workers:
             first = workers.run(tasks)
@@ -179,7 +204,11 @@ class TestWhere:
         assert np.nanmax(found.gap) > 10
 
     def test_words_name_what_stands_out(self) -> None:
-        rows = [Part("band", "10 to 12 Hz", 9.0, 0.8), Part("band", "12 to 14 Hz", 2.0, 0.1), Part("band", "14 to 16 Hz", 2.0, 0.1)]
+        rows = [
+            Part("band", "10 to 12 Hz", 9.0, 0.8),
+            Part("band", "12 to 14 Hz", 2.0, 0.1),
+            Part("band", "14 to 16 Hz", 2.0, 0.1),
+        ]
         assert "80% of it at 10 to 12 Hz" in in_words(rows, 5.0)
         even = [Part("band", f"{n} Hz", 5.0, 0.1) for n in range(10)]
         assert "evenly" in in_words(even, 5.0)
@@ -195,9 +224,13 @@ class TestNewConfig:
         study = read_study(tmp_path / "new.yaml").study
         assert study.effects == [*file.study.effects, ROCKING]
         assert study.initial == {"joint1.rz.stiffness": 1234570.0}
-        assert (tmp_path / study.measurements[0].source).resolve() == file.resolve(file.study.measurements[0].source).resolve()
+        assert (tmp_path / study.measurements[0].source).resolve() == file.resolve(
+            file.study.measurements[0].source
+        ).resolve()
 
-    def test_a_study_without_effects_gets_its_default_written_out(self, file: StudyFile, tmp_path: Path) -> None:
+    def test_a_study_without_effects_gets_its_default_written_out(
+        self, file: StudyFile, tmp_path: Path
+    ) -> None:
         data = YAML().load(file.text)
         del data["effects"]
         with (tmp_path / "bare.yaml").open("w") as stream:
@@ -209,15 +242,27 @@ class TestNewConfig:
 
 class TestSentences:
     def _step(self, before: Trial, *options: Option, alike: tuple[Option, ...] = ()) -> Step:
-        return Step(before, options, options[0] if options and options[0].evidence > CONVINCING else None, alike, Judge(1.0), before.gap)
+        return Step(
+            before,
+            options,
+            options[0] if options and options[0].evidence > CONVINCING else None,
+            alike,
+            EvidenceCriterion(1.0),
+            before.gap,
+        )
 
     def test_nothing_missing(self) -> None:
         trial = _trial(1030, 520, 12)
-        assert told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0].startswith("Nothing is missing")
+        assert told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0].startswith(
+            "Nothing is missing"
+        )
 
     def test_something_the_catalogue_does_not_have(self) -> None:
         trial = _trial(50000, 25000, 12)
-        assert "nothing in the catalogue explains it" in told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0]
+        assert (
+            "nothing in the catalogue explains it"
+            in told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0]
+        )
 
     def test_something_found(self) -> None:
         before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))

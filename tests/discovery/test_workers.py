@@ -21,11 +21,24 @@ def _children(pid: int) -> list[int]:
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
 def test_a_killed_run_leaves_no_processes(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "identify", "discover", str(CONFIG), "--workers", "2", "--out", str(tmp_path / "r.h5"), "--quiet"]
+    command = [
+        sys.executable,
+        "-m",
+        "identify",
+        "discover",
+        str(CONFIG),
+        "--workers",
+        "2",
+        "--out",
+        str(tmp_path / "r.h5"),
+        "--quiet",
+    ]
     run = subprocess.Popen(command)
     try:
         end = time.monotonic() + 60
-        while len(_children(run.pid)) < 3 and time.monotonic() < end:  # two workers and the tracker of shared resources
+        while (
+            len(_children(run.pid)) < 3 and time.monotonic() < end
+        ):  # two workers and the tracker of shared resources
             time.sleep(0.05)
         children = _children(run.pid)
         time.sleep(1.0)
@@ -44,4 +57,7 @@ def _alive(pid: int) -> bool:
         os.kill(pid, 0)
     except ProcessLookupError:
         return False
-    return Path(f"/proc/{pid}/stat").exists() and Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    return (
+        Path(f"/proc/{pid}/stat").exists()
+        and Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    )

@@ -20,10 +20,18 @@ def main() -> None:
     parser.add_argument("--arm", choices=MAKES, default="random")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--strength", type=float, default=1.0, help="size of what is hidden")
-    parser.add_argument("--noise", type=float, default=TestSpec.noise_response, help="of each response sample, m/s^2")
-    parser.add_argument("--noise-force", type=float, default=TestSpec.noise_force, help="of each force sample, N")
-    parser.add_argument("--force", type=float, help="mean peak at level 1, N; default: by the arm's mass, 180 N at most")
-    parser.add_argument("--levels", type=float, nargs="+", help="force levels; default: 1, or 0.3 1 3 where it matters")
+    parser.add_argument(
+        "--noise", type=float, default=TestSpec.noise_response, help="of each response sample, m/s^2"
+    )
+    parser.add_argument(
+        "--noise-force", type=float, default=TestSpec.noise_force, help="of each force sample, N"
+    )
+    parser.add_argument(
+        "--force", type=float, help="mean peak at level 1, N; default: by the arm's mass, 180 N at most"
+    )
+    parser.add_argument(
+        "--levels", type=float, nargs="+", help="force levels; default: 1, or 0.3 1 3 where it matters"
+    )
     parser.add_argument("--decay", type=float, help="window decay, 1/s; default: as the slowest mode needs")
     parser.add_argument("--nodes", type=int, nargs="+", help="keep only these points; the last is struck")
     parser.add_argument("--direction-error", type=float, default=0.0, help="of the hammer, degrees")

@@ -1,4 +1,6 @@
-"""What a six-axis arm is: links, joints, measurement points and the true joint springs and dampers; and its files for the user."""
+"""What a six-axis arm is: links, joints, measurement points and the true joint springs and dampers; and its
+files for the user.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ class Link:
 
 @dataclass(frozen=True)
 class Joint:
-    """A revolute joint: the child's frame in the parent's at zero angle (xyz in m, rpy in rad) and the axis in the child's frame."""
+    """A revolute joint: the child's frame in the parent's at zero angle (xyz in m, rpy in rad) and the axis
+    in the child's frame.
+    """
 
     name: str
     xyz: Array
@@ -44,9 +48,11 @@ class Point:
 
 @dataclass(frozen=True)
 class Arm:
-    """links[0] is the base, joints[i] carries links[i + 1]; stiffness (N m/rad) and damping (N m s/rad) are the truth, one per joint.
+    """links[0] is the base, joints[i] carries links[i + 1]; stiffness (N m/rad) and damping (N m s/rad) are
+    the truth, one per joint.
 
-    home (joints,), degrees, is the middle of the postures in which it is tested; the last point is where the hammer hits.
+    home (joints,), degrees, is the middle of the postures in which it is tested; the last point is where the
+    hammer hits.
     """
 
     name: str
@@ -78,7 +84,9 @@ class Arm:
 
     def points_csv(self) -> str:
         """Nodes, names, links and positions of the points."""
-        rows = [f"{p.node},{p.name},{p.link},{','.join(f'{value:.6f}' for value in p.xyz)}" for p in self.points]
+        rows = [
+            f"{p.node},{p.name},{p.link},{','.join(f'{value:.6f}' for value in p.xyz)}" for p in self.points
+        ]
         return "\n".join(["node,name,link,x_m,y_m,z_m", *rows, ""])
 
 

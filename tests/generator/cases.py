@@ -1,7 +1,8 @@
-"""Named cases: what is hidden where, with sizes drawn by seed for the arm at hand; add a function to `CASES` for a new one.
+"""Named cases: what is hidden where, with sizes drawn by seed for the arm at hand; add a function to `CASES`
+for a new one.
 
-A case is a name and, where it sits on a joint or link, its number: `none`, `base_rocking`, `tilt_j2`, `link2_flex`, `payload`;
-several are joined by +: `base_rocking+tilt_j3`.
+A case is a name and, where it sits on a joint or link, its number: `none`, `base_rocking`, `tilt_j2`,
+`link2_flex`, `payload`; several are joined by +: `base_rocking+tilt_j3`.
 """
 
 from __future__ import annotations
@@ -52,7 +53,9 @@ class Draw:
         return sum(link.inertia.mass for link in self.arm.links)
 
     def spring(self, inertia: float, low: float, high: float) -> tuple[float, float]:
-        """Stiffness and damping that put `inertia` at low to high times the reference frequency, damped by 2 to 5 %."""
+        """Stiffness and damping that put `inertia` at low to high times the reference frequency, damped by 2
+        to 5 %.
+        """
         speed = 2 * np.pi * self.reference_hz * self.rng.uniform(low, high) / np.sqrt(self.strength)
         return inertia * speed**2, 2 * self.rng.uniform(0.02, 0.05) * inertia * speed
 
@@ -67,24 +70,35 @@ class Draw:
 
     def channel(self) -> tuple[str, str]:
         """A point of links 2 to 6 and an axis."""
-        points = [point.name for point in self.arm.points if point.link in ("link2", "link3", "link4", "link5", "link6")]
+        points = [
+            point.name
+            for point in self.arm.points
+            if point.link in ("link2", "link3", "link4", "link5", "link6")
+        ]
         return str(self.rng.choice(points)), str(self.rng.choice(list("xyz")))
 
     def amplitude(self) -> tuple[float, float]:
-        """Largest deflection (rad) and rate (rad/s) of the joint after a usual impact, mean of three directions."""
+        """Largest deflection (rad) and rate (rad/s) of the joint after a usual impact, mean of three
+        directions.
+        """
         linear = linearise(Plant(self.tree), self.arm.points[-1].name)
         values, vectors = np.linalg.eig(linear.a)
         start = np.linalg.solve(vectors, linear.b * _PULSE * self.peak_n)
         times = np.linspace(0.0, 0.3, 601)
         motion = np.einsum("sm,tm,md->tsd", vectors, np.exp(np.outer(times, values)), start).real
-        angle, rate = (float(np.abs(motion[:, state]).max(axis=0).mean()) for state in (self.number - 1, self.number + 5))
+        angle, rate = (
+            float(np.abs(motion[:, state]).max(axis=0).mean()) for state in (self.number - 1, self.number + 5)
+        )
         return angle, rate
 
 
 def _base(axes: tuple[str, ...], low: float, high: float) -> Callable[[Draw], Effect]:
     def make(draw: Draw) -> Effect:
         whole = draw.tree.outboard(0)
-        inertias = [whole.mass if axis[0] == "t" else whole.about_axis(np.zeros(3), np.eye(3)["xyz".index(axis[1])]) for axis in axes]
+        inertias = [
+            whole.mass if axis[0] == "t" else whole.about_axis(np.zeros(3), np.eye(3)["xyz".index(axis[1])])
+            for axis in axes
+        ]
         return structure.BaseCompliance(axes, **draw.springs(inertias, low, high))
 
     return make
@@ -94,7 +108,10 @@ def _joint(axes_class: str, low: float, high: float) -> Callable[[Draw], Effect]
     def make(draw: Draw) -> Effect:
         body, frame = draw.tree.outboard(draw.number), frame_with_z(draw.arm.joints[draw.number - 1].axis)
         axes = CLASSES[axes_class]
-        inertias = [body.mass if axis[0] == "t" else body.about_axis(np.zeros(3), frame[:, "xyz".index(axis[1])]) for axis in axes]
+        inertias = [
+            body.mass if axis[0] == "t" else body.about_axis(np.zeros(3), frame[:, "xyz".index(axis[1])])
+            for axis in axes
+        ]
         return structure.JointCompliance(draw.number, axes_class, **draw.springs(inertias, low, high))
 
     return make
@@ -108,19 +125,25 @@ def _flexible(draw: Draw) -> Effect:
     pairs = zip(bending, torsion, strict=True)
     (kb, kt), (cb, ct) = ((segments * b, segments * t) for b, t in pairs)
     cast = 0.25  # damping of a casting beside that of joints
-    return structure.LinkFlexibility(f"link{draw.number}", (along[0], along[1], along[2]), kb, kt, cast * cb, cast * ct, segments)
+    return structure.LinkFlexibility(
+        f"link{draw.number}", (along[0], along[1], along[2]), kb, kt, cast * cb, cast * ct, segments
+    )
 
 
 def _resonator(draw: Draw) -> Effect:
     link, axis = f"link{draw.number}", str(draw.rng.choice(list("xyz")))
     x, y, z = 0.5 * draw.along(draw.number) + draw.rng.uniform(-0.05, 0.05, 3)
     mass = draw.strength * draw.rng.uniform(0.015, 0.03) * draw.total_mass
-    return structure.AppendedResonator(link, axis, (x, y, z), mass, draw.rng.uniform(12.0, 30.0), draw.rng.uniform(0.02, 0.05))
+    return structure.AppendedResonator(
+        link, axis, (x, y, z), mass, draw.rng.uniform(12.0, 30.0), draw.rng.uniform(0.02, 0.05)
+    )
 
 
 def _payload(draw: Draw) -> Effect:
     x, y, z = 0.7 * draw.arm.points[-1].xyz
-    return structure.AddedMass("link6", (x, y, z), draw.strength * draw.rng.uniform(0.2, 0.5) * draw.arm.links[6].inertia.mass)
+    return structure.AddedMass(
+        "link6", (x, y, z), draw.strength * draw.rng.uniform(0.2, 0.5) * draw.arm.links[6].inertia.mass
+    )
 
 
 def _sensor_mass(draw: Draw) -> Effect:
@@ -130,9 +153,13 @@ def _sensor_mass(draw: Draw) -> Effect:
 def _ground_spring(draw: Draw) -> Effect:
     x, y, z = draw.along(draw.number)
     inertia = draw.tree.outboard_about("link2", draw.arm.joints[1].axis)
-    stiffness, damping = draw.spring(inertia / float(np.sum(draw.along(2) ** 2)), 0.5 * draw.strength, 0.8 * draw.strength)
+    stiffness, damping = draw.spring(
+        inertia / float(np.sum(draw.along(2) ** 2)), 0.5 * draw.strength, 0.8 * draw.strength
+    )
     lean = draw.rng.uniform(-0.5, 0.5, 2)
-    return structure.SpringToGround(f"link{draw.number}", (x, y, z), (lean[0], lean[1], 1.0), stiffness, damping)
+    return structure.SpringToGround(
+        f"link{draw.number}", (x, y, z), (lean[0], lean[1], 1.0), stiffness, damping
+    )
 
 
 def _rotor(draw: Draw) -> Effect:
@@ -149,7 +176,9 @@ def _friction(draw: Draw) -> Effect:
 def _hardening(draw: Draw) -> Effect:
     stiffness = draw.arm.stiffness[draw.number - 1]
     angle, _ = draw.amplitude()
-    return nonlinear.HardeningStiffness(draw.number, draw.strength * draw.rng.uniform(0.05, 0.12) * stiffness / angle**2)
+    return nonlinear.HardeningStiffness(
+        draw.number, draw.strength * draw.rng.uniform(0.05, 0.12) * stiffness / angle**2
+    )
 
 
 def _swap(draw: Draw) -> Effect:
@@ -182,7 +211,9 @@ CASES: dict[str, Callable[[Draw], Effect]] = {
     "polarity": lambda draw: faults.ChannelPolarity(*draw.channel()),
     "gain": _gain,
     "swap": _swap,
-    "turned": lambda draw: faults.TurnedSensor(*draw.channel(), float(draw.strength * draw.rng.uniform(10, 30) * draw.rng.choice([-1, 1]))),
+    "turned": lambda draw: faults.TurnedSensor(
+        *draw.channel(), float(draw.strength * draw.rng.uniform(10, 30) * draw.rng.choice([-1, 1]))
+    ),
     "window": lambda draw: faults.WindowDecay(draw.strength * draw.rng.uniform(3.0, 6.0)),
 }
 """What can be hidden, by the first part of a case's name."""
@@ -190,7 +221,9 @@ _NAME = re.compile(r"(?:link(?P<link>[1-6])_(?P<flex>flex)|(?P<kind>[a-z_]+?)(?:
 
 
 def hide(spec: TestSpec, case: str, strength: float = 1.0) -> TestSpec:
-    """The test with a case hidden in it, at three force levels where it depends on them; ValueError for a name that is not known."""
+    """The test with a case hidden in it, at three force levels where it depends on them; ValueError for a
+    name that is not known.
+    """
     names = [] if case == "none" else case.split("+")
     effects = tuple(_effect(name, spec, strength) for name in names)
     varies = any(isinstance(effect, TorqueEffect) for effect in effects)
@@ -201,7 +234,12 @@ def _effect(name: str, spec: TestSpec, strength: float) -> Effect:
     match = _NAME.fullmatch(name)
     kind = (match["flex"] or match["kind"]) if match else None
     if match is None or kind not in CASES:
-        raise ValueError(f"unknown case {name!r}; known: none, {', '.join(CASES)} (with _j2 or _l3 for the place; link2_flex)")
+        raise ValueError(
+            f"unknown case {name!r}; known: none, {', '.join(CASES)} (with _j2 or _l3 for the place;"
+            " link2_flex)"
+        )
     rng = np.random.default_rng([spec.seed, crc32(name.encode())])
     number = int(match["link"] or match["number"] or 2)
-    return CASES[kind](Draw(spec.arm, at_posture(spec.arm, spec.arm.home), rng, number, strength, spec.peak_n))
+    return CASES[kind](
+        Draw(spec.arm, at_posture(spec.arm, spec.arm.home), rng, number, strength, spec.peak_n)
+    )

@@ -1,8 +1,10 @@
-"""The measurement chain from continuous motion to sampled, noisy records: sensors, anti-alias filter, sampling, noise.
+"""The measurement chain from continuous motion to sampled, noisy records: sensors, anti-alias filter,
+sampling, noise.
 
-Force and responses, simulated at `oversampling` times the sampling rate, pass the same linear-phase filter (windowed sinc, Kaiser
-window, 80 dB, flat to 0.4 and closed from 0.6 of the sampling rate); then every `oversampling`-th value is kept.  The filter's
-delay, common to all, only shifts the record's beginning.  What aliases lands above 0.4 of the rate.
+Force and responses, simulated at `oversampling` times the sampling rate, pass the same linear-phase filter
+(windowed sinc, Kaiser window, 80 dB, flat to 0.4 and closed from 0.6 of the sampling rate); then every
+`oversampling`-th value is kept.  The filter's delay, common to all, only shifts the record's beginning.  What
+aliases lands above 0.4 of the rate.
 """
 
 from __future__ import annotations
@@ -18,15 +20,18 @@ from tests.generator.rigid import Array
 _ATTENUATION_DB = 80.0
 _EDGES = (0.4, 0.6)
 _QUIET = 2
-"""Samples of rest before the filter first sees the impact; with half the filter's length they make the pre-trigger (29 ms at 512 Hz)."""
+"""Samples of rest before the filter first sees the impact; with half the filter's length they make the
+pre-trigger (29 ms at 512 Hz).
+"""
 
 
 @dataclass(frozen=True)
 class Chain:
     """Sampling and what happens to each signal on the way.
 
-    rate (Hz), duration (s); sensors maps a point's name to the matrix (3, 3) from true to recorded x, y, z; delay (s) of all
-    responses against the force; window_decay (1/s) that is really applied; noise (standard deviations) of force (N) and response (m/s^2).
+    rate (Hz), duration (s); sensors maps a point's name to the matrix (3, 3) from true to recorded x, y, z;
+    delay (s) of all responses against the force; window_decay (1/s) that is really applied; noise (standard
+    deviations) of force (N) and response (m/s^2).
     """
 
     rate: float
@@ -50,7 +55,9 @@ class Chain:
 
     @property
     def steps(self) -> int:
-        """How many steps of the simulation fill a record, which begins some samples (the pre-trigger) before it."""
+        """How many steps of the simulation fill a record, which begins some samples (the pre-trigger) before
+        it.
+        """
         return (self.samples - _QUIET) * self.oversampling
 
     def window(self) -> Array:
@@ -72,7 +79,11 @@ class Chain:
     def _record(self, signal: Array, delay: float) -> Array:
         """Filtered and sampled; before the simulation there is nothing but rest."""
         quiet = np.zeros((_QUIET * self.oversampling, *signal.shape[1:]))
-        return np.asarray(upfirdn(self._kernel(delay), np.concatenate([quiet, signal]), down=self.oversampling, axis=0)[: self.samples])
+        return np.asarray(
+            upfirdn(self._kernel(delay), np.concatenate([quiet, signal]), down=self.oversampling, axis=0)[
+                : self.samples
+            ]
+        )
 
     @property
     def _half(self) -> int:

@@ -1,8 +1,9 @@
-"""Fast-chirp tests and a hammer test, simulated in the time domain: python -m tests.generator.chirp data/fast_chirp_rx160.
+"""Fast-chirp tests and a hammer test, simulated in the time domain: python -m tests.generator.chirp
+data/fast_chirp_rx160.
 
-An offset mass on the spindle sweeps from rest to 40 Hz in 4 s while the tool moves at 10 mm/s through a zone; its force acts on a
-spindle that hangs on the robot by a load cell of finite stiffness.  The hammer test of the fifth zone is made with a solid spacer in
-the load cell's place.
+An offset mass on the spindle sweeps from rest to 40 Hz in 4 s while the tool moves at 10 mm/s through a zone;
+its force acts on a spindle that hangs on the robot by a load cell of finite stiffness.  The hammer test of
+the fifth zone is made with a solid spacer in the load cell's place.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ SECONDS, SWEEP_S, END_HZ = 6.0, 4.0, 40.0
 OFFSET_KG, RADIUS_M = 0.16, 0.02
 PASSES, BLOWS = 3, 3
 _VARIES = {"stiffness": 0.005, "damping": 0.03, "friction": 0.1, "posture_deg": 0.1}
-"""Standard deviations from pass to pass, relative but for the posture: temperature, lubrication, where the path began."""
+"""Standard deviations from pass to pass, relative but for the posture: temperature, lubrication, where the
+path began.
+"""
 NOISE = {"acceleration": 4e-3, "force": 0.15, "angle": 2e-4}
 _HAMMER_S = 4.0
 _NO_MASS = 1e-6
@@ -40,7 +43,9 @@ _CELL = ("tx", "ty", "tz")
 
 @dataclass(frozen=True)
 class Sweep:
-    """An offset mass (kg) at a radius (m) whose speed rises evenly from rest to `end_hz` in `seconds` and falls again in `brake_s`."""
+    """An offset mass (kg) at a radius (m) whose speed rises evenly from rest to `end_hz` in `seconds` and
+    falls again in `brake_s`.
+    """
 
     offset_kg: float = OFFSET_KG
     radius_m: float = RADIUS_M
@@ -54,30 +59,49 @@ class Sweep:
         rise, fall = np.clip(time, 0.0, self.seconds), np.clip(time - self.seconds, 0.0, self.brake_s)
         up, down = top / self.seconds, top / self.brake_s
         angle = up * rise**2 / 2 + top * fall - down * fall**2 / 2
-        acceleration = np.where(time < self.seconds, up, np.where(time < self.seconds + self.brake_s, -down, 0.0))
+        acceleration = np.where(
+            time < self.seconds, up, np.where(time < self.seconds + self.brake_s, -down, 0.0)
+        )
         return angle, up * rise - down * fall, acceleration
 
     def force(self, time: float) -> Array:
         """(3,), N: what the mass does to the spindle, by its acceleration along and across the radius."""
         angle, speed, acceleration = (float(value) for value in self.turning(time))
-        out, along = np.array([np.sin(angle), -np.cos(angle), 0.0]), np.array([np.cos(angle), np.sin(angle), 0.0])
+        out, along = (
+            np.array([np.sin(angle), -np.cos(angle), 0.0]),
+            np.array([np.cos(angle), np.sin(angle), 0.0]),
+        )
         return np.asarray(self.offset_kg * self.radius_m * (speed**2 * out - acceleration * along))
 
 
 def tree_of(robot: Machine, posture_deg: ArrayLike, spacer: bool = False) -> Tree:
-    """The robot in the middle of its path: base, tri-axial joints, rotors, and the spindle on its load cell or on a solid spacer."""
+    """The robot in the middle of its path: base, tri-axial joints, rotors, and the spindle on its load cell
+    or on a solid spacer.
+    """
     tree = at_posture(robot.known if spacer else robot.bare, posture_deg)
-    tree.parts[0].dofs = [Dof(f"base.r{axis}", False, np.eye(3)[n], *robot.base[:, n].tolist()) for n, axis in enumerate("xyz")]
+    tree.parts[0].dofs = [
+        Dof(f"base.r{axis}", False, np.eye(3)[n], *robot.base[:, n].tolist()) for n, axis in enumerate("xyz")
+    ]
     for joint in range(1, 7):
         part, drive = tree.parts[joint], robot.drives[joint - 1]
         springs = zip((2, 0, 1), "zxy", strict=True)
         stiffness, damping = robot.stiffness[joint - 1], robot.damping[joint - 1]
-        part.dofs = [Dof(f"joint{joint}.r{axis}", False, np.eye(3)[n], float(stiffness[n]), float(damping[n])) for n, axis in springs]
-        turns = Dof(f"joint{joint}.rotor", False, np.eye(3)[2], 0.0, 0.0, drive.rotor_inertia * drive.gear_ratio**2)
-        tree.parts.append(replace(part, name=f"{part.name}.rotor", inertia=ball(_NO_MASS, np.zeros(3), 0.01), dofs=[turns]))
+        part.dofs = [
+            Dof(f"joint{joint}.r{axis}", False, np.eye(3)[n], float(stiffness[n]), float(damping[n]))
+            for n, axis in springs
+        ]
+        turns = Dof(
+            f"joint{joint}.rotor", False, np.eye(3)[2], 0.0, 0.0, drive.rotor_inertia * drive.gear_ratio**2
+        )
+        tree.parts.append(
+            replace(part, name=f"{part.name}.rotor", inertia=ball(_NO_MASS, np.zeros(3), 0.01), dofs=[turns])
+        )
         part.parent, part.position, part.rotation = len(tree.parts) - 1, np.zeros(3), np.eye(3)
     if not spacer:
-        slides = [Dof(f"cell.{name}", True, np.eye(3)[n], *robot.cell[:, n].tolist()) for n, name in enumerate(_CELL)]
+        slides = [
+            Dof(f"cell.{name}", True, np.eye(3)[n], *robot.cell[:, n].tolist())
+            for n, name in enumerate(_CELL)
+        ]
         tree.parts.append(Part("spindle", 6, np.zeros(3), np.eye(3), robot.spindle, slides))
         tool = tree.sensor("tool")
         tree.sensors[tree.sensors.index(tool)] = Sensor("tool", tool.node, len(tree.parts) - 1, tool.position)
@@ -87,14 +111,22 @@ def tree_of(robot: Machine, posture_deg: ArrayLike, spacer: bool = False) -> Tre
 def plant(robot: Machine, posture_deg: ArrayLike, spacer: bool = False) -> MovingPlant:
     """The robot with its controllers and friction."""
     loops = [
-        Loop(f"joint{n}.rotor", d.gear_ratio**2 * d.velocity_gain, d.position_gain, d.integral_time, d.current_hz)
+        Loop(
+            f"joint{n}.rotor",
+            d.gear_ratio**2 * d.velocity_gain,
+            d.position_gain,
+            d.integral_time,
+            d.current_hz,
+        )
         for n, d in enumerate(robot.drives, start=1)
     ]
     return MovingPlant(tree_of(robot, posture_deg, spacer), loops, robot.friction.tolist())
 
 
 def path_rates(robot: Machine, zone: str) -> Array:
-    """Joint rates (6,), rad/s, that move the tool along Y of the floor at 10 mm/s without turning it more than needed (least squares)."""
+    """Joint rates (6,), rad/s, that move the tool along Y of the floor at 10 mm/s without turning it more
+    than needed (least squares).
+    """
 
     def tool(angles: Array) -> Array:
         tree = at_posture(robot.known, np.degrees(angles))
@@ -103,7 +135,9 @@ def path_rates(robot: Machine, zone: str) -> Array:
 
     middle = np.radians(ZONES_DEG[zone])
     jacobian = np.array([(tool(middle + 1e-6 * e) - tool(middle - 1e-6 * e)) / 2e-6 for e in np.eye(6)]).T
-    return np.asarray(np.linalg.lstsq(jacobian, np.array([0.0, SPEED_M_PER_S, 0.0, 0.0, 0.0, 0.0]), rcond=1e-2)[0])
+    return np.asarray(
+        np.linalg.lstsq(jacobian, np.array([0.0, SPEED_M_PER_S, 0.0, 0.0, 0.0, 0.0]), rcond=1e-2)[0]
+    )
 
 
 def sampled(signal: Array) -> Array:
@@ -113,11 +147,18 @@ def sampled(signal: Array) -> Array:
 
 
 def chirp_pass(robot: Machine, zone: str, rng: np.random.Generator) -> list[Record]:
-    """One pass: spindle angle, force of the load cell, acceleration of the bracket, sampled with noise, as an analyser records them."""
+    """One pass: spindle angle, force of the load cell, acceleration of the bracket, sampled with noise, as an
+    analyser records them.
+    """
     today = varied(robot, rng)
-    held, steps = plant(today, ZONES_DEG[zone] + _VARIES["posture_deg"] * rng.normal(size=6)), round(SECONDS / STEP)
+    held, steps = (
+        plant(today, ZONES_DEG[zone] + _VARIES["posture_deg"] * rng.normal(size=6)),
+        round(SECONDS / STEP),
+    )
     sweep = Sweep()
-    ride = held.ride("tool", sweep.force, path_rates(robot, zone), STEP, steps, [f"cell.{name}" for name in _CELL])
+    ride = held.ride(
+        "tool", sweep.force, path_rates(robot, zone), STEP, steps, [f"cell.{name}" for name in _CELL]
+    )
     return records(ride, sweep, rng)
 
 
@@ -136,7 +177,9 @@ def varied(robot: Machine, rng: np.random.Generator) -> Machine:
 
 
 def records(ride: Ride, sweep: Sweep, rng: np.random.Generator) -> list[Record]:
-    """The analyser's channels: 14:RZ spindle angle, 13 the force that the robot feels, 12 the acceleration of the bracket."""
+    """The analyser's channels: 14:RZ spindle angle, 13 the force that the robot feels, 12 the acceleration of
+    the bracket.
+    """
     quiet = round(0.05 / STEP)
     # The springs push the spindle back towards the robot, which feels the opposite.
     felt = sampled(-(ride.spring_force - ride.spring_force[:quiet].mean(axis=0)))
@@ -145,12 +188,18 @@ def records(ride: Ride, sweep: Sweep, rng: np.random.Generator) -> list[Record]:
     result = [Record(14, 6, "rad", angle + NOISE["angle"] * rng.normal(size=len(angle)))]
     for axis in range(3):
         result.append(Record(13, axis + 1, "N", felt[:, axis] + NOISE["force"] * rng.normal(size=len(felt))))
-        result.append(Record(12, axis + 1, "m/s^2", shaken[:, axis] + NOISE["acceleration"] * rng.normal(size=len(shaken))))
+        result.append(
+            Record(
+                12, axis + 1, "m/s^2", shaken[:, axis] + NOISE["acceleration"] * rng.normal(size=len(shaken))
+            )
+        )
     return result
 
 
 def hammer(robot: Machine, zone: str, rng: np.random.Generator) -> bytes:
-    """FRFs of the bracket from the tool in all three directions, some blows each of 200 N, the robot moving, a spacer for the load cell."""
+    """FRFs of the bracket from the tool in all three directions, some blows each of 200 N, the robot moving,
+    a spacer for the load cell.
+    """
     held, steps = plant(robot, ZONES_DEG[zone], spacer=True), round(_HAMMER_S / STEP)
     parts, points = [], {point.name: point for point in robot.known.points}
     rates, times = path_rates(robot, zone), np.arange(steps) * STEP
@@ -160,7 +209,10 @@ def hammer(robot: Machine, zone: str, rng: np.random.Generator) -> bytes:
         for _ in range(BLOWS):
             blow = replace(swing(rng, axis, 200.0, 0.0, STEP), start=0.05)
             ride = held.ride("tool", blow.force, rates, STEP, steps, [])
-            force, motion = sampled(blow.reading(times)), sampled(ride.acceleration[:, 0] - idle.acceleration[:, 0])
+            force, motion = (
+                sampled(blow.reading(times)),
+                sampled(ride.acceleration[:, 0] - idle.acceleration[:, 0]),
+            )
             forces.append(force + 0.1 * rng.normal(size=len(force)))
             responses.append(motion + NOISE["acceleration"] * rng.normal(size=motion.shape))
         estimate = h1(np.array(forces), np.array(responses), RATE).band(4.0, 45.0)
@@ -174,7 +226,10 @@ def hammer(robot: Machine, zone: str, rng: np.random.Generator) -> bytes:
 def truth(robot: Machine) -> dict[str, Any]:
     """What the user of the data is not told."""
     return {
-        "hidden": [f"load cell of finite stiffness at z = {CELL_M} m of link 6, the spindle of {robot.spindle.mass:.1f} kg beyond it"],
+        "hidden": [
+            f"load cell of finite stiffness at z = {CELL_M} m of link 6, the spindle of"
+            f" {robot.spindle.mass:.1f} kg beyond it"
+        ],
         "axes": ["rx", "ry", "rz"],
         "stiffness": robot.stiffness.tolist(),
         "damping": robot.damping.tolist(),

@@ -1,6 +1,8 @@
-"""The machining robot of the fast-chirp study: six links of a Staubli RX160's size, a spindle behind a load cell; the truth and five zones.
+"""The machining robot of the fast-chirp study: six links of a Staubli RX160's size, a spindle behind a load
+cell; the truth and five zones.
 
-The paper names the robot and gives no dynamic data; lengths are those of the RX160's data sheet, masses and springs are ours.
+The paper names the robot and gives no dynamic data; lengths are those of the RX160's data sheet, masses and
+springs are ours.
 """
 
 from __future__ import annotations
@@ -16,9 +18,24 @@ from tests.generator.rigid import Array, Inertia, cylinder
 from tests.generator.tree import at_posture
 
 _MAKE = Make(
-    "rx160", 0.30, 0.25, 0.15, 0.04, 0.825, 0.0, 0.18, 0.445, 0.11, 0.0, 0.10, 235.0, (1, 1, 1, 1, 1, 1), "along-axes",
-    (10.0,) * 6, (0.05,) * 6,
-)  # fmt: skip
+    "rx160",
+    0.30,
+    0.25,
+    0.15,
+    0.04,
+    0.825,
+    0.0,
+    0.18,
+    0.445,
+    0.11,
+    0.0,
+    0.10,
+    235.0,
+    (1, 1, 1, 1, 1, 1),
+    "along-axes",
+    (10.0,) * 6,
+    (0.05,) * 6,
+)
 ZONES_DEG = {
     "zone1": (-20.0, 25.0, 40.0, 10.0, 35.0, 0.0),
     "zone2": (-5.0, 45.0, 15.0, -5.0, 40.0, 15.0),
@@ -49,9 +66,11 @@ _FRICTION_SHARE = 0.02
 
 @dataclass(frozen=True)
 class Machine:
-    """The robot as its user knows it (with the spindle in link 6), the same without spindle, the spindle in link 6's axes, and the truth.
+    """The robot as its user knows it (with the spindle in link 6), the same without spindle, the spindle in
+    link 6's axes, and the truth.
 
-    stiffness, damping (6 joints, 3 axes rx, ry, rz); base and cell (2, 3): stiffness, then damping; friction (6,), N m at the gear output.
+    stiffness, damping (6 joints, 3 axes rx, ry, rz); base and cell (2, 3): stiffness, then damping; friction
+    (6,), N m at the gear output.
     """
 
     known: Arm
@@ -72,7 +91,9 @@ def machine() -> Machine:
     links = (*bare.links[:6], replace(bare.links[6], inertia=bare.links[6].inertia + spindle))
     known = replace(bare, links=links)
     tree = at_posture(known, ZONES_DEG["zone5"])
-    own = np.array([[tree.outboard(joint).about_axis(np.zeros(3), axis) for axis in np.eye(3)] for joint in range(1, 7)])
+    own = np.array(
+        [[tree.outboard(joint).about_axis(np.zeros(3), axis) for axis in np.eye(3)] for joint in range(1, 7)]
+    )
     speed = 2 * np.pi * np.array([_OWN_HZ[joint] for joint in range(1, 7)])
     whole = np.array([tree.outboard(0).about_axis(np.zeros(3), axis) for axis in np.eye(3)])
     return Machine(
@@ -94,19 +115,25 @@ def _springs(moved: Array, hz: Array, ratio: float = _DAMPING_RATIO) -> Array:
 
 
 def _drive(joint: int, inertia: float) -> Drive:
-    """A rotor whose inertia at the gear output is 0.6 of what the joint carries, and a velocity loop of 120 Hz with both."""
+    """A rotor whose inertia at the gear output is 0.6 of what the joint carries, and a velocity loop of 120
+    Hz with both.
+    """
     ratio = (110.0, 110.0, 90.0, 70.0, 60.0, 50.0)[joint - 1]
-    return Drive(ratio, 0.6 * inertia / ratio**2, 2 * np.pi * 120.0 * 1.6 * inertia / ratio**2, 25.0, 0.05, 600.0)
+    return Drive(
+        ratio, 0.6 * inertia / ratio**2, 2 * np.pi * 120.0 * 1.6 * inertia / ratio**2, 25.0, 0.05, 600.0
+    )
 
 
 def _spindle() -> Inertia:
     """Spindle with holder and tool, 9 kg, beyond the load cell; the offset mass is in it."""
-    return cylinder(7.5, [0.0, 0.0, CELL_M], [0.0, 0.0, 0.32], 0.05) + cylinder(1.5, [0.0, 0.0, 0.28], [0.0, 0.0, 0.36], 0.025)
+    return cylinder(7.5, [0.0, 0.0, CELL_M], [0.0, 0.0, 0.32], 0.05) + cylinder(
+        1.5, [0.0, 0.0, 0.28], [0.0, 0.0, 0.36], 0.025
+    )
 
 
 def _points() -> tuple[Point, ...]:
-    """12: the mean of two accelerometers on either side of the spindle, level with its centre of mass, on a bracket of the robot's
-    side of the load cell; 14: where the force acts."""
+    """12: the mean of two accelerometers on either side of the spindle, level with its centre of mass, on a
+    bracket of the robot's side of the load cell; 14: where the force acts."""
     return (
         Point(12, "bracket", "link6", np.array([0.0, 0.0, _MIDDLE_M])),
         Point(14, "tool", "link6", np.array([0.0, 0.0, _FORCE_M])),

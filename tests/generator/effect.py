@@ -1,4 +1,6 @@
-"""What can be hidden in a test: three families by where they act, and how they tell the truth about themselves."""
+"""What can be hidden in a test: three families by where they act, and how they tell the truth about
+themselves.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,9 @@ class StructureEffect(Effect):
 
 
 class TorqueEffect(Effect):
-    """A further torque on the drive of one joint, beside its spring and damper, that is not linear in the motion."""
+    """A further torque on the drive of one joint, beside its spring and damper, that is not linear in the
+    motion.
+    """
 
     joint: int
 

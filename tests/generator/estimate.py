@@ -1,4 +1,6 @@
-"""FRFs by H1 and ordinary coherence from averaged spectra (Bendat and Piersol, Random Data, sections 6.1 and 9.2)."""
+"""FRFs by H1 and ordinary coherence from averaged spectra (Bendat and Piersol, Random Data, sections 6.1 and
+9.2).
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ class Estimate:
 
 
 def h1(forces: Array, responses: Array, rate: float) -> Estimate:
-    """Estimate from windowed records: forces (averages, samples), responses (averages, samples, outputs), rate in Hz."""
+    """Estimate from windowed records: forces (averages, samples), responses (averages, samples, outputs),
+    rate in Hz.
+    """
     f, x = np.fft.rfft(forces, axis=1)[..., None], np.fft.rfft(responses, axis=1)
     sff, sxx = np.sum(np.abs(f) ** 2, axis=0), np.sum(np.abs(x) ** 2, axis=0)
     sfx = np.sum(f.conj() * x, axis=0)

@@ -1,4 +1,6 @@
-"""Hidden effects in the measurement: delay, polarity, gain, swapped and turned axes, a window that is not the one stated."""
+"""Hidden effects in the measurement: delay, polarity, gain, swapped and turned axes, a window that is not the
+one stated.
+"""
 
 from __future__ import annotations
 
@@ -102,7 +104,9 @@ class TurnedSensor(MeasurementEffect):
 
     def alter(self, chain: Chain) -> Chain:
         """The sensor reads along its own, turned axes."""
-        return _with_matrix(chain, self.point, turn(np.eye(3)["xyz".index(self.axis)], np.radians(self.angle_deg)).T)
+        return _with_matrix(
+            chain, self.point, turn(np.eye(3)["xyz".index(self.axis)], np.radians(self.angle_deg)).T
+        )
 
 
 @dataclass(frozen=True)

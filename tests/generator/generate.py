@@ -20,7 +20,8 @@ from tests.generator.universal import Function, dataset
 def generate(spec: TestSpec, folder: Path, truth: Path | None = None, postures: Array | None = None) -> None:
     """Simulate a test and write robot.urdf, points.csv, test.json and the UFF files into `folder`.
 
-    The truth goes to `truth`, by default NAME.truth.json beside the folder.  postures (n, joints), degrees: drawn where not given.
+    The truth goes to `truth`, by default NAME.truth.json beside the folder.  postures (n, joints), degrees:
+    drawn where not given.
     """
     folder.mkdir(parents=True, exist_ok=True)
     postures = draw_postures(spec) if postures is None else postures
@@ -33,16 +34,26 @@ def generate(spec: TestSpec, folder: Path, truth: Path | None = None, postures: 
         (folder / _name(spec, number, level)).write_bytes(_universal(spec, frfs))
     for name, text in describe(spec, postures, decay).items():
         (folder / name).write_text(text, encoding="utf-8")
-    (truth or folder.parent / f"{folder.name}.truth.json").write_text(tell(spec, postures, linear), encoding="utf-8")
+    (truth or folder.parent / f"{folder.name}.truth.json").write_text(
+        tell(spec, postures, linear), encoding="utf-8"
+    )
 
 
 def describe(spec: TestSpec, postures: Array, decay: float) -> dict[str, str]:
     """What the user is told: text files by name."""
     files = [
-        {"file": _name(spec, number, level), "posture_deg": posture.tolist(), "level_n": round(level * spec.peak_n, 6)}
+        {
+            "file": _name(spec, number, level),
+            "posture_deg": posture.tolist(),
+            "level_n": round(level * spec.peak_n, 6),
+        }
         for (number, posture), level in product(enumerate(postures), spec.levels)
     ]
-    return {"robot.urdf": spec.arm.urdf(), "points.csv": spec.arm.points_csv(), "test.json": _json(_test(spec, files, decay))}
+    return {
+        "robot.urdf": spec.arm.urdf(),
+        "points.csv": spec.arm.points_csv(),
+        "test.json": _json(_test(spec, files, decay)),
+    }
 
 
 def tell(spec: TestSpec, postures: Array, linear: list[Linear]) -> str:
@@ -105,7 +116,11 @@ def _modes(posture: Array, model: Linear) -> dict[str, Any]:
     """What small vibrations about a posture really are."""
     modulus = np.abs(model.poles)
     ratio = -model.poles.real / modulus
-    return {"posture_deg": posture.tolist(), "frequency_hz": (modulus / 2 / np.pi).tolist(), "damping_ratio": ratio.tolist()}
+    return {
+        "posture_deg": posture.tolist(),
+        "frequency_hz": (modulus / 2 / np.pi).tolist(),
+        "damping_ratio": ratio.tolist(),
+    }
 
 
 def _json(content: dict[str, Any]) -> str:

@@ -12,7 +12,8 @@ from tests.generator.rigid import Array, turn
 
 @dataclass(frozen=True)
 class Impact:
-    """A half-sine of `peak` N from `start` for `width` s; along (3,) is where the hammer pushes, a unit vector.
+    """A half-sine of `peak` N from `start` for `width` s; along (3,) is where the hammer pushes, a unit
+    vector.
 
     The load cell reads the whole force, whichever way the hammer is held.
     """
@@ -38,7 +39,8 @@ class Impact:
 
 
 def swing(rng: np.random.Generator, axis: int, level: float, error_deg: float, step: float) -> Impact:
-    """One impact along an axis (0, 1, 2): level (N) give or take 20 %, 5 to 8 ms wide, beginning anywhere in the first step.
+    """One impact along an axis (0, 1, 2): level (N) give or take 20 %, 5 to 8 ms wide, beginning anywhere in
+    the first step.
 
     error_deg is the standard deviation of the two angles by which the hammer is held askew.
     """

@@ -1,7 +1,9 @@
-"""Reference runs for the identification of single joints: an arm of three axes whose joints 2 and 3 are elastic and have friction.
+"""Reference runs for the identification of single joints: an arm of three axes whose joints 2 and 3 are
+elastic and have friction.
 
-Nothing here comes from identify: links by Pinocchio, gears and friction by Nagoya's Eqs. 8, 9 and 11 written again, a hysteresis out of
-Maxwell slip elements, a servo loop, encoders with counts, noise.  `python -m tests.generator.joint_runs FOLDER` writes the shipped set.
+Nothing here comes from identify: links by Pinocchio, gears and friction by Nagoya's Eqs. 8, 9 and 11 written
+again, a hysteresis out of Maxwell slip elements, a servo loop, encoders with counts, noise.  `python -m
+tests.generator.joint_runs FOLDER` writes the shipped set.
 """
 
 from __future__ import annotations
@@ -57,7 +59,9 @@ DH = ((0.6, 0.3, -np.pi / 2), (0.0, 1.1, 0.0), (0.0, 1.2, 0.0))
 def arm(bodies: Any = BODIES) -> pinocchio.Model:
     """A column that turns about the vertical and two arms that swing in its plane."""
     model, parent, place = pinocchio.Model(), 0, pinocchio.SE3.Identity()
-    for number, ((offset, length, twist), (mass, centre, moments)) in enumerate(zip(DH, bodies, strict=True), 1):
+    for number, ((offset, length, twist), (mass, centre, moments)) in enumerate(
+        zip(DH, bodies, strict=True), 1
+    ):
         parent = model.addJoint(parent, pinocchio.JointModelRZ(), place, f"q{number}")
         place = pinocchio.SE3(pinocchio.utils.rotate("x", twist), np.array([length, 0.0, offset]))
         model.appendBodyToJoint(parent, pinocchio.Inertia(mass, np.array(centre), np.diag(moments)), place)
@@ -98,13 +102,18 @@ def single_runs() -> dict[str, tuple[int, Array]]:
     rise = (1 - np.cos(np.pi * np.clip(time / 2.0, 0, 1))) / 2
     runs = {f"speed{n:02d}": (1, back_and_forth(v, 1.6 + 1.1 * v, -70.0)) for n, v in enumerate(SPEEDS, 1)}
     runs["slow"] = (1, back_and_forth(1.2, 6.4, -60.0))
-    runs |= {f"sine{n}": (2, np.radians(30 + a * np.sin(2 * np.pi * f * time) * rise)) for n, a, f in ((1, 10.0, 0.4), (2, 12.0, 0.7))}
+    runs |= {
+        f"sine{n}": (2, np.radians(30 + a * np.sin(2 * np.pi * f * time) * rise))
+        for n, a, f in ((1, 10.0, 0.4), (2, 12.0, 0.7))
+    }
     return runs
 
 
 @dataclass(frozen=True)
 class Plant:
-    """Joints that move alone, a lane each (lanes,): inertia, weight as A cos q + B sin q, and the truth of the joint."""
+    """Joints that move alone, a lane each (lanes,): inertia, weight as A cos q + B sin q, and the truth of
+    the joint.
+    """
 
     inertia: Array
     weight: Array
@@ -127,12 +136,23 @@ class Plant:
         error, error_slope = self.error(turn)
         w, w_rate = turn + error - q, spin * (1 + error_slope) - v
         carried = self.joint.stiffness * w + self.joint.cubic * w**3 + self.joint.damping * w_rate
-        drive = (self.ratio * torque - friction(self.joint, spin) - carried * (1 + error_slope)) / (self.ratio**2 * self.rotor)
-        return np.array([spin, drive, v, (carried - self.weight[0] * np.cos(q) - self.weight[1] * np.sin(q)) / self.inertia])
+        drive = (self.ratio * torque - friction(self.joint, spin) - carried * (1 + error_slope)) / (
+            self.ratio**2 * self.rotor
+        )
+        return np.array(
+            [
+                spin,
+                drive,
+                v,
+                (carried - self.weight[0] * np.cos(q) - self.weight[1] * np.sin(q)) / self.inertia,
+            ]
+        )
 
 
 def plant(joint: int, lanes: int) -> Plant:
-    """Joint (from 0) with the others at rest at q2 = -60, q3 = 130 degrees: folded, so that the arm swings fast beside slow motion."""
+    """Joint (from 0) with the others at rest at q2 = -60, q3 = 130 degrees: folded, so that the arm swings
+    fast beside slow motion.
+    """
     model = arm()
     home = np.radians([0.0, -60.0, 130.0])
     pinocchio.crba(model, data := model.createData(), home)
@@ -179,19 +199,29 @@ def clean_runs(names: Any = None) -> dict[str, tuple[int, dict[str, Array]]]:
 def sensed(signals: dict[str, Array], ratio: Array | float, rng: np.random.Generator) -> dict[str, Array]:
     """The same as sensors give it: counts of the motor's encoder, noise on link angle and torque."""
     count = 2 * np.pi / COUNTS / ratio
-    kinds = {"motor_rad": lambda x: np.round(x / count) * count, "link_rad": lambda x: x + rng.normal(scale=LINK_NOISE, size=x.shape)}
+    kinds = {
+        "motor_rad": lambda x: np.round(x / count) * count,
+        "link_rad": lambda x: x + rng.normal(scale=LINK_NOISE, size=x.shape),
+    }
     kinds["torque_N_m"] = lambda x: x + rng.normal(scale=TORQUE_NOISE, size=x.shape)
     return {key: kinds[key](values) for key, values in signals.items()}
 
 
 def static_loads(rng: np.random.Generator | None = None) -> dict[str, Array]:
-    """Poses of joint 2 (Nagoya Fig. 4): from upright to level in steps of 5 degrees, disks of 15 kg to 150 kg on and off, and back.
+    """Poses of joint 2 (Nagoya Fig. 4): from upright to level in steps of 5 degrees, disks of 15 kg to 150 kg
+    on and off, and back.
 
-    Columns (poses,): angles of all joints, mass of the disks, and the torque that the gear of joint 2 carries.
+    Columns (poses,): angles of all joints, mass of the disks, and the torque that the gear of joint 2
+    carries.
     """
     lower = [*np.arange(-85.0, 1.0, 5.0)]
     pose = [*lower, *[0.0] * 20, *lower[-2::-1]]
-    disks = [*[0.0] * len(lower), *np.arange(15.0, 151.0, 15.0), *np.arange(135.0, -1.0, -15.0), *[0.0] * (len(lower) - 1)]
+    disks = [
+        *[0.0] * len(lower),
+        *np.arange(15.0, 151.0, 15.0),
+        *np.arange(135.0, -1.0, -15.0),
+        *[0.0] * (len(lower) - 1),
+    ]
     yields = HYSTERESIS_N_M / 2 * np.array([0.4, 0.3, 0.2, 0.1])
     springs, slips, before, rows = yields / np.array([4e-6, 8e-6, 1.2e-5, 1.6e-5]), np.zeros(4), 0.0, []
     truth = JOINTS[1]
@@ -199,7 +229,9 @@ def static_loads(rng: np.random.Generator | None = None) -> dict[str, Array]:
         motor, last = np.radians([0.0, angle, 10.0]), BODIES[2]
         model = arm((*BODIES[:2], _loaded(last, mass)))
         low, high = -2e-3, 2e-3
-        for _ in range(45):  # bisection of the windup: what spring and slips hold less the weight at the link's angle
+        for _ in range(
+            45
+        ):  # bisection of the windup: what spring and slips hold less the weight at the link's angle
             w = (low + high) / 2
             held = np.clip(slips + springs * (w - before), -yields, yields).sum()
             carried = weight(model, motor - [0.0, w, 0.0])[1]
@@ -219,7 +251,9 @@ def _loaded(body: Any, disks: float) -> Any:
 
 
 def excitation(seed: int, duration: float = 10.0, rate: float = 100.0) -> dict[str, Array]:
-    """Motor angle and motor torque (samples, 3) along random Fourier series of five harmonics: rigid links, rotors, friction."""
+    """Motor angle and motor torque (samples, 3) along random Fourier series of five harmonics: rigid links,
+    rotors, friction.
+    """
     rng, model = np.random.default_rng([7, seed]), arm()
     data, time = model.createData(), np.arange(round(duration * rate) + 1) / rate
     base = 2 * np.pi / duration
@@ -227,11 +261,18 @@ def excitation(seed: int, duration: float = 10.0, rate: float = 100.0) -> dict[s
     for joint, (middle, reach) in enumerate(((0.0, 0.9), (-0.9, 0.45), (0.5, 0.6))):
         q[:, joint] += middle
         for harmonic in range(1, 6):
-            phase, size, w = rng.uniform(0, 2 * np.pi), reach * rng.uniform(0.4, 1.0) / harmonic**1.2, base * harmonic
+            phase, size, w = (
+                rng.uniform(0, 2 * np.pi),
+                reach * rng.uniform(0.4, 1.0) / harmonic**1.2,
+                base * harmonic,
+            )
             q[:, joint] += size * np.sin(w * time + phase)
             v[:, joint] += size * w * np.cos(w * time + phase)
             a[:, joint] -= size * w**2 * np.sin(w * time + phase)
-    torque = np.array([pinocchio.rnea(model, data, *row) for row in zip(q, v, a, strict=True)]) + RATIO**2 * ROTOR * a
+    torque = (
+        np.array([pinocchio.rnea(model, data, *row) for row in zip(q, v, a, strict=True)])
+        + RATIO**2 * ROTOR * a
+    )
     rub = np.stack([friction(replace(JOINTS[n], stribeck=0.0), v[:, n]) for n in range(3)], axis=1)
     return {"motor_rad": q, "torque_N_m": (torque + rub) / RATIO}
 
@@ -240,10 +281,25 @@ def write(path: Path, columns: dict[str, Array], time: bool = True) -> None:
     """One CSV."""
     table = {"time_s": np.arange(len(next(iter(columns.values())))) / 100.0, **columns} if time else columns
     form = [
-        "%.2f" if n.endswith("_s") else "%.4f" if "N_m" in n and time else "%.3f" if "N_m" in n else "%.8f" if "rad" in n else "%g"
+        "%.2f"
+        if n.endswith("_s")
+        else "%.4f"
+        if "N_m" in n and time
+        else "%.3f"
+        if "N_m" in n
+        else "%.8f"
+        if "rad" in n
+        else "%g"
         for n in table
     ]
-    np.savetxt(path, np.column_stack(list(table.values())), fmt=form, delimiter=",", header=",".join(table), comments="")
+    np.savetxt(
+        path,
+        np.column_stack(list(table.values())),
+        fmt=form,
+        delimiter=",",
+        header=",".join(table),
+        comments="",
+    )
 
 
 def write_single(folder: Path, runs: dict[str, tuple[int, dict[str, Array]]], seed: int) -> None:
@@ -258,7 +314,10 @@ def write_single(folder: Path, runs: dict[str, tuple[int, dict[str, Array]]], se
 def write_excited(folder: Path, name: str, motion: int, seed: int) -> None:
     """A run of the whole arm with its noise."""
     read = sensed(excitation(motion), RATIO, np.random.default_rng([2, motion, seed]))
-    write(folder / f"{name}.csv", {f"joint{n + 1}.{key}": values[:, n] for key, values in read.items() for n in range(3)})
+    write(
+        folder / f"{name}.csv",
+        {f"joint{n + 1}.{key}": values[:, n] for key, values in read.items() for n in range(3)},
+    )
 
 
 def main(folder: Path) -> None:

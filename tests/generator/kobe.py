@@ -1,7 +1,9 @@
-"""The two hammer tests of the Kobe study, simulated in the time domain: python -m tests.generator.kobe data/kobe_36dof.
+"""The two hammer tests of the Kobe study, simulated in the time domain: python -m tests.generator.kobe
+data/kobe_36dof.
 
-First the arm without J4 to J6, then the whole of it; servos on.  Base and first link are elastic, which the user of the data is not told.
-Five blows along Y; every point is recorded with each, with noise of its own on force and response, as if it had been struck anew.
+First the arm without J4 to J6, then the whole of it; servos on.  Base and first link are elastic, which the
+user of the data is not told. Five blows along Y; every point is recorded with each, with noise of its own on
+force and response, as if it had been struck anew.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ from tests.generator.structure import BaseCompliance, LinkFlexibility
 from tests.generator.tree import Dof, Tree, at_posture
 
 BLOWS, PEAK_N = 5, 150.0
-CHAIN = Chain(rate=512.0, duration=2.0, oversampling=32, noise_force=0.1, noise_response=8e-3, window_decay=2.0)
+CHAIN = Chain(
+    rate=512.0, duration=2.0, oversampling=32, noise_force=0.1, noise_response=8e-3, window_decay=2.0
+)
 BAND_HZ = (4.0, 100.0)
 BASE = BaseCompliance(("rx", "ry"), (4.0e6, 4.0e6), (1500.0, 1500.0))
 _BENDING, _HINGES = 1.2e6, 2
@@ -37,7 +41,9 @@ TESTS = {"detached": 3, "whole": 6}
 
 
 def tree_of(robot: Kobe, joints: int) -> Tree:
-    """The arm at its posture with its first `joints` joints, all six coordinates of each, a rotor before each gear, and what is hidden."""
+    """The arm at its posture with its first `joints` joints, all six coordinates of each, a rotor before each
+    gear, and what is hidden.
+    """
     tree = at_posture(robot.arm, POSTURE_DEG)
     tree.parts = tree.parts[: joints + 1]
     tree.sensors = [sensor for sensor in tree.sensors if sensor.part <= joints]
@@ -47,8 +53,12 @@ def tree_of(robot: Kobe, joints: int) -> Tree:
         for row in (0, 1, 2, 5, 3, 4):
             stiffness, damping = float(robot.stiffness[joint - 1, row]), float(robot.damping[joint - 1, row])
             part.dofs.append(Dof(f"joint{joint}.{AXES[row]}", row < 3, frame[:, row % 3], stiffness, damping))
-        turns = Dof(f"joint{joint}.rotor", False, frame[:, 2], 0.0, 0.0, drive.rotor_inertia * drive.gear_ratio**2)
-        rotor = replace(part, name=f"{part.name}.rotor", inertia=ball(_NO_MASS, np.zeros(3), 0.01), dofs=[turns])
+        turns = Dof(
+            f"joint{joint}.rotor", False, frame[:, 2], 0.0, 0.0, drive.rotor_inertia * drive.gear_ratio**2
+        )
+        rotor = replace(
+            part, name=f"{part.name}.rotor", inertia=ball(_NO_MASS, np.zeros(3), 0.01), dofs=[turns]
+        )
         tree.parts.append(rotor)
         part.parent, part.position, part.rotation = len(tree.parts) - 1, np.zeros(3), np.eye(3)
     BASE.build(tree)
@@ -68,8 +78,16 @@ def plant(robot: Kobe, joints: int) -> ServoPlant:
     """The arm with its controllers."""
     squares = [drive.gear_ratio**2 for drive in robot.drives]
     loops = [
-        Loop(f"joint{n}.rotor", square * drive.velocity_gain, drive.position_gain, drive.integral_time, drive.current_hz)
-        for n, (drive, square) in enumerate(zip(robot.drives[:joints], squares[:joints], strict=True), start=1)
+        Loop(
+            f"joint{n}.rotor",
+            square * drive.velocity_gain,
+            drive.position_gain,
+            drive.integral_time,
+            drive.current_hz,
+        )
+        for n, (drive, square) in enumerate(
+            zip(robot.drives[:joints], squares[:joints], strict=True), start=1
+        )
     ]
     return ServoPlant(tree_of(robot, joints), loops)
 
@@ -87,18 +105,29 @@ def hammer_test(held: ServoPlant, seed: int) -> Estimate:
         for point in range(points):
             forces[point, number] = window * CHAIN.force(blow.reading(times), rng)
     each = [h1(forces[point], responses[point], CHAIN.rate).band(*BAND_HZ) for point in range(points)]
-    return Estimate(each[0].frequency_hz, np.hstack([one.h1 for one in each]), np.hstack([one.coherence for one in each]))
+    return Estimate(
+        each[0].frequency_hz, np.hstack([one.h1 for one in each]), np.hstack([one.coherence for one in each])
+    )
 
 
 def write(path: Path, estimate: Estimate, nodes: list[int]) -> None:
-    """FRFs and coherences in HDF5, single precision; outputs x, y, z of each node, the input Y of the last."""
+    """FRFs and coherences in HDF5, single precision; outputs x, y, z of each node, the input Y of the
+    last.
+    """
     with h5py.File(path, "w") as file:
         file["frequency_hz"] = estimate.frequency_hz
-        for name, values in (("frf", estimate.h1.astype(np.complex64)), ("coherence", estimate.coherence.astype(np.float32))):
-            file.create_dataset(name, data=values[:, :, None], compression="gzip", compression_opts=9, shuffle=True)
+        for name, values in (
+            ("frf", estimate.h1.astype(np.complex64)),
+            ("coherence", estimate.coherence.astype(np.float32)),
+        ):
+            file.create_dataset(
+                name, data=values[:, :, None], compression="gzip", compression_opts=9, shuffle=True
+            )
         file["outputs"] = [f"{node}:+{axis}" for node in nodes for axis in "XYZ"]
         file["inputs"] = [f"{nodes[-1]}:+Y"]
-        file.attrs.update(quantity="accelerance", unit="(m/s^2)/N", averages=BLOWS, window_decay_per_s=CHAIN.window_decay)
+        file.attrs.update(
+            quantity="accelerance", unit="(m/s^2)/N", averages=BLOWS, window_decay_per_s=CHAIN.window_decay
+        )
 
 
 def truth(robot: Kobe) -> dict[str, Any]:

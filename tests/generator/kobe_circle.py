@@ -1,7 +1,8 @@
 """The circular test of the Kobe study, simulated: python -m tests.generator.kobe_circle data/kobe_circle.
 
-The robot of `kobe` with its elastic base and first link, which the user of the data is not told, moves its loading mass along a circle
-of 5 mm at 2,000 mm/min; motors have friction, controllers are sampled.  What is recorded: motor angles, and the tool by a laser tracker.
+The robot of `kobe` with its elastic base and first link, which the user of the data is not told, moves its
+loading mass along a circle of 5 mm at 2,000 mm/min; motors have friction, controllers are sampled.  What is
+recorded: motor angles, and the tool by a laser tracker.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ _FOCUS = np.array([0.24, 0.09, 0.0])
 
 
 def tool_of(arm: Arm, angles: Array) -> tuple[Array, Array, Array]:
-    """Place (3,) and axes (3, 3) of the tool on rigid links at joint angles (6,), rad, and the Jacobian (6, 6) of both."""
+    """Place (3,) and axes (3, 3) of the tool on rigid links at joint angles (6,), rad, and the Jacobian (6,
+    6) of both.
+    """
     rotation, position, axes, origins = np.eye(3), np.zeros(3), [], []
     for joint, angle in zip(arm.joints, angles, strict=True):
         position, rotation = position + rotation @ joint.xyz, rotation @ joint.rotation(float(angle))
@@ -39,7 +42,9 @@ def tool_of(arm: Arm, angles: Array) -> tuple[Array, Array, Array]:
 
 
 def commanded(arm: Arm) -> Array:
-    """Joint angles at the ticks (n, 6), rad, that lead the tool round the circle in the XY plane without turning it."""
+    """Joint angles at the ticks (n, 6), rad, that lead the tool round the circle in the XY plane without
+    turning it.
+    """
     angles, rows = np.radians(POSTURE_DEG), []
     begin, axes, _ = tool_of(arm, angles)
     for turned in _swept():
@@ -53,7 +58,9 @@ def commanded(arm: Arm) -> Array:
 
 
 def _swept() -> Array:
-    """Angle about the centre at the ticks, rad: constant feed between ramps, averaged over the smoothing time."""
+    """Angle about the centre at the ticks, rad: constant feed between ramps, averaged over the smoothing
+    time.
+    """
     fine = 10
     time = np.arange(round(DURATION_S / PERIOD_S) * fine + 1) * PERIOD_S / fine - START_S
     ramp, length = FEED_M_S / ACCELERATION_M_S2, TURNS * 2 * np.pi * RADIUS_M
@@ -119,10 +126,23 @@ def generate(folder: Path, seed: int = 16) -> None:
     angles = angles + rng.normal(scale=NOISE_ANGLE_RAD, size=angles.shape)
     places = places + rng.normal(scale=NOISE_TOOL_M, size=places.shape)
     time = np.arange(len(places)) * PERIOD_S * RECORDED_EVERY
-    names = ["time_s", *(f"joint{n}.position_rad" for n in range(1, 7)), "tool_x_mm", "tool_y_mm", "tool_z_mm"]
+    names = [
+        "time_s",
+        *(f"joint{n}.position_rad" for n in range(1, 7)),
+        "tool_x_mm",
+        "tool_y_mm",
+        "tool_z_mm",
+    ]
     folder.mkdir(parents=True, exist_ok=True)
     rows = np.column_stack([time, angles, 1e3 * places])
-    np.savetxt(folder / "circle.csv", rows, fmt=["%.4f", *["%.7f"] * 6, *["%.4f"] * 3], delimiter=",", header=",".join(names), comments="")
+    np.savetxt(
+        folder / "circle.csv",
+        rows,
+        fmt=["%.4f", *["%.7f"] * 6, *["%.4f"] * 3],
+        delimiter=",",
+        header=",".join(names),
+        comments="",
+    )
 
 
 def main() -> None:

@@ -1,4 +1,6 @@
-"""The linear model of a plant at rest by central differences of its forward dynamics: poles and exact FRFs, without time stepping."""
+"""The linear model of a plant at rest by central differences of its forward dynamics: poles and exact FRFs,
+without time stepping.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +15,16 @@ from tests.generator.rigid import Array
 
 Complex = NDArray[np.complex128]
 _STEPS = (1e-6, 1e-5, 1e-2)
-"""Displacement (rad, m), velocity (rad/s, m/s) and force (N): small against what is nonlinear, large against rounding."""
+"""Displacement (rad, m), velocity (rad/s, m/s) and force (N): small against what is nonlinear, large against
+rounding.
+"""
 
 
 @dataclass(frozen=True)
 class Linear:
-    """x' = a x + b f and y = c x + d f with x the displacements, then the velocities, f the force (3) and y the accelerations."""
+    """x' = a x + b f and y = c x + d f with x the displacements, then the velocities, f the force (3) and y
+    the accelerations.
+    """
 
     a: Array
     b: Array
@@ -43,7 +49,9 @@ class Linear:
 
 
 def linearise(plant: Plant, struck: str, torques: bool = False) -> Linear:
-    """The plant about rest, struck at a sensor along the sensor's axes; with its nonlinear torques, if wanted, at their slope at rest."""
+    """The plant about rest, struck at a sensor along the sensor's axes; with its nonlinear torques, if
+    wanted, at their slope at rest.
+    """
     size = plant.model.nv
     columns = []
     for index in range(2 * size + 3):
@@ -59,7 +67,9 @@ def linearise(plant: Plant, struck: str, torques: bool = False) -> Linear:
 
 
 def _derivative(plant: Plant, struck: str, change: tuple[int, float], torques: bool) -> Array:
-    """Generalised accelerations, then sensor readings, with one displacement, velocity or force component off zero."""
+    """Generalised accelerations, then sensor readings, with one displacement, velocity or force component off
+    zero.
+    """
     data, size, (index, value) = plant.data, plant.model.nv, change
     plant.rest()
     force = np.zeros(3)

@@ -1,7 +1,8 @@
-"""Makes of six-axis arms: two fixed ones, `compact` (6 kg payload) and `large` (200 kg payload), and random ones by seed.
+"""Makes of six-axis arms: two fixed ones, `compact` (6 kg payload) and `large` (200 kg payload), and random
+ones by seed.
 
-Drawn in the posture of zero angles: column and upper arm upright, forearm level.  Bodies are solid cylinders and boxes of
-realistic mass; how link frames are turned differs from make to make.
+Drawn in the posture of zero angles: column and upper arm upright, forearm level.  Bodies are solid cylinders
+and boxes of realistic mass; how link frames are turned differs from make to make.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ def _vector(x: float, y: float, z: float) -> Array:
 
 @dataclass(frozen=True)
 class Make:
-    """What distinguishes makes: lengths in m, total mass in kg, sense of the six axes, and how link frames are turned."""
+    """What distinguishes makes: lengths in m, total mass in kg, sense of the six axes, and how link frames
+    are turned.
+    """
 
     name: str
     base: float
@@ -68,13 +71,43 @@ class Make:
 _AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
 
 COMPACT = Make(
-    "compact", 0.22, 0.18, 0.025, 0.0, 0.455, 0.035, 0.10, 0.32, 0.08, 0.0, 0.14, 54.0, (-1, 1, 1, -1, 1, -1), "along-axes",
-    (17.0, 16.0, 27.0, 62.0, 48.0, 95.0), (0.05, 0.06, 0.045, 0.05, 0.06, 0.06),
-)  # fmt: skip
+    "compact",
+    0.22,
+    0.18,
+    0.025,
+    0.0,
+    0.455,
+    0.035,
+    0.10,
+    0.32,
+    0.08,
+    0.0,
+    0.14,
+    54.0,
+    (-1, 1, 1, -1, 1, -1),
+    "along-axes",
+    (17.0, 16.0, 27.0, 62.0, 48.0, 95.0),
+    (0.05, 0.06, 0.045, 0.05, 0.06, 0.06),
+)
 LARGE = Make(
-    "large", 0.42, 0.26, 0.35, -0.11, 1.15, -0.04, 0.42, 0.80, 0.215, 0.0, 0.38, 1090.0, (1, 1, -1, -1, 1, -1), "along-axes",
-    (13.0, 14.0, 22.0, 51.0, 38.0, 74.0), (0.04, 0.05, 0.045, 0.04, 0.05, 0.05),
-)  # fmt: skip
+    "large",
+    0.42,
+    0.26,
+    0.35,
+    -0.11,
+    1.15,
+    -0.04,
+    0.42,
+    0.80,
+    0.215,
+    0.0,
+    0.38,
+    1090.0,
+    (1, 1, -1, -1, 1, -1),
+    "along-axes",
+    (13.0, 14.0, 22.0, 51.0, 38.0, 74.0),
+    (0.04, 0.05, 0.045, 0.04, 0.05, 0.05),
+)
 
 
 def random_make(seed: int) -> Make:
@@ -142,16 +175,24 @@ def build(make: Make, seed: int) -> Arm:
         for number in range(1, 7)
     )
     home = np.array(make.sense) * np.array([0.0, 20.0, 5.0, 15.0, 45.0, 10.0])
-    arm = Arm(make.name, links, joints, _points(make, names, turns, origins, rng), home, np.ones(6), np.zeros(6))
+    arm = Arm(
+        make.name, links, joints, _points(make, names, turns, origins, rng), home, np.ones(6), np.zeros(6)
+    )
     return _with_springs(arm, make)
 
 
 def _with_springs(arm: Arm, make: Make) -> Arm:
-    """Springs that put each joint on its own, all others locked, at its frequency and damping ratio in the home posture."""
+    """Springs that put each joint on its own, all others locked, at its frequency and damping ratio in the
+    home posture.
+    """
     tree = at_posture(arm, arm.home)
-    inertia = np.array([tree.outboard_about(f"link{n}", joint.axis) for n, joint in enumerate(arm.joints, start=1)])
+    inertia = np.array(
+        [tree.outboard_about(f"link{n}", joint.axis) for n, joint in enumerate(arm.joints, start=1)]
+    )
     speed = 2 * np.pi * np.array(make.joint_hz)
-    return replace(arm, stiffness=inertia * speed**2, damping=2 * np.array(make.damping_ratio) * inertia * speed)
+    return replace(
+        arm, stiffness=inertia * speed**2, damping=2 * np.array(make.damping_ratio) * inertia * speed
+    )
 
 
 def _frame(frames: Frames, axis: Array, rng: np.random.Generator) -> Array:
@@ -171,23 +212,40 @@ def _bodies(make: Make, masses: Array) -> list[Inertia]:
     y = np.array([0.0, 1.0, 0.0])
     base, carousel, upper, elbow, forearm, wrist, hand = masses
     return [
-        cylinder(0.7 * base, _ROOT, one, 1.6 * thick) + box(0.3 * base, [0, 0, 0.02 * make.reach], [5 * thick, 5 * thick, 0.4 * thick]),
+        cylinder(0.7 * base, _ROOT, one, 1.6 * thick)
+        + box(0.3 * base, [0, 0, 0.02 * make.reach], [5 * thick, 5 * thick, 0.4 * thick]),
         cylinder(0.55 * carousel, one, one + _vector(0, 0, make.column), 1.4 * thick)
         + cylinder(0.3 * carousel, two - 1.2 * thick * y, two + 1.2 * thick * y, thick)
-        + box(0.15 * carousel, one + _vector(-1.2 * thick, 0.6 * thick, 0.5 * make.column), [thick, thick, 2 * thick]),
+        + box(
+            0.15 * carousel,
+            one + _vector(-1.2 * thick, 0.6 * thick, 0.5 * make.column),
+            [thick, thick, 2 * thick],
+        ),
         box(0.6 * upper, (two + three) / 2 + 0.5 * thick * y, [1.6 * thick, thick, make.upper])
         + cylinder(0.25 * upper, two, two + 1.5 * thick * y, 1.1 * thick)
         + cylinder(0.15 * upper, three - 0.3 * thick * y, three + thick * y, 0.8 * thick),
         box(0.65 * elbow, (three + four) / 2, [make.rear + thick, 1.4 * thick, 1.3 * thick])
-        + box(0.35 * elbow, three + _vector(-1.5 * thick, 0.2 * thick, 0.5 * thick), [1.6 * thick, 1.5 * thick, thick]),
-        cylinder(0.8 * forearm, four, five, 0.6 * thick) + box(0.2 * forearm, five + 0.6 * thick * y, [1.2 * thick, 0.4 * thick, thick]),
-        cylinder(0.7 * wrist, five, six, 0.5 * thick) + cylinder(0.3 * wrist, five - 0.5 * thick * y, five + 0.5 * thick * y, 0.4 * thick),
+        + box(
+            0.35 * elbow,
+            three + _vector(-1.5 * thick, 0.2 * thick, 0.5 * thick),
+            [1.6 * thick, 1.5 * thick, thick],
+        ),
+        cylinder(0.8 * forearm, four, five, 0.6 * thick)
+        + box(0.2 * forearm, five + 0.6 * thick * y, [1.2 * thick, 0.4 * thick, thick]),
+        cylinder(0.7 * wrist, five, six, 0.5 * thick)
+        + cylinder(0.3 * wrist, five - 0.5 * thick * y, five + 0.5 * thick * y, 0.4 * thick),
         cylinder(0.3 * hand, six, six + _vector(0.1 * make.tool, 0, 0), 0.5 * thick)
-        + box(0.7 * hand, 0.45 * six + 0.55 * tool + [0, 0.4 * thick, 0.5 * thick], [0.8 * make.tool, 0.9 * thick, 1.3 * thick]),
+        + box(
+            0.7 * hand,
+            0.45 * six + 0.55 * tool + [0, 0.4 * thick, 0.5 * thick],
+            [0.8 * make.tool, 0.9 * thick, 1.3 * thick],
+        ),
     ]
 
 
-def _points(make: Make, names: list[str], turns: list[Array], origins: Array, rng: np.random.Generator) -> tuple[Point, ...]:
+def _points(
+    make: Make, names: list[str], turns: list[Array], origins: Array, rng: np.random.Generator
+) -> tuple[Point, ...]:
     """Two points on the skin of every link; the last, at the tool's end, well off axis 6."""
     points: list[Point] = []
     for number, name in enumerate(names):
@@ -196,5 +254,12 @@ def _points(make: Make, names: list[str], turns: list[Array], origins: Array, rn
             off = rng.uniform(0.04, 0.07, 3) * rng.choice([-1, 1], 3) * make.reach
             off -= 0.8 * (off @ along) / (along @ along) * along
             xyz = turns[number].T @ (share * along + off)
-            points.append(Point(len(points) + 1, f"base{which}" if number == 0 else f"{name}_{which}", name, np.round(xyz, 6)))
+            points.append(
+                Point(
+                    len(points) + 1,
+                    f"base{which}" if number == 0 else f"{name}_{which}",
+                    name,
+                    np.round(xyz, 6),
+                )
+            )
     return tuple(points)

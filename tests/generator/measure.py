@@ -30,7 +30,9 @@ def draw_postures(spec: TestSpec) -> Array:
 
 
 def make_plant(spec: TestSpec, posture_deg: ArrayLike) -> Plant:
-    """The arm at a posture with everything hidden in it; links are cut last, so that all they carry goes along."""
+    """The arm at a posture with everything hidden in it; links are cut last, so that all they carry goes
+    along.
+    """
     tree = at_posture(spec.arm, posture_deg)
     structure = [effect for effect in spec.effects if isinstance(effect, StructureEffect)]
     for effect in sorted(structure, key=lambda item: isinstance(item, LinkFlexibility)):
@@ -47,19 +49,25 @@ def stated_decay(spec: TestSpec, linear: list[Linear]) -> float:
 
 
 def make_chain(spec: TestSpec, decay: float, plants: list[Plant]) -> Chain:
-    """The measurement chain with its hidden faults, sampled finely enough for the fastest pole, that of sticking friction among them."""
+    """The measurement chain with its hidden faults, sampled finely enough for the fastest pole, that of
+    sticking friction among them.
+    """
     fastest = max(linearise(plant, spec.hammer_points[0], torques=True).fastest for plant in plants)
     oversampling = spec.oversampling
     while fastest / (spec.sample_rate_hz * oversampling) > _STABLE:
         oversampling *= 2
-    chain = Chain(spec.sample_rate_hz, spec.duration_s, oversampling, spec.noise_force, spec.noise_response, decay)
+    chain = Chain(
+        spec.sample_rate_hz, spec.duration_s, oversampling, spec.noise_force, spec.noise_response, decay
+    )
     for effect in spec.effects:
         if isinstance(effect, MeasurementEffect):
             chain = effect.alter(chain)
     return chain
 
 
-def strike_all(spec: TestSpec, plant: Plant, chain: Chain, level: float, rng: np.random.Generator) -> dict[tuple[str, int], Estimate]:
+def strike_all(
+    spec: TestSpec, plant: Plant, chain: Chain, level: float, rng: np.random.Generator
+) -> dict[tuple[str, int], Estimate]:
     """FRFs of all sensor channels by (struck point, axis); outputs are x, y, z of each sensor in turn."""
     return {
         (struck, axis): _strike(spec, plant, chain, (struck, axis), level, rng).band(*spec.band_hz)
@@ -68,7 +76,9 @@ def strike_all(spec: TestSpec, plant: Plant, chain: Chain, level: float, rng: np
     }
 
 
-def _strike(spec: TestSpec, plant: Plant, chain: Chain, where: tuple[str, int], level: float, rng: np.random.Generator) -> Estimate:
+def _strike(
+    spec: TestSpec, plant: Plant, chain: Chain, where: tuple[str, int], level: float, rng: np.random.Generator
+) -> Estimate:
     """All averages of one drive direction: where names the point and the axis."""
     times, window, names = chain.step * np.arange(chain.steps), chain.window(), plant.sensors
     forces, responses = [], []

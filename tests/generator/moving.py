@@ -1,4 +1,6 @@
-"""An arm that moves along a path while something shakes it: controllers follow a ramp, motors have friction, sensors ride along."""
+"""An arm that moves along a path while something shakes it: controllers follow a ramp, motors have friction,
+sensors ride along.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +23,9 @@ _TRANSITION = 2e-3
 
 @dataclass(frozen=True)
 class Ride:
-    """What was recorded, a row a step: accelerations (steps, sensors, 3), m/s^2, in sensor axes, and the forces of the watched
-    coordinates' springs and dampers (steps, watched), N, both less their means before anything pushed.
+    """What was recorded, a row a step: accelerations (steps, sensors, 3), m/s^2, in sensor axes, and the
+    forces of the watched coordinates' springs and dampers (steps, watched), N, both less their means before
+    anything pushed.
     """
 
     acceleration: Array
@@ -30,14 +33,19 @@ class Ride:
 
 
 class MovingPlant(ServoPlant):
-    """Rotors follow angle = rate * (t - middle); friction (N m at the gear output) of the motors acts against their turning."""
+    """Rotors follow angle = rate * (t - middle); friction (N m at the gear output) of the motors acts against
+    their turning.
+    """
 
     def __init__(self, tree: Tree, loops: Sequence[Loop], friction: Sequence[float]) -> None:
         super().__init__(tree, loops)
         self._friction = np.asarray(friction, dtype=float)
 
-    def ride(self, site: str, push: Push, rates: Array, step: float, steps: int, watched: Sequence[str]) -> Ride:
-        """Move with rotor rates (loops,), rad/s, pushed at a site along the axes of its body; the path's middle is the tree's posture.
+    def ride(
+        self, site: str, push: Push, rates: Array, step: float, steps: int, watched: Sequence[str]
+    ) -> Ride:
+        """Move with rotor rates (loops,), rad/s, pushed at a site along the axes of its body; the path's
+        middle is the tree's posture.
 
         Time begins after _SETTLE_S, in which what the start has stirred up dies out.
         """
@@ -49,7 +57,13 @@ class MovingPlant(ServoPlant):
         motion, force = np.empty((steps, model.nsensordata)), np.empty((steps, len(watched)))
         for row in range(-round(_SETTLE_S / step), steps):
             for number, controller, rate in zip(self._driven, self._controllers, rates, strict=True):
-                controller.follow(float(data.qpos[number]), float(data.qvel[number]), rate * (row * step - middle), rate, step)
+                controller.follow(
+                    float(data.qpos[number]),
+                    float(data.qvel[number]),
+                    rate * (row * step - middle),
+                    rate,
+                    step,
+                )
             self._act(site, push((row + 0.5) * step) if row >= 0 else np.zeros(3))
             mujoco.mj_step(model, data)
             if row >= 0:
@@ -62,7 +76,15 @@ class MovingPlant(ServoPlant):
         data, place = self.data, self.data.site(site)
         data.qfrc_applied[:] = 0.0
         world = place.xmat.reshape(3, 3) @ force
-        mujoco.mj_applyFT(self.model, data, world, np.zeros(3), place.xpos, int(self.model.site(site).bodyid[0]), data.qfrc_applied)
+        mujoco.mj_applyFT(
+            self.model,
+            data,
+            world,
+            np.zeros(3),
+            place.xpos,
+            int(self.model.site(site).bodyid[0]),
+            data.qfrc_applied,
+        )
         turning = data.qvel[self._driven]
         driven = [c.torque for c in self._controllers] - self._friction * np.tanh(turning / _TRANSITION)
         data.qfrc_applied[self._driven] += self._hold + driven

@@ -1,4 +1,5 @@
-"""Reference records of the Nagoya two-link study: slow and fast moves, excitation in the closed loop, and three controllers.
+"""Reference records of the Nagoya two-link study: slow and fast moves, excitation in the closed loop, and
+three controllers.
 
 Nothing here comes from identify: the arm is in `nagoya_arm`, its controllers in `nagoya_control`.
 `python -m tests.generator.nagoya FOLDER` writes the records as CSV and the truth as JSON, in some minutes.
@@ -23,7 +24,8 @@ NOISE = {"motor_rad": 2e-6, "link_rad": 5e-6, "torque_N_m": 20.0}
 
 @dataclass(frozen=True)
 class Test:
-    """One record: from a posture, joints (from 0) turn by an angle at a speed; or one is excited with so many N m.
+    """One record: from a posture, joints (from 0) turn by an angle at a speed; or one is excited with so many
+    N m.
 
     gain: times that of the velocity loop.
     """
@@ -39,7 +41,10 @@ class Test:
     every: int = 24
 
 
-BOTH, POSTURES = ((0, -40.0, 60.0), (1, 60.0, 80.0)), {"upright": (90.0, -90.0), "reaching": (45.0, -20.0), "folded": (110.0, -150.0)}
+BOTH, POSTURES = (
+    ((0, -40.0, 60.0), (1, 60.0, 80.0)),
+    {"upright": (90.0, -90.0), "reaching": (45.0, -20.0), "folded": (110.0, -150.0)},
+)
 TESTS = (
     Test("slow1", (60.0, -60.0), ((0, 20.0, 6.0),)),
     Test("slow2", (60.0, -30.0), ((1, -20.0, 6.0),)),
@@ -51,7 +56,16 @@ TESTS = (
         for joint, torque in enumerate((2000.0, 1000.0))
     ),
     *(
-        Test(f"{control}{gain}", (100.0, -100.0), BOTH, control, gain, smoothing_s=0.04, duration_s=2.5, every=8)
+        Test(
+            f"{control}{gain}",
+            (100.0, -100.0),
+            BOTH,
+            control,
+            gain,
+            smoothing_s=0.04,
+            duration_s=2.5,
+            every=8,
+        )
         for control in ("conventional", "flexible", "notched")
         for gain in (1, 2)
     ),
@@ -69,12 +83,16 @@ def command(test: Test) -> Array:
         velocity = np.sign(by) * np.minimum(np.minimum(since, whole - since), ramp).clip(min=0.0) * 250.0
         summed = np.concatenate([[0.0], np.cumsum((velocity[1:] + velocity[:-1]) / 2) * 1e-4])
         area = np.concatenate([[0.0], np.cumsum((summed[1:] + summed[:-1]) / 2) * 1e-4])
-        angles[:, joint] = (area - np.interp(fine - test.smoothing_s, fine, area, left=0.0)) / test.smoothing_s
+        angles[:, joint] = (
+            area - np.interp(fine - test.smoothing_s, fine, area, left=0.0)
+        ) / test.smoothing_s
     return np.asarray(np.radians(np.array(test.start_deg) + angles)[:: round(PERIOD_S / 1e-4)])
 
 
 def excitation(test: Test, ticks: int) -> Array:
-    """Torque at the gear output that is added to the controller's, (ticks, 2): a chirp from 1 to 60 Hz every second."""
+    """Torque at the gear output that is added to the controller's, (ticks, 2): a chirp from 1 to 60 Hz every
+    second.
+    """
     torque = np.zeros((ticks, 2))
     if test.excited is not None:
         joint, size = test.excited
@@ -104,19 +122,33 @@ def main(folder: Path) -> None:
     """Write all records and the truth."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "truth.json").write_text(
-        json.dumps({**TRUTH, "stribeck_velocity_rad_s": [STRIBECK_VELOCITY] * 2, "noise": NOISE}, indent=2) + "\n"
+        json.dumps({**TRUTH, "stribeck_velocity_rad_s": [STRIBECK_VELOCITY] * 2, "noise": NOISE}, indent=2)
+        + "\n"
     )
     names = ["time_s", *(f"joint{n}.{what}" for what in NOISE for n in (1, 2))]
     for number, test in enumerate(TESTS):
         rng = np.random.default_rng([1, number])
         parts = [values[:: test.every] for values in simulate(test)]
-        noisy = [values + rng.normal(scale=sigma, size=values.shape) for values, sigma in zip(parts, NOISE.values(), strict=True)]
+        noisy = [
+            values + rng.normal(scale=sigma, size=values.shape)
+            for values, sigma in zip(parts, NOISE.values(), strict=True)
+        ]
         time = np.arange(len(noisy[0])) * PERIOD_S * test.every
         formats = ["%.4f", *["%.7f"] * 4, *["%.1f"] * 2]
         np.savetxt(
-            folder / f"{test.name}.csv", np.column_stack([time, *noisy]), fmt=formats, delimiter=",", header=",".join(names), comments=""
+            folder / f"{test.name}.csv",
+            np.column_stack([time, *noisy]),
+            fmt=formats,
+            delimiter=",",
+            header=",".join(names),
+            comments="",
         )
-        print(test.name, np.degrees(np.ptp(noisy[1], axis=0)).round(2), np.abs(noisy[2]).max(axis=0).round(0), flush=True)
+        print(
+            test.name,
+            np.degrees(np.ptp(noisy[1], axis=0)).round(2),
+            np.abs(noisy[2]).max(axis=0).round(0),
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""The two-link arm of the Nagoya study with elastic joints: links by Pinocchio, rotors, gears and friction by the paper's equations.
+"""The two-link arm of the Nagoya study with elastic joints: links by Pinocchio, rotors, gears and friction by
+the paper's equations.
 
-Nothing here comes from identify.  The paper's figures carry no numbers (units are normalised), so the arm is ours in the size of axes 2
-and 3 of a robot for 165 kg.
+Nothing here comes from identify.  The paper's figures carry no numbers (units are normalised), so the arm is
+ours in the size of axes 2 and 3 of a robot for 165 kg.
 """
 
 from __future__ import annotations
@@ -38,11 +39,12 @@ def arm() -> pinocchio.Model:
 
 
 class Arm:
-    """The equations of motion: link torque by Eq. 8 of the windup less the transmission error of Eq. 9; friction by Eq. 11.
+    """The equations of motion: link torque by Eq. 8 of the windup less the transmission error of Eq. 9;
+    friction by Eq. 11.
 
-    The sign in Eq. 11 is taken as it is written: a drive at rest stays exactly at rest while less than F_c + F_s pushes it.
-    A state is (4, 2): drive angles and velocities at the gear output, link angles and velocities.  `slip` (2,) holds the sign of each
-    drive's motion, 0 where it sticks.
+    The sign in Eq. 11 is taken as it is written: a drive at rest stays exactly at rest while less than F_c +
+    F_s pushes it. A state is (4, 2): drive angles and velocities at the gear output, link angles and
+    velocities.  `slip` (2,) holds the sign of each drive's motion, 0 where it sticks.
     """
 
     def __init__(self) -> None:
@@ -64,7 +66,9 @@ class Arm:
         """The inverse, by Newton's method."""
         e = torque / self.n["stiffness_n_m_rad"]
         for _ in range(20):
-            e = e - (self.spring(e) - torque) / (self.n["stiffness_n_m_rad"] + 3 * self.n["cubic_n_m_rad3"] * e**2)
+            e = e - (self.spring(e) - torque) / (
+                self.n["stiffness_n_m_rad"] + 3 * self.n["cubic_n_m_rad3"] * e**2
+            )
         return e
 
     def rigid(self, q: Array, v: Array, a: Array) -> Array:
@@ -90,12 +94,21 @@ class Arm:
         dry = self.n["coulomb_n_m"] + self.n["stribeck_n_m"] * np.exp(-np.abs(spin) / STRIBECK_VELOCITY)
         net = on_drive - self.slip * dry - self.n["viscous_n_m_s_rad"] * spin
         return np.array(
-            [spin, np.where(self.slip == 0, 0.0, net / (RATIO**2 * ROTOR)), v, pinocchio.aba(self.model, self.data, q, v, on_link)]
+            [
+                spin,
+                np.where(self.slip == 0, 0.0, net / (RATIO**2 * ROTOR)),
+                v,
+                pinocchio.aba(self.model, self.data, q, v, on_link),
+            ]
         )
 
     def advance(self, state: Array, torque: Array, h: float) -> Array:
-        """A step of Runge-Kutta of fourth order, cut where a drive comes to rest; there it sticks, or is pushed back at once."""
-        self.slip = np.where((self.slip == 0) & self._loose(state, torque), np.sign(self.push(state, torque)[0]), self.slip)
+        """A step of Runge-Kutta of fourth order, cut where a drive comes to rest; there it sticks, or is
+        pushed back at once.
+        """
+        self.slip = np.where(
+            (self.slip == 0) & self._loose(state, torque), np.sign(self.push(state, torque)[0]), self.slip
+        )
         while True:
             after = self._runge_kutta(state, torque, h)
             crossed = (self.slip != 0) & (after[1] * self.slip < 0)
@@ -105,11 +118,16 @@ class Arm:
             first = int(np.argmin(share))
             state, h = self._runge_kutta(state, torque, share[first] * h), (1 - share[first]) * h
             state[1, first] = 0.0
-            back = self._loose(state, torque)[first] and self.push(state, torque)[0][first] * self.slip[first] < 0
+            back = (
+                self._loose(state, torque)[first]
+                and self.push(state, torque)[0][first] * self.slip[first] < 0
+            )
             self.slip[first] = -self.slip[first] if back else 0.0
 
     def _loose(self, state: Array, torque: Array) -> Array:
-        return np.asarray(np.abs(self.push(state, torque)[0]) > self.n["coulomb_n_m"] + self.n["stribeck_n_m"])
+        return np.asarray(
+            np.abs(self.push(state, torque)[0]) > self.n["coulomb_n_m"] + self.n["stribeck_n_m"]
+        )
 
     def _runge_kutta(self, state: Array, torque: Array, h: float) -> Array:
         k1 = self.slope(state, torque)

@@ -1,7 +1,9 @@
-"""Controllers of the Nagoya two-link study's reference records, sampled every 500 us; nothing here comes from identify.
+"""Controllers of the Nagoya two-link study's reference records, sampled every 500 us; nothing here comes from
+identify.
 
-`conventional`: position P, velocity PI, feed-forward of velocity and of the rigid arm's torque.  `flexible`: two degrees of freedom, the
-drives ahead of the links by the windup that the motion takes.  `notched`: that behind a notch at the first mode of the posture.
+`conventional`: position P, velocity PI, feed-forward of velocity and of the rigid arm's torque.  `flexible`:
+two degrees of freedom, the drives ahead of the links by the windup that the motion takes.  `notched`: that
+behind a notch at the first mode of the posture.
 """
 
 from __future__ import annotations
@@ -39,7 +41,9 @@ class Servo:
 
     def torque(self, tick: int, turn: Array) -> Array:
         """Motor torques until the next tick, from the measured turn of the drives."""
-        error = POSITION_GAIN * (self.position[tick] - turn) + self.speed[tick] - (turn - self.before) / PERIOD_S
+        error = (
+            POSITION_GAIN * (self.position[tick] - turn) + self.speed[tick] - (turn - self.before) / PERIOD_S
+        )
         self.before, self.integral = turn, self.integral + self.gain * INTEGRAL * PERIOD_S * error
         wanted = self.gain * error + self.integral + self.feed[tick]
         if self.mode_hz is not None:
@@ -50,7 +54,8 @@ class Servo:
         """(s^2 + 2 d w f s + f^2) / (s^2 + 2 w f s + f^2) by the bilinear transform, exact at f."""
         c = 1 / np.tan(np.pi * hz * PERIOD_S)  # s / f becomes c (z - 1) / (z + 1)
         (b0, b1, b2), (a0, a1, a2) = (
-            (c * c + 2 * z * c + 1, 2 - 2 * c * c, c * c - 2 * z * c + 1) for z in (NOTCH_DEPTH * NOTCH_WIDTH, NOTCH_WIDTH)
+            (c * c + 2 * z * c + 1, 2 - 2 * c * c, c * c - 2 * z * c + 1)
+            for z in (NOTCH_DEPTH * NOTCH_WIDTH, NOTCH_WIDTH)
         )
         x1, x2, y1, y2 = self.memory
         passed = (b0 * given + b1 * x1 + b2 * x2 - a1 * y1 - a2 * y2) / a0
@@ -59,7 +64,9 @@ class Servo:
 
 
 def first_mode(plant: Arm, position: Array) -> Array:
-    """Hz at all ticks: the arm's first mode with linear springs and free drives, at every twentieth posture, and straight lines between."""
+    """Hz at all ticks: the arm's first mode with linear springs and free drives, at every twentieth posture,
+    and straight lines between.
+    """
     rows = np.unique(np.append(np.arange(0, len(position), 20), len(position) - 1))
     k = np.diag(plant.n["stiffness_n_m_rad"])
     stiffness, found = np.block([[k, -k], [-k, k]]), []

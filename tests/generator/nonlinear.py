@@ -12,7 +12,8 @@ from tests.generator.effect import TorqueEffect
 class JointFriction(TorqueEffect):
     """Coulomb friction parallel to the joint spring: torque_nm against the motion.
 
-    The step at standstill is a tanh of width `transition_rad_per_s`, below which it is a strong viscous damper.
+    The step at standstill is a tanh of width `transition_rad_per_s`, below which it is a strong viscous
+    damper.
     """
 
     joint: int
@@ -32,7 +33,9 @@ class JointFriction(TorqueEffect):
 
 @dataclass(frozen=True)
 class HardeningStiffness(TorqueEffect):
-    """A cubic spring parallel to the joint spring: cubic_nm_per_rad3 times the third power of the deflection from rest."""
+    """A cubic spring parallel to the joint spring: cubic_nm_per_rad3 times the third power of the deflection
+    from rest.
+    """
 
     joint: int
     cubic_nm_per_rad3: float
@@ -41,7 +44,10 @@ class HardeningStiffness(TorqueEffect):
     @property
     def sentence(self) -> str:
         """The joint."""
-        return f"hardening stiffness joint {self.joint} ({self.cubic_nm_per_rad3:.3g} N m/rad^3, amplitude dependent)"
+        return (
+            f"hardening stiffness joint {self.joint} ({self.cubic_nm_per_rad3:.3g} N m/rad^3, amplitude"
+            " dependent)"
+        )
 
     def torque(self, angle: float, rate: float) -> float:
         """Back to rest."""

@@ -1,8 +1,10 @@
-"""A tree in MuJoCo: preloaded so that it rests at its posture, struck, and integrated by Runge-Kutta of fourth order.
+"""A tree in MuJoCo: preloaded so that it rests at its posture, struck, and integrated by Runge-Kutta of
+fourth order.
 
-Weight acts as a constant force at every centre of mass, so accelerometers read kinematic acceleration; where `weighed`, gravity is
-MuJoCo's own and they feel it too, less their reading at rest, as AC-coupled sensors do.
-RK4 damps a mode of angular frequency w by (w h)^6 / 144 per step h and lowers its frequency by a share of (w h)^4 / 120.
+Weight acts as a constant force at every centre of mass, so accelerometers read kinematic acceleration; where
+`weighed`, gravity is MuJoCo's own and they feel it too, less their reading at rest, as AC-coupled sensors do.
+RK4 damps a mode of angular frequency w by (w h)^6 / 144 per step h and lowers its frequency by a share of (w
+h)^4 / 120.
 """
 
 from __future__ import annotations
@@ -45,18 +47,23 @@ class Plant:
         self.data.xfrc_applied[:, :3] = self._weight
 
     def load(self, sensor: str, force: Array | None, torques: bool = True) -> None:
-        """Apply a force (3,), N, at a sensor along its axes, and the nonlinear torques, at the present state of the data."""
+        """Apply a force (3,), N, at a sensor along its axes, and the nonlinear torques, at the present state
+        of the data.
+        """
         data = self.data
         data.qfrc_applied[:] = 0.0
         if force is not None:
             site = data.site(sensor)
             world = site.xmat.reshape(3, 3) @ force
-            mujoco.mj_applyFT(self.model, data, world, np.zeros(3), site.xpos, self._body_of[sensor], data.qfrc_applied)
+            mujoco.mj_applyFT(
+                self.model, data, world, np.zeros(3), site.xpos, self._body_of[sensor], data.qfrc_applied
+            )
         for number, effect in self._torques if torques else ():
             data.qfrc_applied[number] += effect.torque(data.qpos[number], data.qvel[number])
 
     def respond(self, sensor: str, force: Force, until: float, step: float, steps: int) -> Array:
-        """Accelerations (steps, sensors, 3), m/s^2, in sensor axes, row n at time n * step (s), of a force that is zero after `until`.
+        """Accelerations (steps, sensors, 3), m/s^2, in sensor axes, row n at time n * step (s), of a force
+        that is zero after `until`.
 
         The motion begins at rest.
         """
@@ -66,7 +73,9 @@ class Plant:
         result = np.empty((steps, model.nsensordata))
         driven = steps if self._torques else min(steps, ceil(until / step) + 2)
         try:
-            mujoco.set_mjcb_control(lambda _model, _data: self.load(sensor, force(data.time) if data.time <= until else None))
+            mujoco.set_mjcb_control(
+                lambda _model, _data: self.load(sensor, force(data.time) if data.time <= until else None)
+            )
             for row in range(steps):
                 if row == driven:  # nothing acts from outside any more, and the calls back take time
                     mujoco.set_mjcb_control(None)

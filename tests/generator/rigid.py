@@ -33,7 +33,9 @@ def to_rpy(rotation: Array) -> Array:
 
 
 def frame_with_z(axis: ArrayLike) -> Array:
-    """A rotation matrix whose third column is `axis` (3,); its first is the coordinate axis most perpendicular to it, made square."""
+    """A rotation matrix whose third column is `axis` (3,); its first is the coordinate axis most
+    perpendicular to it, made square.
+    """
     z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     x = np.eye(3)[np.argmin(np.abs(z))]
     x = x - (x @ z) * z
@@ -43,7 +45,9 @@ def frame_with_z(axis: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass (kg), centre of mass (3,) (m) and inertia tensor (3, 3) (kg m^2) about that centre, in one frame."""
+    """Mass (kg), centre of mass (3,) (m) and inertia tensor (3, 3) (kg m^2) about that centre, in one
+    frame.
+    """
 
     mass: float
     centre: Array
@@ -62,7 +66,11 @@ class Inertia:
 
     def seen_from(self, rotation: Array, position: ArrayLike) -> Inertia:
         """The same body in another frame, in which this one has `rotation` (3, 3) and `position` (3,)."""
-        return Inertia(self.mass, rotation @ self.centre + np.asarray(position, dtype=float), rotation @ self.tensor @ rotation.T)
+        return Inertia(
+            self.mass,
+            rotation @ self.centre + np.asarray(position, dtype=float),
+            rotation @ self.tensor @ rotation.T,
+        )
 
     def about_axis(self, point: ArrayLike, axis: ArrayLike) -> float:
         """Moment of inertia (kg m^2) about the line through `point` along `axis`."""

@@ -1,4 +1,6 @@
-"""Motors that hold an arm with sampled controllers while it is struck: position, velocity and current loops at their own periods."""
+"""Motors that hold an arm with sampled controllers while it is struck: position, velocity and current loops
+at their own periods.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ _VELOCITY_HZ = 16384
 
 @dataclass(frozen=True)
 class Loop:
-    """A controller seen from the gear output of joint `coordinate`: rotor inertia and velocity gain times the gear ratio squared.
+    """A controller seen from the gear output of joint `coordinate`: rotor inertia and velocity gain times the
+    gear ratio squared.
 
     position_gain in 1/s, integral_time in s, current_hz the bandwidth of the current loop.
     """
@@ -32,7 +35,9 @@ class Loop:
 
 
 class _Controller:
-    """The state of one loop: velocity command, integral of its error, torque asked for and torque there (N m at the output)."""
+    """The state of one loop: velocity command, integral of its error, torque asked for and torque there (N m
+    at the output).
+    """
 
     def __init__(self, loop: Loop) -> None:
         self.loop = loop
@@ -65,7 +70,9 @@ class _Controller:
 
 
 class ServoPlant(Plant):
-    """A tree some of whose coordinates have no spring, only a controller; the controllers carry the weight at rest."""
+    """A tree some of whose coordinates have no spring, only a controller; the controllers carry the weight at
+    rest.
+    """
 
     def __init__(self, tree: Tree, loops: Sequence[Loop]) -> None:
         super().__init__(tree)
@@ -92,10 +99,14 @@ class ServoPlant(Plant):
     def load(self, sensor: str, force: Array | None, torques: bool = True) -> None:
         """As on any plant, with the controllers' torques."""
         super().load(sensor, force, torques)
-        self.data.qfrc_applied[self._driven] += self._hold + [controller.torque for controller in self._controllers]
+        self.data.qfrc_applied[self._driven] += self._hold + [
+            controller.torque for controller in self._controllers
+        ]
 
     def respond(self, sensor: str, force: Force, until: float, step: float, steps: int) -> Array:
-        """As on any plant; the controllers see the rotors' angles and rates at their own sampling times and act from the next step on."""
+        """As on any plant; the controllers see the rotors' angles and rates at their own sampling times and
+        act from the next step on.
+        """
         self.rest()
         data, model = self.data, self.model
         model.opt.timestep = step
@@ -104,7 +115,9 @@ class ServoPlant(Plant):
         result = np.empty((steps, model.nsensordata))
         driven = min(steps, ceil(until / step) + 2)
         try:
-            mujoco.set_mjcb_control(lambda _model, _data: self.load(sensor, force(data.time) if data.time <= until else None))
+            mujoco.set_mjcb_control(
+                lambda _model, _data: self.load(sensor, force(data.time) if data.time <= until else None)
+            )
             for row in range(steps):
                 self._control(row, every, step)
                 if row >= driven:

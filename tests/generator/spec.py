@@ -13,11 +13,12 @@ from tests.generator.effect import Effect
 class TestSpec:
     """A hammer test; the same spec gives the same files.
 
-    force_n: mean peak force (N) at level 1, times which levels are hit; None: 180 N on arms from 500 kg, in proportion to the mass below.
-    noise_force (N) and noise_response (m/s^2): standard deviations of each sample.
-    window_decay_per_s None: as much as brings the slowest mode down to 0.2 % at the end of the record, 0.693 at least.
-    struck: names of the drive points (default: the last point).  weighed: accelerometers feel gravity, AC-coupled.
-    initial_range: the first guess of stiffness lies within these multiples of the truth.
+    force_n: mean peak force (N) at level 1, times which levels are hit; None: 180 N on arms from 500 kg, in
+    proportion to the mass below. noise_force (N) and noise_response (m/s^2): standard deviations of each
+    sample. window_decay_per_s None: as much as brings the slowest mode down to 0.2 % at the end of the
+    record, 0.693 at least. struck: names of the drive points (default: the last point).  weighed:
+    accelerometers feel gravity, AC-coupled. initial_range: the first guess of stiffness lies within these
+    multiples of the truth.
     """
 
     __test__: ClassVar[bool] = False

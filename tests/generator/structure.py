@@ -55,15 +55,18 @@ class JointCompliance(StructureEffect):
         """Further coordinates outboard of the drive: they turn with the link."""
         part = tree.parts[self.joint]
         frame = frame_with_z(part.dofs[0].axis)
-        part.dofs += _dofs(f"joint{self.joint}", frame, CLASSES[self.axes_class], self.stiffness, self.damping)
+        part.dofs += _dofs(
+            f"joint{self.joint}", frame, CLASSES[self.axes_class], self.stiffness, self.damping
+        )
 
 
 @dataclass(frozen=True)
 class LinkFlexibility(StructureEffect):
-    """A link cut into `segments` + 1 rigid pieces along a line from its origin, with bending and torsion hinges between them.
+    """A link cut into `segments` + 1 rigid pieces along a line from its origin, with bending and torsion
+    hinges between them.
 
-    along (3,) ends where the next joint sits; stiffness and damping are those of one hinge.  With stiff hinges mass, centre and inertia
-    of the whole are those of the rigid link.
+    along (3,) ends where the next joint sits; stiffness and damping are those of one hinge.  With stiff
+    hinges mass, centre and inertia of the whole are those of the rigid link.
     """
 
     link: str
@@ -96,7 +99,9 @@ class LinkFlexibility(StructureEffect):
             shift = (starts[number] - starts[number - 1]) * axis
             inertia = replace(pieces[number], centre=pieces[number].centre - starts[number] * axis)
             name = f"{self.link}.segment{number}"
-            tree.parts.append(Part(name, chain[number - 1], shift, np.eye(3), inertia, self._hinge(name, axis)))
+            tree.parts.append(
+                Part(name, chain[number - 1], shift, np.eye(3), inertia, self._hinge(name, axis))
+            )
         for item in carried:
             item.parent, item.position = _place(item.position, axis, hinges, chain)
         for sensor in tree.sensors:
@@ -114,7 +119,9 @@ class LinkFlexibility(StructureEffect):
 
 @dataclass(frozen=True)
 class AppendedResonator(StructureEffect):
-    """A mass on a spring that slides along one axis of a link, at `position` (3,) in its frame: a hose, a cover, a gripper finger."""
+    """A mass on a spring that slides along one axis of a link, at `position` (3,) in its frame: a hose, a
+    cover, a gripper finger.
+    """
 
     link: str
     axis: str
@@ -172,12 +179,19 @@ class SensorMass(StructureEffect):
     def build(self, tree: Tree) -> None:
         """A small ball at every sensor."""
         for sensor in tree.sensors:
-            tree.add(f"sensor_{sensor.name}", tree.parts[sensor.part].name, sensor.position, ball(self.mass_kg, np.zeros(3), 0.01))
+            tree.add(
+                f"sensor_{sensor.name}",
+                tree.parts[sensor.part].name,
+                sensor.position,
+                ball(self.mass_kg, np.zeros(3), 0.01),
+            )
 
 
 @dataclass(frozen=True)
 class SpringToGround(StructureEffect):
-    """A strut from a link's `position` (3,) to the floor along a direction (3,) in the floor's axes: a balancer, a hose to the ceiling."""
+    """A strut from a link's `position` (3,) to the floor along a direction (3,) in the floor's axes: a
+    balancer, a hose to the ceiling.
+    """
 
     link: str
     position: tuple[float, float, float]
@@ -194,7 +208,9 @@ class SpringToGround(StructureEffect):
     def build(self, tree: Tree) -> None:
         """A strut without preload."""
         unit = np.array(self.direction) / np.linalg.norm(self.direction)
-        tree.struts.append(Strut(tree.part(self.link), np.array(self.position), unit, self.stiffness, self.damping))
+        tree.struts.append(
+            Strut(tree.part(self.link), np.array(self.position), unit, self.stiffness, self.damping)
+        )
 
 
 @dataclass(frozen=True)
@@ -216,7 +232,8 @@ class RotorInertia(StructureEffect):
 
 
 def cut(body: Inertia, axis: Array, edges: Array) -> list[Inertia]:
-    """Pieces between edges (n + 1,) along `axis` with masses in proportion to their lengths; together they are the body.
+    """Pieces between edges (n + 1,) along `axis` with masses in proportion to their lengths; together they
+    are the body.
 
     The pieces' centres are spread along the axis about the body's centre as far as its inertia allows.
     """
@@ -229,7 +246,10 @@ def cut(body: Inertia, axis: Array, edges: Array) -> list[Inertia]:
     while not _physical(body.tensor - scale**2 * spread * across, 0.02):
         scale *= 0.95
     rest = body.tensor - scale**2 * spread * across
-    return [Inertia(body.mass * s, body.centre + scale * offset * axis, s * rest) for s, offset in zip(shares, offsets, strict=True)]
+    return [
+        Inertia(body.mass * s, body.centre + scale * offset * axis, s * rest)
+        for s, offset in zip(shares, offsets, strict=True)
+    ]
 
 
 def _physical(tensor: Array, margin: float) -> bool:
@@ -240,8 +260,12 @@ def _physical(tensor: Array, margin: float) -> bool:
 
 def _dofs(stem: str, frame: Array, axes: ArrayLike, stiffness: ArrayLike, damping: ArrayLike) -> list[Dof]:
     """Coordinates along and about the columns of a frame, slides first."""
-    values: list[tuple[Any, Any, Any]] = sorted(zip(axes, stiffness, damping, strict=True), key=lambda item: AXES.index(item[0]))  # type: ignore[arg-type]
-    return [Dof(f"{stem}.{axis}", axis[0] == "t", frame[:, "xyz".index(axis[1])], k, c) for axis, k, c in values]
+    values: list[tuple[Any, Any, Any]] = sorted(
+        zip(axes, stiffness, damping, strict=True), key=lambda item: AXES.index(item[0])
+    )  # type: ignore[arg-type]
+    return [
+        Dof(f"{stem}.{axis}", axis[0] == "t", frame[:, "xyz".index(axis[1])], k, c) for axis, k, c in values
+    ]
 
 
 def _place(position: Array, axis: Array, hinges: Array, chain: list[int]) -> tuple[int, Array]:

@@ -1,4 +1,6 @@
-"""An arm at a posture as a tree of rigid parts with elastic coordinates: what effects change and what is simulated."""
+"""An arm at a posture as a tree of rigid parts with elastic coordinates: what effects change and what is
+simulated.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +16,11 @@ from tests.generator.rigid import Array, Inertia
 
 @dataclass
 class Dof:
-    """One elastic coordinate between a part and its parent: a hinge or a slide along `axis` (3,) through the part's origin.
+    """One elastic coordinate between a part and its parent: a hinge or a slide along `axis` (3,) through the
+    part's origin.
 
-    stiffness in N m/rad or N/m, damping in N m s/rad or N s/m, armature (kg m^2 or kg) turns with the coordinate without weight.
+    stiffness in N m/rad or N/m, damping in N m s/rad or N s/m, armature (kg m^2 or kg) turns with the
+    coordinate without weight.
     """
 
     name: str
@@ -54,7 +58,9 @@ class Sensor:
 
 @dataclass
 class Strut:
-    """A spring and damper from a part's point to the floor along a direction in the floor's axes (N/m, N s/m)."""
+    """A spring and damper from a part's point to the floor along a direction in the floor's axes (N/m, N
+    s/m).
+    """
 
     part: int
     position: Array
@@ -65,7 +71,9 @@ class Strut:
 
 @dataclass
 class Tree:
-    """Parts in any order; the first len(arm.links) are the links of the arm.  gravity (3,), m/s^2, in the floor's axes."""
+    """Parts in any order; the first len(arm.links) are the links of the arm.  gravity (3,), m/s^2, in the
+    floor's axes.
+    """
 
     parts: list[Part]
     sensors: list[Sensor]
@@ -80,7 +88,9 @@ class Tree:
         """The sensor of that name."""
         return next(sensor for sensor in self.sensors if sensor.name == name)
 
-    def add(self, name: str, link: str, position: ArrayLike, inertia: Inertia, dofs: list[Dof] | None = None) -> None:
+    def add(
+        self, name: str, link: str, position: ArrayLike, inertia: Inertia, dofs: list[Dof] | None = None
+    ) -> None:
         """Put a further part on a link, its frame parallel to the link's."""
         at = np.asarray(position, dtype=float)
         self.parts.append(Part(name, self.part(link), at, np.eye(3), inertia, dofs or []))
@@ -97,7 +107,9 @@ class Tree:
         return total
 
     def outboard_about(self, name: str, axis: ArrayLike) -> float:
-        """Moment of inertia (kg m^2) of all that a part carries about an axis through the part's origin, in the part's axes."""
+        """Moment of inertia (kg m^2) of all that a part carries about an axis through the part's origin, in
+        the part's axes.
+        """
         return self.outboard(self.part(name)).about_axis(np.zeros(3), axis)
 
     def _children(self, number: int) -> Iterator[tuple[int, Part]]:
@@ -120,12 +132,18 @@ class Tree:
 
 
 def at_posture(arm: Arm, posture_deg: ArrayLike) -> Tree:
-    """The arm held at joint angles (joints,), degrees, by its joint springs; `joint1.rz` and so on are the only coordinates."""
+    """The arm held at joint angles (joints,), degrees, by its joint springs; `joint1.rz` and so on are the
+    only coordinates.
+    """
     angles = np.radians(np.asarray(posture_deg, dtype=float))
     parts = [Part(arm.links[0].name, -1, np.zeros(3), np.eye(3), arm.links[0].inertia)]
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links[1:], strict=True)):
-        drive = Dof(f"{joint.name}.rz", False, joint.axis, float(arm.stiffness[number]), float(arm.damping[number]))
-        parts.append(Part(link.name, number, joint.xyz, joint.rotation(float(angles[number])), link.inertia, [drive]))
+        drive = Dof(
+            f"{joint.name}.rz", False, joint.axis, float(arm.stiffness[number]), float(arm.damping[number])
+        )
+        parts.append(
+            Part(link.name, number, joint.xyz, joint.rotation(float(angles[number])), link.inertia, [drive])
+        )
     names = [part.name for part in parts]
     sensors = [Sensor(point.name, point.node, names.index(point.link), point.xyz) for point in arm.points]
     return Tree([replace(part, dofs=list(part.dofs)) for part in parts], sensors)

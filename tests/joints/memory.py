@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.joints.bench import Bench
+from identify.joints.data import Bench
 from identify.measured.conditioning import Motion, condition
 from identify.measured.records import MotionRecord, SignalSettings, TimeAxis
 from tests.generator import joint_runs
@@ -24,7 +24,9 @@ _OF = {"motor_rad": "motor_position", "link_rad": "link_position", "torque_N_m":
 
 @dataclass(frozen=True)
 class MemoryBench(Bench):
-    """runs: signals of one joint (samples,), or of all (samples, joints), by the name of the file they would be in."""
+    """runs: signals of one joint (samples,), or of all (samples, joints), by the name of the file they would
+    be in.
+    """
 
     runs: dict[str, tuple[int, dict[str, Any]]] = field(default_factory=dict)
 
@@ -67,7 +69,10 @@ def bench(runs: Any = None, robot: Any = None, folder: Path = Path()) -> MemoryB
 def noisy(clean: Any, seed: int) -> Any:
     """Runs as sensors give them."""
     rng = np.random.default_rng([11, seed])
-    return {name: (joint, joint_runs.sensed(signals, joint_runs.RATIO[joint], rng)) for name, (joint, signals) in clean.items()}
+    return {
+        name: (joint, joint_runs.sensed(signals, joint_runs.RATIO[joint], rng))
+        for name, (joint, signals) in clean.items()
+    }
 
 
 def covered(results: Sequence[Any], truth: dict[str, float], shrink: float = 1.0) -> float:

@@ -25,10 +25,12 @@ ROWS, ROOT = range(3), Path(__file__).parents[2]
 def described(folder: Path, bodies: Any = joint_runs.BODIES) -> Robot:
     """The generator's arm as a Denavit-Hartenberg table."""
     joints = [
-        {"name": f"joint{n}", "d_m": d, "a_m": a, "alpha_deg": float(np.degrees(alpha))} for n, (d, a, alpha) in enumerate(joint_runs.DH, 1)
+        {"name": f"joint{n}", "d_m": d, "a_m": a, "alpha_deg": float(np.degrees(alpha))}
+        for n, (d, a, alpha) in enumerate(joint_runs.DH, 1)
     ]
     links = [
-        {"name": f"link{n}", "mass_kg": m, "centre_m": list(c), "inertia_kg_m2": [*i, 0, 0, 0]} for n, (m, c, i) in enumerate(bodies, 1)
+        {"name": f"link{n}", "mass_kg": m, "centre_m": list(c), "inertia_kg_m2": [*i, 0, 0, 0]}
+        for n, (m, c, i) in enumerate(bodies, 1)
     ]
     path = folder / "robot.yaml"
     with path.open("w") as file:
@@ -44,14 +46,19 @@ def robot(tmp_path: Path) -> Robot:
 def test_there_are_as_many_as_pinocchio_s_regressor_has_rank(robot: Robot) -> None:
     model = joint_runs.arm()
     data, rng = model.createData(), np.random.default_rng(5)
-    rows = [pinocchio.computeJointTorqueRegressor(model, data, *rng.uniform(-2, 2, (3, 3))).copy() for _ in range(60)]
+    rows = [
+        pinocchio.computeJointTorqueRegressor(model, data, *rng.uniform(-2, 2, (3, 3))).copy()
+        for _ in range(60)
+    ]
     inertial = [n for n in of_robot(robot, ROWS, rotors=False).kept if n < 30]
     assert len(inertial) == np.linalg.matrix_rank(np.vstack(rows), tol=1e-8)
 
 
 def test_intervals_hold_the_truth(robot: Robot) -> None:
     clean = joint_runs.excitation(1)
-    curve = parse_curve({"kind": "base-parameters", "files": ["a"], "rotor_inertia_kg_m2": joint_runs.ROTOR.tolist()})
+    curve = parse_curve(
+        {"kind": "base-parameters", "files": ["a"], "rotor_inertia_kg_m2": joint_runs.ROTOR.tolist()}
+    )
     inside, narrow = [], []
     for seed in range(8):
         read = joint_runs.sensed(clean, joint_runs.RATIO, np.random.default_rng([17, seed]))
@@ -61,7 +68,9 @@ def test_intervals_hold_the_truth(robot: Robot) -> None:
         inside += list(off <= 1)
         narrow += list(off <= 0.3)
     assert known.sum() >= 15
-    assert np.mean(inside) > 0.8  # values of one run hang together, so eight runs are worth some forty intervals
+    assert (
+        np.mean(inside) > 0.8
+    )  # values of one run hang together, so eight runs are worth some forty intervals
     assert np.mean(narrow) < 0.75
 
 
@@ -76,7 +85,12 @@ def test_a_wrong_drawing_is_seen_and_an_unseen_run_foretold(tmp_path: Path) -> N
     motions = {name: joint_runs.excitation(n) for n, name in ((1, "a"), (2, "b"))}
     rng = np.random.default_rng(23)
     runs = {name: (0, joint_runs.sensed(motion, joint_runs.RATIO, rng)) for name, motion in motions.items()}
-    settings = {"kind": "base-parameters", "files": ["a"], "judge": ["b"], "rotor_inertia_kg_m2": joint_runs.ROTOR.tolist()}
+    settings = {
+        "kind": "base-parameters",
+        "files": ["a"],
+        "judge": ["b"],
+        "rotor_inertia_kg_m2": joint_runs.ROTOR.tolist(),
+    }
     found = parse_curve(settings).identify(bench(runs, described(tmp_path, heavy)))
     row = found.values.name.index("link3.mx")
     assert not found.values.low_95[row] < found.values.expected[row] < found.values.high_95[row]
@@ -87,7 +101,9 @@ def test_a_wrong_drawing_is_seen_and_an_unseen_run_foretold(tmp_path: Path) -> N
 
 
 def test_ten_seconds_of_the_recorded_robot_give_its_friction_and_little_else() -> None:
-    """Measured: values of friction are those of `identify explain` (docs/kuka_kr300.md) times the gear ratio; inertias are not told."""
+    """Measured: values of friction are those of `identify explain` (docs/kuka_kr300.md) times the gear ratio;
+    inertias are not told.
+    """
     folder = shared("data", "kuka_kr300_weigand")
     ratio = [256.857142857, 267.428571429, 252.333333333, 221.0, 239.619047619, 154.323134328]
     study = JointStudy.model_validate(
@@ -106,7 +122,9 @@ def test_ten_seconds_of_the_recorded_robot_give_its_friction_and_little_else() -
                 "motor_torque": {"at": "rec.act_torque_abs_nm", "unit": "N m"},
             },
             "joint_zero_deg": [0, -90, 90, 0, 0, 0],
-            "curves": [{"kind": "base-parameters", "files": [str(folder / "data_FF_A.mat")], "joints": [1, 2, 3]}],
+            "curves": [
+                {"kind": "base-parameters", "files": [str(folder / "data_FF_A.mat")], "joints": [1, 2, 3]}
+            ],
         }
     )
     found = study.curves[0].identify(bench_of(JointFile.of(ROOT / "kuka.yaml", study, "")))
@@ -115,5 +133,9 @@ def test_ten_seconds_of_the_recorded_robot_give_its_friction_and_little_else() -
             _, low, high, status = value(found, f"joint{joint}.{what}")
             assert low < motor * ratio[joint - 1] < high
             assert status == "determined"
-    inertial = [status for name, status in zip(found.values.name, found.values.status, strict=True) if name.startswith("link")]
+    inertial = [
+        status
+        for name, status in zip(found.values.name, found.values.status, strict=True)
+        if name.startswith("link")
+    ]
     assert inertial.count("determined") <= 2

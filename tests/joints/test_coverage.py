@@ -1,4 +1,6 @@
-"""Intervals hold the truth about as often as they say, for every kind of curve, on runs of a simulator that shares no code."""
+"""Intervals hold the truth about as often as they say, for every kind of curve, on runs of a simulator that
+shares no code.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,11 @@ def test_slow_velocities_are_needed_for_stribeck(second: Any) -> None:
 def test_transmission_error(second: Any) -> None:
     curve = parse_curve({"kind": "transmission-error", "joint": 2, "files": ["slow"], "orders": [1, 2]})
     found = [curve.identify(bench(noisy(second, seed))) for seed in SEEDS]
-    truth = {f"{what}.{n}": wave[k] for n, wave in enumerate(JOINT2.error, 1) for k, what in ((1, "amplitude"), (2, "phase"))}
+    truth = {
+        f"{what}.{n}": wave[k]
+        for n, wave in enumerate(JOINT2.error, 1)
+        for k, what in ((1, "amplitude"), (2, "phase"))
+    }
     assert covered(found, truth) > 0.85
     assert covered(found, truth, shrink=0.3) < 0.75
 
@@ -64,7 +70,9 @@ def test_orders_are_found_and_no_others(second: Any) -> None:
 def test_noise_alone_has_no_order(second: Any) -> None:
     joint, signals = second["slow"]
     plain = {"slow": (joint, {**signals, "link_rad": signals["motor_rad"]})}
-    found = parse_curve({"kind": "transmission-error", "joint": 2, "files": ["slow"]}).identify(bench(noisy(plain, 4)))
+    found = parse_curve({"kind": "transmission-error", "joint": 2, "files": ["slow"]}).identify(
+        bench(noisy(plain, 4))
+    )
     assert found.values.name == ()
     assert found.notes
 
@@ -82,12 +90,25 @@ def test_stiffness_from_static_loads(tmp_path: Path) -> None:
     clean = joint_runs.static_loads()
     for seed in SEEDS:
         rng = np.random.default_rng([13, seed])
-        read = {k: v + rng.normal(scale=joint_runs.LINK_NOISE, size=v.shape) if "link" in k else v for k, v in clean.items()}
+        read = {
+            k: v + rng.normal(scale=joint_runs.LINK_NOISE, size=v.shape) if "link" in k else v
+            for k, v in clean.items()
+        }
         joint_runs.write(tmp_path / "loads.csv", read, time=False)
         curve = parse_curve(
-            {"kind": "stiffness-static", "joint": 2, "files": ["loads.csv"], "torque": {"at": "joint2.torque_N_m", "unit": "N m"}}
+            {
+                "kind": "stiffness-static",
+                "joint": 2,
+                "files": ["loads.csv"],
+                "torque": {"at": "joint2.torque_N_m", "unit": "N m"},
+            }
         )
         found.append(curve.identify(bench(folder=tmp_path)))
-    truth = {"stiffness": JOINT2.stiffness, "cubic_stiffness": JOINT2.cubic, "hysteresis_width": joint_runs.HYSTERESIS_N_M, "zero": 0.0}
+    truth = {
+        "stiffness": JOINT2.stiffness,
+        "cubic_stiffness": JOINT2.cubic,
+        "hysteresis_width": joint_runs.HYSTERESIS_N_M,
+        "zero": 0.0,
+    }
     assert covered(found, truth) > 0.85
     assert covered(found, truth, shrink=0.3) < 0.75

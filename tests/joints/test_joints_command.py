@@ -28,15 +28,30 @@ SIGNALS = {
     "link_position": {"at": "joint{joint}.link_rad", "unit": "rad"},
     "motor_torque": {"at": "joint{joint}.torque_N_m", "unit": "N m"},
 }
-LOADS = {"kind": "stiffness-static", "joint": 2, "files": [str(DATA / "loads.csv")], "torque": SIGNALS["motor_torque"]}
+LOADS = {
+    "kind": "stiffness-static",
+    "joint": 2,
+    "files": [str(DATA / "loads.csv")],
+    "torque": SIGNALS["motor_torque"],
+}
 SLOW = {"kind": "transmission-error", "joint": 2, "files": [str(DATA / "slow.csv")], "orders": [1, 2]}
-STEPS = {"kind": "friction-constant-velocity", "joint": 2, "files": [str(DATA / f"speed{n:02d}.csv") for n in range(1, 12)]}
+STEPS = {
+    "kind": "friction-constant-velocity",
+    "joint": 2,
+    "files": [str(DATA / f"speed{n:02d}.csv") for n in range(1, 12)],
+}
 SINE = {"kind": "friction-sinusoidal", "joint": 3, "files": [str(DATA / "sine1.csv")]}
 
 
 def study(folder: Path, *curves: Any, **keys: Any) -> Path:
     """A config with these curves."""
-    plain = {"schema": "identify-joints/1", "name": "joints", "gear_ratio": [180, 160, 140], "torque_at": "motor", "signals": SIGNALS}
+    plain = {
+        "schema": "identify-joints/1",
+        "name": "joints",
+        "gear_ratio": [180, 160, 140],
+        "torque_at": "motor",
+        "signals": SIGNALS,
+    }
     path = folder / "joints.yaml"
     path.write_text(json.dumps({**plain, "lowpass_hz": 10, "curves": list(curves), **keys}))
     return path
@@ -45,11 +60,19 @@ def study(folder: Path, *curves: Any, **keys: Any) -> Path:
 def test_the_shipped_runs_give_the_truth_and_are_reported(tmp_path: Path) -> None:
     result, path = run_joints(study(tmp_path, LOADS, SLOW, STEPS, SINE), tmp_path / "run.h5")
     truth = json.loads((DATA / "truth.json").read_text())
-    steps, sine = result.curves["joint2 friction-constant-velocity"], result.curves["joint3 friction-sinusoidal"]
-    for found, joint, names in ((steps, "joint2", ("coulomb", "viscous", "stribeck")), (sine, "joint3", ("coulomb",))):
+    steps, sine = (
+        result.curves["joint2 friction-constant-velocity"],
+        result.curves["joint3 friction-sinusoidal"],
+    )
+    for found, joint, names in (
+        (steps, "joint2", ("coulomb", "viscous", "stribeck")),
+        (sine, "joint3", ("coulomb",)),
+    ):
         for name in names:
             assert value(found, name)[0] == pytest.approx(truth[joint][name], rel=0.1)
-    assert value(result.curves["joint2 stiffness-static"], "stiffness")[0] == pytest.approx(truth["joint2"]["stiffness"], rel=0.03)
+    assert value(result.curves["joint2 stiffness-static"], "stiffness")[0] == pytest.approx(
+        truth["joint2"]["stiffness"], rel=0.03
+    )
     again = result_file.read(path, JointsResult)
     assert again.verdict == result.verdict
     label = "joint2 transmission-error"
@@ -61,9 +84,17 @@ def test_the_shipped_runs_give_the_truth_and_are_reported(tmp_path: Path) -> Non
 
 def test_the_weights_of_robot_and_disks_give_the_torque(tmp_path: Path) -> None:
     joint_runs.write(tmp_path / "loads.csv", joint_runs.static_loads(), time=False)
-    weighed = {"kind": "stiffness-static", "joint": 2, "files": ["loads.csv"], "weights": {"at": "disks_kg", "link": "link3"}}
+    weighed = {
+        "kind": "stiffness-static",
+        "joint": 2,
+        "files": ["loads.csv"],
+        "weights": {"at": "disks_kg", "link": "link3"},
+    }
     given = {**weighed, "weights": None, "torque": {"at": "joint2.torque_N_m", "unit": "N m"}}
-    one, other = (parse_curve(settings).identify(bench(None, described(tmp_path), tmp_path)) for settings in (weighed, given))
+    one, other = (
+        parse_curve(settings).identify(bench(None, described(tmp_path), tmp_path))
+        for settings in (weighed, given)
+    )
     np.testing.assert_allclose(one.values.value[:3], other.values.value[:3], rtol=2e-3)
 
 
@@ -71,7 +102,11 @@ FAULTS: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     (LOADS, {"torque": None}, "give either `torque` or `weights`"),
     (LOADS, {"kind": "stifness"}, "unknown curve 'stifness'; expected one of base-parameters"),
     (LOADS, {"joint": 7}, "a number from 1 to 3"),
-    (LOADS, {"torque": {"at": "disks_kg", "unit": "N"}, "files": [str(DATA / "sine1.csv")]}, "nothing of that name"),
+    (
+        LOADS,
+        {"torque": {"at": "disks_kg", "unit": "N"}, "files": [str(DATA / "sine1.csv")]},
+        "nothing of that name",
+    ),
     (LOADS, {"torque": {"at": "joint1.motor_rad", "unit": "N m"}}, "all alike"),
     (LOADS, {"torque": None, "weights": {"at": "disks_kg", "link": "link3"}}, "no `robot` in the study"),
     (STEPS, {"files": STEPS["files"][:4]}, "velocities that are driven both ways"),
@@ -83,7 +118,9 @@ FAULTS: list[tuple[dict[str, Any], dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("curve", "change", "said"), FAULTS, ids=[said[:30] for _, _, said in FAULTS])
-def test_bad_input_is_refused_in_a_sentence(tmp_path: Path, curve: dict[str, Any], change: dict[str, Any], said: str) -> None:
+def test_bad_input_is_refused_in_a_sentence(
+    tmp_path: Path, curve: dict[str, Any], change: dict[str, Any], said: str
+) -> None:
     with pytest.raises((InputError, InputErrors)) as caught:
         run_joints(study(tmp_path, {**curve, **change}), tmp_path / "run.h5")
     assert said in str(caught.value)

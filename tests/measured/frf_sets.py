@@ -32,10 +32,16 @@ def some_set(seed: int = 0, lines: int = 7, outputs: int = 3, inputs: int = 2, *
 
 @st.composite
 def sets(draw: st.DrawFn) -> FrfSet:
-    """Sets of any small size and quantity, even or uneven, with rotations, with pairs and coherences that lack."""
+    """Sets of any small size and quantity, even or uneven, with rotations, with pairs and coherences that
+    lack.
+    """
     lines, outputs, inputs = draw(st.integers(1, 6)), draw(st.integers(1, 3)), draw(st.integers(1, 2))
     whole = some_set(
-        draw(st.integers(0, 1000)), lines, outputs, inputs, quantity=draw(st.sampled_from(["receptance", "mobility", "accelerance"]))
+        draw(st.integers(0, 1000)),
+        lines,
+        outputs,
+        inputs,
+        quantity=draw(st.sampled_from(["receptance", "mobility", "accelerance"])),
     )
     direction = st.integers(-6, 6)
     whole = replace(whole, outputs=tuple(Channel(10**i, draw(direction)) for i in range(outputs)))
@@ -58,7 +64,11 @@ def by_pair(frf_set: FrfSet) -> dict[tuple[Channel, Channel], tuple[np.ndarray, 
     for i, output in enumerate(frf_set.outputs):
         for j, input_ in enumerate(frf_set.inputs):
             if frf_set.measured[i, j]:
-                coherence = None if frf_set.coherence is None or np.isnan(frf_set.coherence[:, i, j]).all() else frf_set.coherence[:, i, j]
+                coherence = (
+                    None
+                    if frf_set.coherence is None or np.isnan(frf_set.coherence[:, i, j]).all()
+                    else frf_set.coherence[:, i, j]
+                )
                 pairs[output, input_] = (frf_set.frf[:, i, j], coherence)
     return pairs
 

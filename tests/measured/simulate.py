@@ -1,4 +1,6 @@
-"""Closed-form structures and hammer tests in the time domain, written for these tests alone: nothing here comes from `identify`."""
+"""Closed-form structures and hammer tests in the time domain, written for these tests alone: nothing here
+comes from `identify`.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ SAMPLES = 820
 
 @dataclass(frozen=True)
 class Structure:
-    """Modes of a proportionally damped structure: frequency (Hz), damping ratio and mass-normalised shapes (modes, places)."""
+    """Modes of a proportionally damped structure: frequency (Hz), damping ratio and mass-normalised shapes
+    (modes, places).
+    """
 
     frequency_hz: np.ndarray
     damping_ratio: np.ndarray
@@ -26,7 +30,9 @@ class Structure:
 
 
 def two_masses() -> Structure:
-    """Masses of 20 and 10 kg in a row on springs of 4e5 and 2e5 N/m, 3 % modal damping: modes at 15.9 and 31.8 Hz."""
+    """Masses of 20 and 10 kg in a row on springs of 4e5 and 2e5 N/m, 3 % modal damping: modes at 15.9 and
+    31.8 Hz.
+    """
     mass, stiffness = np.diag([20.0, 10.0]), np.array([[6e5, -2e5], [-2e5, 2e5]])
     root = np.diag(1 / np.sqrt(np.diag(mass)))
     values, vectors = np.linalg.eigh(root @ stiffness @ root)
@@ -48,7 +54,9 @@ def half_sine(start_s: float, width_s: float, peak_n: float) -> np.ndarray:
 
 
 def response(structure: Structure, force: np.ndarray, place: int) -> np.ndarray:
-    """Acceleration (samples, places) to a force (samples,) at one place, from rest; made over 32 blocks so that nothing wraps around."""
+    """Acceleration (samples, places) to a force (samples,) at one place, from rest; made over 32 blocks so
+    that nothing wraps around.
+    """
     length = 32 * len(force)
     s = 2j * np.pi * np.fft.rfftfreq(length, 1 / SAMPLE_RATE_HZ)
     accelerance = structure.receptance(s)[:, :, place] * s[:, None] ** 2
@@ -56,15 +64,23 @@ def response(structure: Structure, force: np.ndarray, place: int) -> np.ndarray:
 
 
 def hammer_test(structure: Structure, place: int, hits: int, random: np.random.Generator) -> np.ndarray:
-    """Clean signals (hits, samples, 1 + places): force and accelerations; half-sines of about 180 N and 6 ms."""
+    """Clean signals (hits, samples, 1 + places): force and accelerations; half-sines of about 180 N and 6
+    ms.
+    """
     force = half_sine(0.01, 0.006, 180.0)
     one = np.column_stack([force, response(structure, force, place)])
     return np.exp(0.1 * random.normal(size=hits))[:, None, None] * one
 
 
-def random_test(structure: Structure, places: list[int], samples: int, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """White forces (samples, inputs) of 10 N RMS and the accelerations (samples, places) to them, running since long before."""
+def random_test(
+    structure: Structure, places: list[int], samples: int, random: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """White forces (samples, inputs) of 10 N RMS and the accelerations (samples, places) to them, running
+    since long before.
+    """
     force = 10 * random.normal(size=(samples, len(places)))
     s = 2j * np.pi * np.fft.rfftfreq(samples, 1 / SAMPLE_RATE_HZ)
     accelerance = structure.receptance(s)[:, :, places] * s[:, None, None] ** 2
-    return force, np.fft.irfft(np.einsum("lij,lj->li", accelerance, np.fft.rfft(force, axis=0)), samples, axis=0)
+    return force, np.fft.irfft(
+        np.einsum("lij,lj->li", accelerance, np.fft.rfft(force, axis=0)), samples, axis=0
+    )

@@ -33,7 +33,9 @@ def content(frf_set: FrfSet) -> dict[str, Any]:
 
 
 def write_v73(path: Path, names: dict[str, Any]) -> None:
-    """A MATLAB v7.3 file as MATLAB lays it out: HDF5 behind 512 bytes, axes reversed, complex as (real, imag), text as UTF-16 codes."""
+    """A MATLAB v7.3 file as MATLAB lays it out: HDF5 behind 512 bytes, axes reversed, complex as (real,
+    imag), text as UTF-16 codes.
+    """
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, value in names.items():
             array = np.atleast_2d(np.asarray(value))
@@ -43,12 +45,19 @@ def write_v73(path: Path, names: dict[str, Any]) -> None:
                 data.attrs["MATLAB_int_decode"] = np.int32(2)
             elif array.dtype.kind == "O":
                 cells = [
-                    file.create_dataset(f"#refs#/{name}{i}", data=np.frombuffer(t.encode("utf-16-le"), np.uint16)[:, None])
+                    file.create_dataset(
+                        f"#refs#/{name}{i}", data=np.frombuffer(t.encode("utf-16-le"), np.uint16)[:, None]
+                    )
                     for i, t in enumerate(value)
                 ]
                 for cell in cells:
-                    cell.attrs["MATLAB_class"], cell.attrs["MATLAB_int_decode"] = np.bytes_("char"), np.int32(2)
-                data = file.create_dataset(name, data=np.array([cell.ref for cell in cells], dtype=h5py.ref_dtype)[:, None])
+                    cell.attrs["MATLAB_class"], cell.attrs["MATLAB_int_decode"] = (
+                        np.bytes_("char"),
+                        np.int32(2),
+                    )
+                data = file.create_dataset(
+                    name, data=np.array([cell.ref for cell in cells], dtype=h5py.ref_dtype)[:, None]
+                )
                 kind = "cell"
             elif array.dtype.kind == "c":
                 pairs = np.empty(array.T.shape, [("real", "f8"), ("imag", "f8")])
@@ -73,7 +82,9 @@ def test_hdf5_keeps_every_bit(tmp_path_factory: pytest.TempPathFactory, frf_set:
 
 @pytest.mark.parametrize("version", ["v5", "v7.3"])
 @pytest.mark.parametrize(("lines", "outputs", "inputs"), [(7, 3, 2), (7, 3, 1), (7, 1, 1), (7, 1, 2)])
-def test_matlab_files_under_the_documented_names(tmp_path: Path, version: str, lines: int, outputs: int, inputs: int) -> None:
+def test_matlab_files_under_the_documented_names(
+    tmp_path: Path, version: str, lines: int, outputs: int, inputs: int
+) -> None:
     frf_set, path = some_set(1, lines, outputs, inputs), tmp_path / "x.mat"
     if version == "v5":
         savemat(path, content(frf_set))
@@ -84,7 +95,9 @@ def test_matlab_files_under_the_documented_names(tmp_path: Path, version: str, l
     assert read.averages == 4
 
 
-def test_other_names_real_and_imaginary_parts_structures_and_channels_that_the_user_names(tmp_path: Path) -> None:
+def test_other_names_real_and_imaginary_parts_structures_and_channels_that_the_user_names(
+    tmp_path: Path,
+) -> None:
     frf_set, path = some_set(coherence=None), tmp_path / "x.mat"
     savemat(path, {"test": {"f": frf_set.frequency_hz, "re": frf_set.frf.real, "im": frf_set.frf.imag}})
     variables = {"frequency_hz": "test.f", "frf_real": "test.re", "frf_imag": "test.im"}
@@ -107,7 +120,9 @@ def test_single_pairs_in_hdf5_groups(tmp_path: Path) -> None:
     for i, output in enumerate(frf_set.outputs):
         pair = f"{output}/{frf_set.inputs[0]}"
         variables |= {pair: f"run/H{i}[:,1]", f"{pair} coherence": f"run/C{i}"}
-    assert_same(load_frf_set(tmp_path / "x.hdf5", FrfFileOptions(unit="m/s^2/N", variables=variables)), frf_set)
+    assert_same(
+        load_frf_set(tmp_path / "x.hdf5", FrfFileOptions(unit="m/s^2/N", variables=variables)), frf_set
+    )
 
 
 @pytest.mark.parametrize(
@@ -116,7 +131,11 @@ def test_single_pairs_in_hdf5_groups(tmp_path: Path) -> None:
         ({"frf": None}, {}, "no frf"),
         ({"frf": "text"}, {}, "values of type"),
         ({"frequency_hz": None}, {}, "no real frequency_hz"),
-        ({"frequency_hz": np.arange(6.0)}, {}, r"shape \(7, 3, 2\); expected \(lines, outputs, inputs\) = \(6, 3, 2\)"),
+        (
+            {"frequency_hz": np.arange(6.0)},
+            {},
+            r"shape \(7, 3, 2\); expected \(lines, outputs, inputs\) = \(6, 3, 2\)",
+        ),
         ({"frf": np.zeros((3, 2, 7), complex)}, {}, "bring its axes into this order"),
         ({"outputs": ["1:+X", "2:+X", "1:+X"]}, {}, "outputs: a channel that comes twice"),
         ({"outputs": ["1:+X", "2:+X", "x"]}, {}, "channel 'x'"),
@@ -134,21 +153,29 @@ def test_single_pairs_in_hdf5_groups(tmp_path: Path) -> None:
     ],
 )
 @pytest.mark.parametrize("suffix", [".mat", ".h5"])
-def test_what_does_not_fit_is_refused(tmp_path: Path, suffix: str, changes: dict[str, Any], options: dict[str, Any], found: str) -> None:
+def test_what_does_not_fit_is_refused(
+    tmp_path: Path, suffix: str, changes: dict[str, Any], options: dict[str, Any], found: str
+) -> None:
     path = tmp_path / f"x{suffix}"
     names = {name: value for name, value in (content(some_set()) | changes).items() if value is not None}
     if suffix == ".mat":
         savemat(
             path,
             {
-                name: np.array(value, dtype=object) if isinstance(value, list) and isinstance(value[0], str) else value
+                name: np.array(value, dtype=object)
+                if isinstance(value, list) and isinstance(value[0], str)
+                else value
                 for name, value in names.items()
             },
         )
     else:
         with h5py.File(path, "w") as file:
             for name, value in names.items():
-                file[name] = value.astype(str).tolist() if isinstance(value, np.ndarray) and value.dtype == object else value
+                file[name] = (
+                    value.astype(str).tolist()
+                    if isinstance(value, np.ndarray) and value.dtype == object
+                    else value
+                )
     with pytest.raises(InputError, match=found):
         load_frf_set(path, FrfFileOptions.model_validate(options))
 
@@ -172,8 +199,12 @@ def test_a_measured_matlab_file_equals_its_universal_file() -> None:
     options: dict[str, str] = {"frequency_hz": "H1_2[:,0]"}
     for output, number in (("101:+Z", 2), ("102:+Z", 3), ("103:-Y", 4)):
         options |= {f"{output}/41:-Z": f"H1_{number}[:,1]", f"{output}/41:-Z coherence": f"C1_{number}[:,1]"}
-    read = load_frf_set(shared("data", "uliege_aircraft", "DPsv00041.mat"), FrfFileOptions(unit="g/N", variables=options))
-    other = load_frf_set(shared("data", "uliege_aircraft", "aircraft_converted.uff"), FrfFileOptions(unit="m/s^2/N"))
+    read = load_frf_set(
+        shared("data", "uliege_aircraft", "DPsv00041.mat"), FrfFileOptions(unit="g/N", variables=options)
+    )
+    other = load_frf_set(
+        shared("data", "uliege_aircraft", "aircraft_converted.uff"), FrfFileOptions(unit="m/s^2/N")
+    )
     at = [str(channel) for channel in other.inputs].index("41:-Z")
     np.testing.assert_allclose(read.frf[:, :, 0], other.frf[:, :, at], rtol=1e-12)
     assert read.coherence is not None and 0 <= read.coherence.min() < read.coherence.max() <= 1

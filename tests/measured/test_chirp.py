@@ -1,4 +1,6 @@
-"""Normalised responses from a rotating force: against closed forms of a system whose motion is integrated in time."""
+"""Normalised responses from a rotating force: against closed forms of a system whose motion is integrated in
+time.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +11,11 @@ import pytest
 from pydantic import ValidationError
 from scipy.signal import lsim
 
+from identify.core.arrays import Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.chirp import Chirp, frf_from_chirp
-from identify.measured.frf_set import Complex, FrfSet
+from identify.measured.frf_set import FrfSet
 from identify.measured.source import Estimation
 from identify.measured.time_history import TimeHistory
 
@@ -85,7 +88,10 @@ def test_it_is_not_the_direct_frf_alone() -> None:
 
 
 def test_a_wrong_load_cell_shows_only_above_the_seam() -> None:
-    right, wrong = (_band(frf_from_chirp(_record(error), Chirp(**SETTINGS, force="blend", blend_hz=20.0))) for error in (0.0, 0.1))
+    right, wrong = (
+        _band(frf_from_chirp(_record(error), Chirp(**SETTINGS, force="blend", blend_hz=20.0)))
+        for error in (0.0, 0.1)
+    )
     change = np.abs(wrong.frf[:, 0, 0] / right.frf[:, 0, 0] - 1)
     below = right.frequency_hz < 20.0
     assert change[below].max() < 1e-12
@@ -94,7 +100,11 @@ def test_a_wrong_load_cell_shows_only_above_the_seam() -> None:
 
 def test_blocks_are_averaged() -> None:
     one = _record()
-    noise = 0.05 * np.random.default_rng(1).normal(size=(8, *one.data.shape[1:])) * (np.array(one.units) == "m/s^2")
+    noise = (
+        0.05
+        * np.random.default_rng(1).normal(size=(8, *one.data.shape[1:]))
+        * (np.array(one.units) == "m/s^2")
+    )
     several = TimeHistory(RATE, one.data + noise, one.channels, one.units, "made")
     single = TimeHistory(RATE, one.data + noise[:1], one.channels, one.units, "made")
     errors = [np.linalg.norm(_band(frf_from_chirp(h, Chirp(**SETTINGS))).frf[:, :, 0] - _expected(_band(frf_from_chirp(h, Chirp(**SETTINGS))).frequency_hz)) for h in (several, single)]  # fmt: skip  # noqa: E501
@@ -117,7 +127,10 @@ def test_what_it_cannot_read_is_refused() -> None:
     [
         ({"excitation": "chirp"}, "go together"),
         ({"excitation": "impacts", "chirp": SETTINGS}, "go together"),
-        ({"excitation": "chirp", "chirp": {**SETTINGS, "force": "blend", "load_cell": None}}, "needs `load_cell`"),
+        (
+            {"excitation": "chirp", "chirp": {**SETTINGS, "force": "blend", "load_cell": None}},
+            "needs `load_cell`",
+        ),
     ],
 )
 def test_settings_that_contradict_each_other_are_refused(settings: dict[str, Any], sentence: str) -> None:

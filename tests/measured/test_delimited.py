@@ -27,7 +27,7 @@ frequency_hz,output,input,real,imag,coherence
 WIDE = """frequency_hz,12:+Z/1:+X real,12:+Z/1:+X imag,12:+Z/1:+X coherence,12:-Y/1:+X magnitude,12:-Y/1:+X phase_deg
 1.0,1,2,0.9,0.5,0
 2.0,3,-1,0.8,2,90
-"""
+"""  # noqa: E501
 
 
 def load(tmp_path: Path, text: str, **options: object) -> FrfSet:
@@ -38,10 +38,18 @@ def load(tmp_path: Path, text: str, **options: object) -> FrfSet:
 
 def test_the_long_layout_in_any_order_of_lines(tmp_path: Path) -> None:
     read = load(tmp_path, LONG, window_decay_per_s=0.5)
-    assert [str(c) for c in read.outputs] == ["12:+Z", "12:-Y"] and read.averages == 4 and read.window_decay_per_s == 0.5
+    assert (
+        [str(c) for c in read.outputs] == ["12:+Z", "12:-Y"]
+        and read.averages == 4
+        and read.window_decay_per_s == 0.5
+    )
     np.testing.assert_allclose(read.frf[:, 0, 0], 9.80665 * np.array([1 + 2j, 3 - 1j]))
     np.testing.assert_allclose(read.frf[:, 1, 0], 9.80665 * np.array([0.5, 0.25 + 1e-3j]))
-    assert read.coherence is not None and read.coherence[:, 0, 0].tolist() == [0.9, 0.8] and np.isnan(read.coherence[:, 1, 0]).all()
+    assert (
+        read.coherence is not None
+        and read.coherence[:, 0, 0].tolist() == [0.9, 0.8]
+        and np.isnan(read.coherence[:, 1, 0]).all()
+    )
 
 
 def test_the_wide_layout_with_real_and_imag_or_magnitude_and_phase(tmp_path: Path) -> None:
@@ -54,7 +62,9 @@ def test_the_wide_layout_with_real_and_imag_or_magnitude_and_phase(tmp_path: Pat
 
 @given(sets())
 @settings(max_examples=60, deadline=None)
-def test_what_is_written_is_read_bit_by_bit(tmp_path_factory: pytest.TempPathFactory, frf_set: FrfSet) -> None:
+def test_what_is_written_is_read_bit_by_bit(
+    tmp_path_factory: pytest.TempPathFactory, frf_set: FrfSet
+) -> None:
     path = tmp_path_factory.mktemp("round") / "x.csv"
     write_frf(path, frf_set)
     read = load_frf_set(path)
@@ -68,10 +78,18 @@ def test_what_is_written_is_read_bit_by_bit(tmp_path_factory: pytest.TempPathFac
         ("2.0,12:+Z,1:+X,3,-1,0.8", "2.0,12:+Z,1:+X,three,-1,0.8", r"line 5: 'three' in column 'real'"),
         ("2.0,12:+Z,1:+X,3,-1,0.8", "2.0,12:+Z,1:+X,nan,-1,0.8", r"line 5: 'nan' in column 'real'"),
         ("2.0,12:+Z,1:+X,3,-1,0.8", "2.0,12:+Z,1:+X,3", r"line 5: 4 cells, 6 in the header"),
-        ("2.0,12:+Z,1:+X,3,-1,0.8", "2,0,12:+Z,1:+X,3,-1,0.8", r"line 5: 7 cells, 6 in the header.* decimal point"),
+        (
+            "2.0,12:+Z,1:+X,3,-1,0.8",
+            "2,0,12:+Z,1:+X,3,-1,0.8",
+            r"line 5: 7 cells, 6 in the header.* decimal point",
+        ),
         ("2.0,12:+Z,1:+X,3,-1,0.8\n", "", r"line 6: 2 frequency values, 1 in .*line 5"),
         ("1.0,12:-Y", "1.5,12:-Y", r"line 7: a frequency axis that differs"),
-        ("1.0,12:-Y,1:+X,0.5,0,", "2.0,12:-Y,1:+X,0.5,0,", r"line 8: a frequency of 12:-Y/1:\+X that comes twice"),
+        (
+            "1.0,12:-Y,1:+X,0.5,0,",
+            "2.0,12:-Y,1:+X,0.5,0,",
+            r"line 8: a frequency of 12:-Y/1:\+X that comes twice",
+        ),
         ("12:+Z,1:+X,1,2,0.9", "12:+Q,1:+X,1,2,0.9", r"line 6: channel '12:\+Q'"),
         ("12:-Y,1:+X,0.5,0,", "12:-Y,1:+X,0.5,0,0.5", r"line 8: '' in column 'coherence'"),
         ("# averages: 4", "# averages: four", "# averages: four"),
@@ -109,9 +127,15 @@ def test_an_empty_file_is_refused(tmp_path: Path, text: str) -> None:
 
 @given(st.text(alphabet='frequency_hz,output12:+-Z/X real\n#"0.5', max_size=80))
 @settings(max_examples=150, deadline=None)
-def test_any_text_is_an_frf_set_or_an_input_error(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+def test_any_text_is_an_frf_set_or_an_input_error(
+    tmp_path_factory: pytest.TempPathFactory, text: str
+) -> None:
     folder = tmp_path_factory.getbasetemp()
-    for start in ("", "frequency_hz,output,input,real,imag\n", "frequency_hz,1:+X/2:+X real,1:+X/2:+X imag\n"):
+    for start in (
+        "",
+        "frequency_hz,output,input,real,imag\n",
+        "frequency_hz,1:+X/2:+X real,1:+X/2:+X imag\n",
+    ):
         try:
             read = load(folder, start + text, unit="m/N")
         except InputError:
@@ -121,9 +145,17 @@ def test_any_text_is_an_frf_set_or_an_input_error(tmp_path_factory: pytest.TempP
 
 def test_a_time_history_with_hits(tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
-    path.write_text("block,time_s,12:+Z [g],1:+X [N]\n1,0,1,10\n1,0.5,2,20\n1,1.0,3,30\n2,0,4,40\n2,0.5,5,50\n2,1.0,6,60\n")
+    path.write_text(
+        "block,time_s,12:+Z [g],1:+X"
+        " [N]\n1,0,1,10\n1,0.5,2,20\n1,1.0,3,30\n2,0,4,40\n2,0.5,5,50\n2,1.0,6,60\n"
+    )
     read = load_time_history(path)
-    assert read.sample_rate_hz == 2 and read.units == ("m/s^2", "N") and read.forces == [1] and read.responses == [0]
+    assert (
+        read.sample_rate_hz == 2
+        and read.units == ("m/s^2", "N")
+        and read.forces == [1]
+        and read.responses == [0]
+    )
     np.testing.assert_array_equal(read.data[:, :, 1], [[10, 20, 30], [40, 50, 60]])
     np.testing.assert_allclose(read.data[:, :, 0], 9.80665 * np.array([[1, 2, 3], [4, 5, 6]]))
 

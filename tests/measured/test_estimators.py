@@ -22,7 +22,9 @@ def history(data: np.ndarray, inputs: int = 1) -> TimeHistory:
     """Forces first, then accelerations at places 1, 2, ..."""
     responses = data.shape[2] - inputs
     channels = (*(Channel(j + 1, 1) for j in range(inputs)), *(Channel(i + 1, 1) for i in range(responses)))
-    return TimeHistory(SAMPLE_RATE_HZ, data, channels, ("N",) * inputs + ("m/s^2",) * responses, source="signals")
+    return TimeHistory(
+        SAMPLE_RATE_HZ, data, channels, ("N",) * inputs + ("m/s^2",) * responses, source="signals"
+    )
 
 
 def accelerance(structure: Structure, s: np.ndarray) -> np.ndarray:
@@ -56,7 +58,9 @@ def test_the_force_window_keeps_noise_behind_the_pulse_out() -> None:
     data = hammer_test(STRUCTURE, 0, 4, random)
     data[:, :, 0] += 0.5 * random.normal(size=data.shape[:2])
     truth = accelerance(STRUCTURE, 4.0 + 2j * np.pi * frf_from_impacts(history(data)).frequency_hz)[:, :, :1]
-    with_window, without = (frf_from_impacts(history(data), force_window_s=length, decay_per_s=4.0) for length in (0.03, None))
+    with_window, without = (
+        frf_from_impacts(history(data), force_window_s=length, decay_per_s=4.0) for length in (0.03, None)
+    )
     assert np.linalg.norm(with_window.frf - truth) < 0.5 * np.linalg.norm(without.frf - truth)
 
 
@@ -71,15 +75,24 @@ def test_h1_is_unbiased_by_noise_on_the_response_and_h2_by_noise_on_the_force(no
     random = np.random.default_rng(3)
     share = 0.7
     extra = share * random.normal(size=len(force)) * np.std(force if noisy == "force" else motion[:, 0])
-    signals = np.column_stack([force[:, 0] + (extra if noisy == "force" else 0), motion[:, 0] + (extra if noisy == "response" else 0)])
+    signals = np.column_stack(
+        [
+            force[:, 0] + (extra if noisy == "force" else 0),
+            motion[:, 0] + (extra if noisy == "response" else 0),
+        ]
+    )
     clean = np.column_stack([force[:, 0], motion[:, 0]])
     methods: tuple[Method, ...] = ("h1", "h2", "hv")
     ratios = []
     for method in methods:
-        one, reference = (frf_from_random(history(data[None]), 2.0, method=method).band(13, 19) for data in (signals, clean))
+        one, reference = (
+            frf_from_random(history(data[None]), 2.0, method=method).band(13, 19) for data in (signals, clean)
+        )
         ratios.append(np.mean((one.frf / reference.frf).real))
     if noisy == "response":
-        with_noise, without = (frf_from_random(history(data[None]), 2.0).band(13, 19).coherence for data in (signals, clean))
+        with_noise, without = (
+            frf_from_random(history(data[None]), 2.0).band(13, 19).coherence for data in (signals, clean)
+        )
         assert with_noise is not None and without is not None
         expected = np.mean(without / with_noise)
         assert ratios[0] == pytest.approx(1, abs=0.02)
@@ -106,19 +119,24 @@ def test_the_variance_that_coherence_and_averages_promise_is_the_scatter_that_is
     seen, promised = [], []
     for start in range(0, 2**19 - 2**14 + 1, 2**14):
         part = slice(start, start + 2**14)
-        signals = np.column_stack([force[part], motion[part, 0] + 3 * np.std(motion[:, 0]) * random.normal(size=2**14)])
+        signals = np.column_stack(
+            [force[part], motion[part, 0] + 3 * np.std(motion[:, 0]) * random.normal(size=2**14)]
+        )
         clean = frf_from_random(history(np.column_stack([force[part], motion[part, 0]])[None]), 2.0, overlap)
         noisy = frf_from_random(history(signals[None]), 2.0, overlap)
         assert noisy.coherence is not None and noisy.averages is not None
         seen.append(np.abs(noisy.frf - clean.frf) ** 2)
-        promised.append(np.abs(noisy.frf) ** 2 * (1 - noisy.coherence) / (noisy.coherence * (noisy.averages - 1)))
+        promised.append(
+            np.abs(noisy.frf) ** 2 * (1 - noisy.coherence) / (noisy.coherence * (noisy.averages - 1))
+        )
     assert np.mean(seen) / np.mean(promised) == pytest.approx(1, abs=0.08)
 
 
 def test_overlapping_segments_are_worth_what_welch_says() -> None:
     data = np.random.default_rng(0).normal(size=(1, 16384, 2))
     averages = [frf_from_random(history(data), 2.0, overlap).averages for overlap in (0.0, 0.5, 0.75)]
-    # 16 apart; 31 half overlapped at a correlation of 1/36; 61 at three quarters are worth about 31/0.96 (Harris 1978).
+    # 16 apart; 31 half overlapped at a correlation of 1/36; 61 at three quarters are worth about 31/0.96
+    # (Harris 1978).
     assert averages[0] == 16
     assert averages[1] == int(31 / (1 + 2 * (30 / 31) / 36))
     assert 28 <= averages[2] <= 34
@@ -129,7 +147,9 @@ def test_two_inputs_at_once_are_told_apart_even_when_correlated() -> None:
     force, motion = random_test(STRUCTURE, [0, 1], 2**17, random)
     mixed = force @ np.array([[1.0, 0.6], [0.0, 0.8]])
     s = 2j * np.pi * np.fft.rfftfreq(len(mixed), 1 / SAMPLE_RATE_HZ)
-    motion = np.fft.irfft(np.einsum("lij,lj->li", accelerance(STRUCTURE, s), np.fft.rfft(mixed, axis=0)), len(mixed), axis=0)
+    motion = np.fft.irfft(
+        np.einsum("lij,lj->li", accelerance(STRUCTURE, s), np.fft.rfft(mixed, axis=0)), len(mixed), axis=0
+    )
     read = frf_from_random(history(np.column_stack([mixed, motion])[None], inputs=2), 8.0)
     truth = accelerance(STRUCTURE, 2j * np.pi * read.frequency_hz)
     band = (read.frequency_hz > 5) & (read.frequency_hz < 60)
@@ -174,11 +194,15 @@ def test_algebra_of_one_input(random: np.random.Generator, averages: int, factor
 
 @given(spectra)
 @settings(max_examples=20, deadline=None)
-def test_hv_is_total_least_squares_with_both_signals_scaled_to_unit_power(random: np.random.Generator) -> None:
+def test_hv_is_total_least_squares_with_both_signals_scaled_to_unit_power(
+    random: np.random.Generator,
+) -> None:
     x, f = (random.normal(size=(4, 1, 1)) + 1j * random.normal(size=(4, 1, 1)) for _ in range(2))
     sizes = [np.linalg.norm(signal) for signal in (f, x)]
     both = np.stack([f[:, 0, 0] / sizes[0], x[:, 0, 0] / sizes[1]])
-    smallest = np.linalg.eigh(both @ both.conj().T)[1][:, 0]  # v^H (f, x) is smallest, so x / f = -conj(v_f / v_x)
+    smallest = np.linalg.eigh(both @ both.conj().T)[1][
+        :, 0
+    ]  # v^H (f, x) is smallest, so x / f = -conj(v_f / v_x)
     expected = -np.conj(smallest[0] / smallest[1]) * sizes[1] / sizes[0]
     assert estimate(x, f, "hv", "")[0][0, 0, 0] == pytest.approx(expected, rel=1e-8)
 

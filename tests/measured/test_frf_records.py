@@ -1,4 +1,6 @@
-"""What all formats share: units asked for, disagreements refused, channels renamed, doubled and broken values found."""
+"""What all formats share: units asked for, disagreements refused, channels renamed, doubled and broken values
+found.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +57,10 @@ def test_the_quantity_must_agree_with_the_unit() -> None:
 
 def test_one_set_has_one_quantity() -> None:
     with pytest.raises(InputError, match=r"different quantities: accelerance .* receptance"):
-        build(record(unit=parse_frf_unit("g/N", "")), record(output=Channel(3, 1), unit=parse_frf_unit("m/N", "")))
+        build(
+            record(unit=parse_frf_unit("g/N", "")),
+            record(output=Channel(3, 1), unit=parse_frf_unit("m/N", "")),
+        )
 
 
 def test_rotations_need_si_where_one_unit_is_said_for_all() -> None:

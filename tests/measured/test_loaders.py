@@ -12,7 +12,13 @@ from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfRecord, FrfRecords
 from identify.measured.hdf5 import write_frf as write_hdf5
-from identify.measured.loaders import FORMAT_OF_SUFFIX, LOADERS, FrfFileOptions, load_frf_set, load_time_history
+from identify.measured.loaders import (
+    FORMAT_OF_SUFFIX,
+    LOADERS,
+    FrfFileOptions,
+    load_frf_set,
+    load_time_history,
+)
 from identify.measured.uff.write import write_uff58
 from tests.measured.frf_sets import assert_same, some_set
 
@@ -35,7 +41,9 @@ def test_the_key_format_decides_where_the_suffix_does_not(tmp_path: Path) -> Non
     read = load_frf_set(path, FrfFileOptions(format="hdf5"))
     assert_same(read, some_set())
     assert read.source == str(path) and read.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
-    with pytest.raises(InputError, match="unknown FRF file format 'xls'; expected one of csv, hdf5, mat, uff"):
+    with pytest.raises(
+        InputError, match="unknown FRF file format 'xls'; expected one of csv, hdf5, mat, uff"
+    ):
         load_frf_set(path, FrfFileOptions(format="xls"))
 
 
@@ -50,9 +58,13 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path, suffix: str) ->
             load_time_history(tmp_path / f"missing{suffix}")
 
 
-def test_a_third_party_reader_comes_through_the_same_door(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_third_party_reader_comes_through_the_same_door(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def read(path: Path, options: FrfFileOptions) -> FrfRecords:
-        return FrfRecords(np.array([1.0, 2.0]), [FrfRecord(Channel(1, 1), Channel(2, 1), np.array([1j, 2j]), str(path))])
+        return FrfRecords(
+            np.array([1.0, 2.0]), [FrfRecord(Channel(1, 1), Channel(2, 1), np.array([1j, 2j]), str(path))]
+        )
 
     monkeypatch.setattr(LOADERS, "added", {})
     LOADERS.add("mine", read)

@@ -22,7 +22,7 @@ modes:
     frequency_std_hz: 0.01
     shape: {"2:-Z": "0.3 + 0.1j", "1:+X": -1e-3}
 """
-CSV = "mode,frequency_hz,damping_percent,frequency_std_hz,damping_std_percent\n1,12.05,5,0.01,0.5\n2,16.66,3.1,,\n"
+CSV = "mode,frequency_hz,damping_percent,frequency_std_hz,damping_std_percent\n1,12.05,5,0.01,0.5\n2,16.66,3.1,,\n"  # noqa: E501
 SHAPES = "mode,channel,real,imag\n1,1:+X,1,0\n1,2:-Z,0.5,-0.25\n2,2:-Z,0.3,0.1\n2,1:+X,-1,0\n"
 
 
@@ -38,7 +38,11 @@ def test_yaml_sorted_by_frequency_with_shapes_in_one_order(tmp_path: Path) -> No
     np.testing.assert_allclose(table.damping_ratio, [0.05, 0.031])
     assert table.channels == (Channel(1, 1), Channel(2, -3)) and table.shapes is not None
     np.testing.assert_allclose(table.shapes, [[-1e-3, 0.3 + 0.1j], [1, 0.5 - 0.25j]])
-    assert table.frequency_std_hz is not None and table.frequency_std_hz[0] == 0.01 and np.isnan(table.frequency_std_hz[1])
+    assert (
+        table.frequency_std_hz is not None
+        and table.frequency_std_hz[0] == 0.01
+        and np.isnan(table.frequency_std_hz[1])
+    )
     assert table.damping_std is None and table.source.endswith("modes.yaml") and len(table.sha256) == 64
 
 
@@ -47,7 +51,11 @@ def test_csv_with_shapes_in_a_second_file(tmp_path: Path) -> None:
     (tmp_path / "s.csv").write_text(SHAPES)
     table = read_modal_table(tmp_path / "m.csv", tmp_path / "s.csv")
     np.testing.assert_allclose(table.damping_ratio, [0.05, 0.031])
-    assert table.damping_std is not None and table.damping_std[0] == pytest.approx(0.005) and np.isnan(table.damping_std[1])
+    assert (
+        table.damping_std is not None
+        and table.damping_std[0] == pytest.approx(0.005)
+        and np.isnan(table.damping_std[1])
+    )
     assert table.shapes is not None
     np.testing.assert_allclose(table.shapes, [[1, 0.5 - 0.25j], [-1, 0.3 + 0.1j]])
     assert read_modal_table(tmp_path / "m.csv").shapes is None
@@ -65,14 +73,21 @@ def tables(draw: st.DrawFn) -> ModalTable:
 
     shapes = None
     if draw(st.booleans()):
-        parts = [np.array(draw(st.lists(numbers, min_size=modes * channels, max_size=modes * channels))) for _ in range(2)]
+        parts = [
+            np.array(draw(st.lists(numbers, min_size=modes * channels, max_size=modes * channels)))
+            for _ in range(2)
+        ]
         shapes = (parts[0] + 1j * parts[1]).reshape(modes, channels)
     damping = column(-1, 1)
     damping[draw(st.integers(0, modes - 1))] = np.nan
     return ModalTable(
         frequency_hz=np.sort(column(1e-3, 1e4)),
         damping_ratio=damping,
-        channels=tuple(Channel(n + 1, draw(st.integers(-6, 6))) for n in range(channels)) if shapes is not None else (),
+        channels=(
+            tuple(Channel(n + 1, draw(st.integers(-6, 6))) for n in range(channels))
+            if shapes is not None
+            else ()
+        ),
         shapes=shapes,
         frequency_std_hz=column(0, 1) if draw(st.booleans()) else None,
         damping_std=column(0, 1) if draw(st.booleans()) else None,
@@ -82,7 +97,9 @@ def tables(draw: st.DrawFn) -> ModalTable:
 @pytest.mark.parametrize("suffix", [".yaml", ".csv"])
 @given(table=tables())
 @settings(max_examples=60, deadline=None)
-def test_what_is_written_is_read_bit_by_bit(tmp_path_factory: pytest.TempPathFactory, suffix: str, table: ModalTable) -> None:
+def test_what_is_written_is_read_bit_by_bit(
+    tmp_path_factory: pytest.TempPathFactory, suffix: str, table: ModalTable
+) -> None:
     folder = tmp_path_factory.mktemp("round")
     shapes = folder / "shapes.csv" if suffix == ".csv" and table.shapes is not None else None
     write_modal_table(folder / f"m{suffix}", table, shapes)
@@ -99,8 +116,16 @@ def test_what_is_written_is_read_bit_by_bit(tmp_path_factory: pytest.TempPathFac
     ("old", "new", "found"),
     [
         ("damping_ratio: 0.05", "damping: 0.05", "line 4: unknown key 'damping'"),
-        ("damping_ratio: 0.05", "damping_ratio: 5", "line 4: damping_ratio: 5; expected a damping ratio between"),
-        ("damping_ratio: 0.05", "damping_ratio: 0.05\n    damping_percent: 5", "line 4: both damping_ratio and damping_percent"),
+        (
+            "damping_ratio: 0.05",
+            "damping_ratio: 5",
+            "line 4: damping_ratio: 5; expected a damping ratio between",
+        ),
+        (
+            "damping_ratio: 0.05",
+            "damping_ratio: 0.05\n    damping_percent: 5",
+            "line 4: both damping_ratio and damping_percent",
+        ),
         ("damping_ratio: 0.05", "damping_ratio: much", "line 4, damping_ratio: 'much'"),
         ("frequency_hz: 12.05", "frequency_hz: -12", "line 4: frequency_hz: -12"),
         ("frequency_hz: 12.05", "frequency_hz: .nan", "line 4, frequency_hz: nan"),

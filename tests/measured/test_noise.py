@@ -1,4 +1,6 @@
-"""The noise that is stated against the noise that is there, over many simulated hammer tests of four averages."""
+"""The noise that is stated against the noise that is there, over many simulated hammer tests of four
+averages.
+"""
 
 from __future__ import annotations
 
@@ -31,13 +33,17 @@ def estimated(signals: np.ndarray, place: int) -> FrfSet:
 
 
 def joined(sets: list[FrfSet]) -> FrfSet:
-    whole = {name: np.concatenate([getattr(one, name) for one in sets], axis=2) for name in ("frf", "coherence")}
+    whole = {
+        name: np.concatenate([getattr(one, name) for one in sets], axis=2) for name in ("frf", "coherence")
+    }
     return replace(sets[0], **whole, inputs=tuple(one.inputs[0] for one in sets))  # type: ignore[arg-type]
 
 
 @cache
 def hammer(seed: int, noise: tuple[float, float], hum: float = 0.0) -> tuple[FrfSet, np.ndarray]:
-    """A noisy set and its true FRFs: the same estimate without noise, so that cut responses do not count as noise."""
+    """A noisy set and its true FRFs: the same estimate without noise, so that cut responses do not count as
+    noise.
+    """
     random = np.random.default_rng(seed)
     structure = random_structure(seed, PLACES)
     noisy, clean = [], []
@@ -45,7 +51,9 @@ def hammer(seed: int, noise: tuple[float, float], hum: float = 0.0) -> tuple[Frf
         signals = hammer_test(structure, place, 4, random)
         level = np.array([noise[1]] + [noise[0]] * PLACES)
         phase = random.uniform(0, 2 * np.pi, (4, 1, 1))
-        humming = hum * np.sin(2 * np.pi * 50 * np.arange(signals.shape[1])[None, :, None] / SAMPLE_RATE_HZ + phase)
+        humming = hum * np.sin(
+            2 * np.pi * 50 * np.arange(signals.shape[1])[None, :, None] / SAMPLE_RATE_HZ + phase
+        )
         disturbed = signals + level * random.normal(size=signals.shape)
         disturbed[:, :, 1:] += humming
         noisy.append(estimated(disturbed, place))
@@ -58,7 +66,11 @@ def classes(truth: np.ndarray) -> dict[str, np.ndarray]:
     padded = np.pad(np.log(np.abs(truth) ** 2), ((10, 10), (0, 0), (0, 0)), mode="edge")
     around = np.exp(np.lib.stride_tricks.sliding_window_view(padded, 21, axis=0).mean(axis=3))
     level = np.abs(truth) ** 2 / around
-    return {"resonance": level > 3, "antiresonance": level < 1 / 3, "between": (level >= 1 / 3) & (level <= 3)}
+    return {
+        "resonance": level > 3,
+        "antiresonance": level < 1 / 3,
+        "between": (level >= 1 / 3) & (level <= 3),
+    }
 
 
 @pytest.mark.parametrize("kind", NOISE)
@@ -77,7 +89,9 @@ def test_stated_noise_is_true_noise_in_every_class_of_lines(kind: str) -> None:
 
 
 def test_single_lines_would_not_do() -> None:
-    """Negative control: without pooling the normalised square is 6 / 4 = 1.5 on average (mean of an inverse chi-square)."""
+    """Negative control: without pooling the normalised square is 6 / 4 = 1.5 on average (mean of an inverse
+    chi-square).
+    """
     squares = []
     for seed in range(8):
         noisy, truth = hammer(seed, NOISE["of the response"])
@@ -135,7 +149,10 @@ def test_what_lacks_is_asked_for() -> None:
         (replace(whole, coherence=None), "no coherence"),
         (replace(whole, averages=None), "add the key averages"),
         (replace(whole, averages=1), "at least 2"),
-        (replace(whole, coherence=np.where(np.arange(2) == 1, np.nan, whole.coherence)), r"FRF 3:\+X/4:\+Y has no coherence"),
+        (
+            replace(whole, coherence=np.where(np.arange(2) == 1, np.nan, whole.coherence)),
+            r"FRF 3:\+X/4:\+Y has no coherence",
+        ),
     ):
         with pytest.raises(InputError, match=found):
             noise_std(lacking)
@@ -147,8 +164,13 @@ def test_repeats_give_their_mean_and_its_true_noise() -> None:
     level = np.linspace(0.1, 0.3, 120)[:, None, None]
     squares = []
     for _ in range(20):
-        noise = [level * (random.normal(size=truth.shape) + 1j * random.normal(size=truth.shape)) for _ in range(3)]
-        repeats = [some_set(lines=120, outputs=6, inputs=2, frf=truth + one, coherence=None, averages=None) for one in noise]
+        noise = [
+            level * (random.normal(size=truth.shape) + 1j * random.normal(size=truth.shape)) for _ in range(3)
+        ]
+        repeats = [
+            some_set(lines=120, outputs=6, inputs=2, frf=truth + one, coherence=None, averages=None)
+            for one in noise
+        ]
         mean, std = mean_of_repeats(repeats), noise_std_from_repeats(repeats)
         squares.append(np.mean(np.abs(mean.frf - truth) ** 2 / (2 * std**2)))
     assert 0.95 < np.mean(squares) < 1.05
@@ -165,7 +187,8 @@ def test_the_base_of_a_hidden_test_stands_still_so_all_it_shows_is_noise(posture
     base = [i for i, channel in enumerate(read.outputs) if channel.node in (1, 2)]
     square = (np.abs(read.frf) ** 2 / (2 * noise_std(read) ** 2))[:, base]
     assert 0.9 < np.mean(square) < 1.12
-    # Elsewhere the scatter of neighbouring lines about a cubic is smaller where lines are alike, never much larger.
+    # Elsewhere the scatter of neighbouring lines about a cubic is smaller where lines are alike, never much
+    # larger.
     weights = np.array([-1, 4, -6, 4, -1])
     windows = np.lib.stride_tricks.sliding_window_view(read.frf, 5, axis=0)
     variance = np.lib.stride_tricks.sliding_window_view(2 * noise_std(read) ** 2, 5, axis=0)

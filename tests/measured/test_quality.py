@@ -1,4 +1,6 @@
-"""Each check fires on what it is for and is silent on clean data: a simulated structure, and hammer tests made elsewhere."""
+"""Each check fires on what it is for and is silent on clean data: a simulated structure, and hammer tests
+made elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -28,16 +30,34 @@ def clean(quantity: Quantity = "accelerance") -> FrfSet:
     frf = random_structure(4, 9).receptance(s)[:, :, 6:] * s[:, None, None] ** POWER[quantity]
     channels = tuple(Channel(node, axis) for node in POINTS for axis in (1, 2, 3))
     coherence = np.full(frf.shape, 0.99)
-    return FrfSet(frequency, 0.1 * frf, channels, channels[6:], quantity, coherence, averages=4, window_decay_per_s=DECAY)
+    return FrfSet(
+        frequency,
+        0.1 * frf,
+        channels,
+        channels[6:],
+        quantity,
+        coherence,
+        averages=4,
+        window_decay_per_s=DECAY,
+    )
 
 
 def named(findings: list[Finding], name: str) -> list[Finding]:
     return [finding for finding in findings if finding.check == name]
 
 
-def scaled(frf_set: FrfSet, factor: complex | np.ndarray, output: int | slice = slice(None), input_: int | slice = slice(None)) -> FrfSet:
+def scaled(
+    frf_set: FrfSet,
+    factor: complex | np.ndarray,
+    output: int | slice = slice(None),
+    input_: int | slice = slice(None),
+) -> FrfSet:
     frf = frf_set.frf.copy()
-    frf[:, output, input_] = (factor * frf[:, output, input_].T).T if isinstance(factor, np.ndarray) else factor * frf[:, output, input_]
+    frf[:, output, input_] = (
+        (factor * frf[:, output, input_].T).T
+        if isinstance(factor, np.ndarray)
+        else factor * frf[:, output, input_]
+    )
     return replace(frf_set, frf=frf)
 
 
@@ -52,7 +72,11 @@ def with_signs(frf_set: FrfSet, output: int, input_: int) -> FrfSet:
     outputs, inputs = list(frf_set.outputs), list(frf_set.inputs)
     outputs[output] = Channel(outputs[output].node, -outputs[output].direction)
     inputs[input_] = Channel(inputs[input_].node, -inputs[input_].direction)
-    return replace(scaled(scaled(frf_set, -1, output), -1, slice(None), input_), outputs=tuple(outputs), inputs=tuple(inputs))
+    return replace(
+        scaled(scaled(frf_set, -1, output), -1, slice(None), input_),
+        outputs=tuple(outputs),
+        inputs=tuple(inputs),
+    )
 
 
 def test_signs_that_are_written_down_are_no_fault() -> None:
@@ -96,8 +120,18 @@ def doubled(frf_set: FrfSet) -> FrfSet:
 
 
 FAULTS: list[tuple[str, str, Callable[[FrfSet], FrfSet], str]] = [
-    ("unknown-point", "fail", lambda s: replace(s, outputs=(Channel(17, 1), *s.outputs[1:])), r"No point explains 17:\+X"),
-    ("unused-point", "info", lambda s: s.pairs([0, 1, 2, 6, 7, 8], [0, 1, 2]), "Nothing was measured at point 2"),
+    (
+        "unknown-point",
+        "fail",
+        lambda s: replace(s, outputs=(Channel(17, 1), *s.outputs[1:])),
+        r"No point explains 17:\+X",
+    ),
+    (
+        "unused-point",
+        "info",
+        lambda s: s.pairs([0, 1, 2, 6, 7, 8], [0, 1, 2]),
+        "Nothing was measured at point 2",
+    ),
     ("missing-pair", "warn", without_pair, r"FRF 1:\+Z/3:\+Y was not measured"),
     ("not-a-number", "fail", partly_nan, r"FRF 1:\+Z/3:\+Y has values that are not numbers"),
     ("missing-direction", "warn", lambda s: s.pairs([0, 1, 3, 4, 5, 6, 7, 8], [0, 1, 2]), "point 1 in fewer"),
@@ -121,13 +155,22 @@ FAULTS: list[tuple[str, str, Callable[[FrfSet], FrfSet], str]] = [
     ("reciprocity", "fail", swapped, "should be equal"),
     ("size", "warn", lambda s: scaled(s, 1e6), r"apparent mass of .* kg: is the unit"),
     ("size", "warn", lambda s: scaled(s, 1e-7), r"dynamic stiffness of .* N/m: is the unit"),
-    ("uneven-frequency", "warn", lambda s: s.lines(np.arange(len(s.frequency_hz)) != 40), r"from 0\.5 to 1 Hz, the widest above 24\.5 Hz"),
+    (
+        "uneven-frequency",
+        "warn",
+        lambda s: s.lines(np.arange(len(s.frequency_hz)) != 40),
+        r"from 0\.5 to 1 Hz, the widest above 24\.5 Hz",
+    ),
     ("few-lines", "warn", lambda s: s.band(5, 12), "Only 15 frequency lines"),
 ]
 
 
-@pytest.mark.parametrize(("name", "level", "spoil", "sentence"), FAULTS, ids=[f"{name}-{i}" for i, (name, *_) in enumerate(FAULTS)])
-def test_each_fault_is_found_and_said(name: str, level: str, spoil: Callable[[FrfSet], FrfSet], sentence: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "level", "spoil", "sentence"), FAULTS, ids=[f"{name}-{i}" for i, (name, *_) in enumerate(FAULTS)]
+)
+def test_each_fault_is_found_and_said(
+    name: str, level: str, spoil: Callable[[FrfSet], FrfSet], sentence: str
+) -> None:
     findings = named(check(spoil(clean()), POINTS), name)
     assert level in {finding.level for finding in findings}
     said = [finding.sentence for finding in findings if finding.level == level]
@@ -136,8 +179,13 @@ def test_each_fault_is_found_and_said(name: str, level: str, spoil: Callable[[Fr
 
 
 def test_findings_come_worst_first() -> None:
-    levels = [finding.level for finding in check(poor(scaled(clean().pairs([0, 1, 2, 6, 7, 8], [0, 1, 2]), -1, 3), 0), POINTS)]
-    assert levels == sorted(levels, key=["fail", "warn", "info"].index) and {"fail", "warn", "info"} == set(levels)
+    levels = [
+        finding.level
+        for finding in check(poor(scaled(clean().pairs([0, 1, 2, 6, 7, 8], [0, 1, 2]), -1, 3), 0), POINTS)
+    ]
+    assert levels == sorted(levels, key=["fail", "warn", "info"].index) and {"fail", "warn", "info"} == set(
+        levels
+    )
 
 
 def test_no_data_in_the_band_is_the_only_thing_said() -> None:
@@ -156,12 +204,18 @@ def test_a_hammer_test_without_fault_raises_only_that_its_base_stands_still(case
     path = shared("hidden", case, f"posture{posture}.uff")
     with (path.parent / "points.csv").open() as file:
         points = {int(row["node"]): row["name"] for row in csv.DictReader(file)}
-    findings = check(load_frf_set(path, FrfFileOptions(averages=4, window_decay_per_s=0.693)), points, (3, 80))
+    findings = check(
+        load_frf_set(path, FrfFileOptions(averages=4, window_decay_per_s=0.693)), points, (3, 80)
+    )
     assert [(finding.level, finding.check) for finding in findings] == [("info", "coherence")]
     assert {channel.node for channel in findings[0].channels} >= {1, 2}
 
 
 def test_friction_shows_as_missing_reciprocity_in_a_weak_hammer_test() -> None:
     path = shared("hidden", "friction_j2_101", "posture1_level0.3.uff")
-    findings = check(load_frf_set(path, FrfFileOptions(averages=4, window_decay_per_s=0.693)), {i: str(i) for i in range(1, 15)}, (3, 80))
+    findings = check(
+        load_frf_set(path, FrfFileOptions(averages=4, window_decay_per_s=0.693)),
+        {i: str(i) for i in range(1, 15)},
+        (3, 80),
+    )
     assert named(findings, "reciprocity")

@@ -70,15 +70,22 @@ def test_labels_win_over_type_codes(
     np.testing.assert_allclose(read.frf[:, 0, 0], factor * some_frf(), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("code", "quantity", "factor"), [(8, "receptance", 1e-6), (11, "mobility", 1e-6), (12, "accelerance", 1e-6)])
-def test_without_labels_dataset_164_says_the_units(tmp_path: Path, code: int, quantity: str, factor: float) -> None:
+@pytest.mark.parametrize(
+    ("code", "quantity", "factor"),
+    [(8, "receptance", 1e-6), (11, "mobility", 1e-6), (12, "accelerance", 1e-6)],
+)
+def test_without_labels_dataset_164_says_the_units(
+    tmp_path: Path, code: int, quantity: str, factor: float
+) -> None:
     bare = text([Dataset58(some_frf(), ordinate=(code, "NONE"), denominator=(13, "NONE"))]).decode()
     read = load(tmp_path, units164(1000, 1e-3) + bare)  # mm and kN
     assert read.quantity == quantity
     np.testing.assert_allclose(read.frf[:, 0, 0], factor * some_frf(), rtol=1e-12)
 
 
-def test_without_labels_and_dataset_164_the_user_is_asked_and_the_type_code_must_agree(tmp_path: Path) -> None:
+def test_without_labels_and_dataset_164_the_user_is_asked_and_the_type_code_must_agree(
+    tmp_path: Path,
+) -> None:
     bare = text([Dataset58(some_frf(), ordinate=(12, "NONE"), denominator=(13, "NONE"))])
     with pytest.raises(InputError, match=r"gives no unit for its accelerance; .* add the key unit"):
         load(tmp_path, bare)
@@ -107,7 +114,9 @@ def test_what_is_no_frf_is_refused(tmp_path: Path, changes: dict[str, object], f
 
 
 def test_rotations_carry_rotational_units(tmp_path: Path) -> None:
-    data = Dataset58(some_frf(), response=(12, 4), reference=(14, -5), ordinate=(12, "deg/s2"), denominator=(13, "Nm"))
+    data = Dataset58(
+        some_frf(), response=(12, 4), reference=(14, -5), ordinate=(12, "deg/s2"), denominator=(13, "Nm")
+    )
     read = load(tmp_path, text([data]))
     assert (str(read.outputs[0]), str(read.inputs[0])) == ("12:+RX", "14:-RY")
     np.testing.assert_allclose(read.frf[:, 0, 0], np.pi / 180 * some_frf(), rtol=1e-12)
@@ -123,7 +132,10 @@ def test_a_pair_that_comes_twice_must_be_the_same_twice(tmp_path: Path) -> None:
 
 
 def test_records_on_different_frequencies_are_refused(tmp_path: Path) -> None:
-    for other in (Dataset58(some_frf(), response=(11, 1), step=0.626), Dataset58(some_frf(lines=4), response=(11, 1))):
+    for other in (
+        Dataset58(some_frf(), response=(11, 1), step=0.626),
+        Dataset58(some_frf(lines=4), response=(11, 1)),
+    ):
         with pytest.raises(InputError, match=r"dataset 2, line 18: .* one axis for all"):
             load(tmp_path, text([Dataset58(some_frf()), other]))
 
@@ -150,7 +162,9 @@ def test_vendors_habits_are_read(tmp_path: Path) -> None:
         "byte order mark": "\ufeff" + plain,
         "blank lines between datasets": "\n\n" + plain + "\n\n",
         "exponents with D": plain.replace("e-0", "D-0").replace("e+0", "D+0"),
-        "names longer than ten letters": text([Dataset58(some_frf(), names=("a_point_name", "another_long_name"))]).decode(),
+        "names longer than ten letters": text(
+            [Dataset58(some_frf(), names=("a_point_name", "another_long_name"))]
+        ).decode(),
         "other datasets": "    -1\n    15\n" + f"{1:10d}" * 4 + "\n    -1\n" + plain,
         "other functions": text([Dataset58(some_frf(1), function=3)]).decode() + plain,
     }
@@ -173,7 +187,9 @@ def test_double_uneven_data_are_read_in_the_standard_and_in_the_twenty_column_la
 @pytest.mark.parametrize("binary", [False, True])
 @settings(max_examples=60, deadline=None)
 @given(frf_set=sets())
-def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, binary: bool, frf_set: FrfSet) -> None:
+def test_what_is_written_is_read(
+    tmp_path_factory: pytest.TempPathFactory, binary: bool, frf_set: FrfSet
+) -> None:
     path = tmp_path_factory.mktemp("round") / "x.uff"
     write_uff58(path, frf_set, binary=binary)
     read = load_frf_set(path)
@@ -191,14 +207,22 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, binar
 @pytest.mark.parametrize("order", [">", "<"])
 @pytest.mark.parametrize("precision", ["f4", "f8"])
 @pytest.mark.parametrize("habit", ["as the standard", "line end behind the data", "half the number of bytes"])
-def test_binary_data_of_either_byte_order_and_in_vendors_habits(tmp_path: Path, order: str, precision: str, habit: str) -> None:
+def test_binary_data_of_either_byte_order_and_in_vendors_habits(
+    tmp_path: Path, order: str, precision: str, habit: str
+) -> None:
     frf = some_frf()
     numbers = np.stack([frf.real, frf.imag], 1).astype(order + precision)
     announced = numbers.nbytes // 2 if habit.startswith("half") else numbers.nbytes
     head = Dataset58(frf).lines()[:13]
     head[1] = f"    58b{1 if order == '<' else 2:6d}{2:6d}{11:12d}{announced:12d}{0:6d}{0:6d}{0:12d}{0:12d}"
     head[8] = f"{5 if precision == 'f4' else 6:10d}" + head[8][10:]
-    content = "\n".join(head).encode() + b"\n" + numbers.tobytes() + (b"\r\n" if habit.startswith("line") else b"") + b"    -1\n"
+    content = (
+        "\n".join(head).encode()
+        + b"\n"
+        + numbers.tobytes()
+        + (b"\r\n" if habit.startswith("line") else b"")
+        + b"    -1\n"
+    )
     expected = numbers.astype(float) @ [1, 1j]
     np.testing.assert_array_equal(load(tmp_path, content).frf[:, 0, 0], expected)
     if not habit.startswith("line"):  # a lost byte and an added line end make the right length again
@@ -208,7 +232,13 @@ def test_binary_data_of_either_byte_order_and_in_vendors_habits(tmp_path: Path, 
 
 def test_binary_data_that_look_like_the_end_of_a_dataset_are_read(tmp_path: Path) -> None:
     trap = np.frombuffer(b"\n    -1\n" + b"    -1\n\n", "<f8")
-    frf_set = some_set(lines=2, outputs=1, inputs=1, coherence=None, frf=np.array([trap[0] + 1j, trap[1] + 2j])[:, None, None])
+    frf_set = some_set(
+        lines=2,
+        outputs=1,
+        inputs=1,
+        coherence=None,
+        frf=np.array([trap[0] + 1j, trap[1] + 2j])[:, None, None],
+    )
     path = tmp_path / "x.uff"
     write_uff58(path, frf_set, binary=True)
     assert_same(load_frf_set(path), frf_set)
@@ -228,10 +258,14 @@ def test_binary_not_a_number_and_foreign_formats_are_refused(tmp_path: Path) -> 
 def test_time_histories_with_blocks_and_units(tmp_path: Path) -> None:
     def signal(seed: int, **changes: object) -> Dataset58:
         values = some_frf(seed).real
-        return Dataset58(values, function=1, start=0, step=1 / 512, abscissa=(17, "s"), denominator=(0, "NONE"), **changes)  # type: ignore[arg-type]
+        return Dataset58(
+            values, function=1, start=0, step=1 / 512, abscissa=(17, "s"), denominator=(0, "NONE"), **changes
+        )  # type: ignore[arg-type]
 
     hits = [
-        signal(2 * hit + kind, **named) for hit in range(3) for kind, named in enumerate(({"ordinate": (12, "g")}, {"ordinate": (13, "N")}))
+        signal(2 * hit + kind, **named)
+        for hit in range(3)
+        for kind, named in enumerate(({"ordinate": (12, "g")}, {"ordinate": (13, "N")}))
     ]
     path = tmp_path / "x.unv"
     path.write_bytes(text(hits))
@@ -246,7 +280,9 @@ def test_time_histories_with_blocks_and_units(tmp_path: Path) -> None:
     path.write_bytes(text([signal(0, ordinate=(12, "NONE"))]))
     with pytest.raises(InputError, match="gives no unit for acceleration"):
         load_time_history(path)
-    assert load_time_history(path, {"acceleration": "g"}).data[0, 0, 0] == pytest.approx(G * some_frf(0)[0].real, rel=1e-12)
+    assert load_time_history(path, {"acceleration": "g"}).data[0, 0, 0] == pytest.approx(
+        G * some_frf(0)[0].real, rel=1e-12
+    )
 
 
 def test_measured_files_are_read_as_pyuff_reads_them() -> None:

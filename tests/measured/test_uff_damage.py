@@ -58,7 +58,9 @@ def assert_nothing_else(content: bytes, whole: FrfSet, folder: Path) -> bool:
 def test_every_lost_byte_and_every_truncation(tmp_path: Path) -> None:
     content = single_precision()
     whole = read(content, tmp_path)
-    survived = [assert_nothing_else(content[:at] + content[at + 1 :], whole, tmp_path) for at in range(len(content))]
+    survived = [
+        assert_nothing_else(content[:at] + content[at + 1 :], whole, tmp_path) for at in range(len(content))
+    ]
     survived += [assert_nothing_else(content[:at], whole, tmp_path) for at in range(len(content))]
     assert 0 < sum(survived) < len(survived) / 2
 
@@ -77,7 +79,9 @@ def damages(content: bytes) -> st.SearchStrategy[bytes]:
     place = st.integers(0, len(content) - 1)
     return st.one_of(
         place.map(lambda at: content[:at] + content[at + 1 :]),
-        st.tuples(place, st.binary(min_size=1, max_size=3)).map(lambda a: content[: a[0]] + a[1] + content[a[0] :]),
+        st.tuples(place, st.binary(min_size=1, max_size=3)).map(
+            lambda a: content[: a[0]] + a[1] + content[a[0] :]
+        ),
         st.tuples(place, st.sampled_from([b"\n", b" ", b"7", b"-", b".", b"E", b"\r\n"])).map(
             lambda a: content[: a[0]] + a[1] + content[a[0] :]
         ),
@@ -90,7 +94,9 @@ def damages(content: bytes) -> st.SearchStrategy[bytes]:
 @given(data=st.data())
 def test_random_damage(kind: str, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     folder = tmp_path_factory.getbasetemp()
-    content = single_precision() if kind == "single" else written("binary" in kind, "uneven" not in kind, folder)
+    content = (
+        single_precision() if kind == "single" else written("binary" in kind, "uneven" not in kind, folder)
+    )
     assert_nothing_else(data.draw(damages(content)), read(content, folder), folder)
 
 

@@ -1,4 +1,6 @@
-"""Shapes and geometry through universal files: round trips, pyuff as the other reader and writer, measured files, damage."""
+"""Shapes and geometry through universal files: round trips, pyuff as the other reader and writer, measured
+files, damage.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +97,9 @@ def test_pyuff_reads_what_we_write(path: Path) -> None:
 def test_we_read_what_pyuff_writes(path: Path) -> None:
     writer = pyuff.UFF(str(path))
     real = RANDOM.normal(size=(3, 2))
-    writer.write_sets(pyuff.prepare_15([1, 2], [0, 0], [0, 0], [1, 1], [0.0, 1.0], [0.5, 0.25], [0.0, -3.0]), "add")
+    writer.write_sets(
+        pyuff.prepare_15([1, 2], [0, 0], [0, 0], [1, 1], [0.0, 1.0], [0.5, 0.25], [0.0, -3.0]), "add"
+    )
     writer.write_sets(pyuff.prepare_82(1, 3, 1, "line", np.array([1, 0, 2])), "add")
     for mode, frequency in ((2, 31.5), (1, 12.25)):
         head = {
@@ -110,7 +114,13 @@ def test_we_read_what_pyuff_writes(path: Path) -> None:
             "load_case": 1,
         }
         values = {"r1": real[0] * mode, "r2": real[1], "r3": real[2], "node_nums": [1, 2], "mode_n": mode}
-        modal = {"analysis_type": 2, "freq": frequency, "modal_m": 1.0, "modal_damp_vis": 0.03, "modal_damp_his": 0.0}
+        modal = {
+            "analysis_type": 2,
+            "freq": frequency,
+            "modal_m": 1.0,
+            "modal_damp_vis": 0.03,
+            "modal_damp_his": 0.0,
+        }
         writer.write_sets({"type": 55, **head, **values, **modal}, "add")
     found = read_shapes(path)
     np.testing.assert_allclose(found.frequency_hz, [12.25, 31.5])
@@ -138,7 +148,16 @@ def narrow(*values: float) -> str:
 
 
 def test_2411_and_2420_by_hand(path: Path) -> None:
-    systems = ["         1", "part", integers(5, 0, 1), "turned", wide(0, 1, 0), wide(-1, 0, 0), wide(0, 0, 1), wide(1000, 0, 0)]
+    systems = [
+        "         1",
+        "part",
+        integers(5, 0, 1),
+        "turned",
+        wide(0, 1, 0),
+        wide(-1, 0, 0),
+        wide(0, 0, 1),
+        wide(1000, 0, 0),
+    ]
     nodes = [integers(9, 5, 5, 1), wide(10, 20, 30)]
     units = ["         5mm                          2", wide(1000, 1, 1), wide(273.15)]
     path.write_text(dataset(164, *units) + dataset(2420, *systems) + dataset(2411, *nodes))
@@ -151,7 +170,9 @@ def test_2411_and_2420_by_hand(path: Path) -> None:
 def shape_2414(location: int = 1) -> str:
     ints = [integers(1, 0, 0, 0, 0, 1, 0, 0), integers(0)]
     lines = [integers(1), "name", integers(location), *"abcde", integers(1, 2, 2, 8, 2, 3), *ints]
-    return dataset(2414, *lines, narrow(0, 45.5, 0, 1, 0, 0.02), narrow(*[0] * 6), integers(4), narrow(1, -2, 0.5))
+    return dataset(
+        2414, *lines, narrow(0, 45.5, 0, 1, 0, 0.02), narrow(*[0] * 6), integers(4), narrow(1, -2, 0.5)
+    )
 
 
 def test_2414_by_hand_with_a_loss_factor(path: Path) -> None:
@@ -163,7 +184,12 @@ def test_2414_by_hand_with_a_loss_factor(path: Path) -> None:
 
 
 def normal_mode(*last: str, quantity: int = 8, damping: float = 0.0) -> str:
-    head = [*"abcde", integers(1, 2, 2, quantity, 2, 3), integers(2, 4, 1, 1), narrow(10.0, 1.0, damping, 0.0)]
+    head = [
+        *"abcde",
+        integers(1, 2, 2, quantity, 2, 3),
+        integers(2, 4, 1, 1),
+        narrow(10.0, 1.0, damping, 0.0),
+    ]
     return dataset(55, *head, integers(4), *(last or (narrow(1, -2, 0.5),)))
 
 
@@ -177,7 +203,12 @@ def test_no_damping_is_unknown_and_accelerations_become_displacements(path: Path
 
 
 @pytest.mark.parametrize(
-    "change", [lambda t: t.replace("\n", "\r\n"), lambda t: t.replace("E+", "D+").replace("E-", "D-"), lambda t: t + "\n\n"]
+    "change",
+    [
+        lambda t: t.replace("\n", "\r\n"),
+        lambda t: t.replace("E+", "D+").replace("E-", "D-"),
+        lambda t: t + "\n\n",
+    ],
 )
 def test_habits_of_other_writers(path: Path, change) -> None:
     write_shapes(path, TABLE, GEOMETRY)
@@ -212,7 +243,10 @@ def test_damaged_values_are_errors_with_their_line(path: Path, last: tuple[str, 
         (dataset(151, "a"), "no mode shapes"),
         (normal_mode() + normal_mode(narrow(1, 2, 3), integers(7), narrow(1, 1, 1)), "other nodes"),
         ("hello\n", "between datasets"),
-        (normal_mode().replace(integers(1, 2, 2, 8, 2, 3), integers(1, 2, 4, 8, 2, 6)), "data characteristic 4"),
+        (
+            normal_mode().replace(integers(1, 2, 2, 8, 2, 3), integers(1, 2, 4, 8, 2, 6)),
+            "data characteristic 4",
+        ),
     ],
 )
 def test_files_without_readable_shapes(path: Path, text: str, message: str) -> None:
@@ -234,10 +268,21 @@ def node(number: int, definition: int = 0, displacement: int = 0) -> str:
         (dataset(15, node(1, displacement=7)), "m", "system 7 is used and not defined"),
         (dataset(15, node(1), node(1, displacement=1)), "m", "a second time"),
         (dataset(15, node(1)) + dataset(82, integers(1, 2, 1), "x", integers(1, 8)), "m", "through node 8"),
-        (dataset(18, integers(3, 1, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1)) + dataset(15, node(1)), "m", "kind 1"),
-        (dataset(18, integers(3, 0, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(2, 0, 0)) + dataset(15, node(1)), "m", "on a line"),
         (
-            dataset(18, integers(3, 0, 3, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1)) + dataset(15, node(1, 3)),
+            dataset(18, integers(3, 1, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
+            + dataset(15, node(1)),
+            "m",
+            "kind 1",
+        ),
+        (
+            dataset(18, integers(3, 0, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(2, 0, 0))
+            + dataset(15, node(1)),
+            "m",
+            "on a line",
+        ),
+        (
+            dataset(18, integers(3, 0, 3, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
+            + dataset(15, node(1, 3)),
             "m",
             "refers to itself",
         ),
@@ -265,7 +310,9 @@ def test_a_unit_against_the_file_is_refused(path: Path) -> None:
 
 def test_shapes_on_the_geometry_turn_with_the_nodes(path: Path) -> None:
     shapes = np.array([[1, 2, 3, 0, 0, 1, 0, 0, 0]], dtype=complex)
-    moving = replace(TABLE, frequency_hz=TABLE.frequency_hz[:1], damping_ratio=TABLE.damping_ratio[:1], shapes=shapes)
+    moving = replace(
+        TABLE, frequency_hz=TABLE.frequency_hz[:1], damping_ratio=TABLE.damping_ratio[:1], shapes=shapes
+    )
     vectors = displacements(GEOMETRY, moving)
     np.testing.assert_allclose(vectors[0], [[1, -2, 3], [0, 0, 1], [0, 0, 0]])
     x_of_turned = displacements(GEOMETRY, replace(moving, shapes=np.eye(9)[3:4].astype(complex)))
@@ -286,7 +333,9 @@ def test_geometry_of_measured_structures(name: str, unit: str | None, nodes: int
     assert len(found.lines) == lines
     turned = found.axes @ found.axes.transpose(0, 2, 1)
     np.testing.assert_allclose(turned, np.broadcast_to(np.eye(3), turned.shape), atol=1e-5)
-    other = next(s for s in pyuff.UFF(str(shared("data", "pyuff_measured_uff", name))).read_sets() if s["type"] == 15)
+    other = next(
+        s for s in pyuff.UFF(str(shared("data", "pyuff_measured_uff", name))).read_sets() if s["type"] == 15
+    )
     order = np.argsort(other["node_nums"])
     scale = {"mm": 1e-3}.get(unit or "", 1.0)
     np.testing.assert_allclose(found.position_m[:, 0], scale * np.asarray(other["x"])[order], atol=1e-6)
@@ -307,7 +356,8 @@ def test_any_table_survives_the_round_trip(path: Path, seed: int, modes: int, no
         np.sort(10 ** random.uniform(-1, 4, modes)),
         random.uniform(1e-5, 0.5, modes),
         channels,
-        10 ** random.uniform(-8, 8) * (random.normal(size=(modes, 3 * nodes)) + 1j * random.normal(size=(modes, 3 * nodes))),
+        10 ** random.uniform(-8, 8)
+        * (random.normal(size=(modes, 3 * nodes)) + 1j * random.normal(size=(modes, 3 * nodes))),
     )
     write_shapes(path, table)
     found = read_shapes(path)
@@ -320,12 +370,17 @@ def test_any_table_survives_the_round_trip(path: Path, seed: int, modes: int, no
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
-def test_a_changed_character_is_an_error_or_does_no_more_than_that_number(path: Path, data: st.DataObject) -> None:
+def test_a_changed_character_is_an_error_or_does_no_more_than_that_number(
+    path: Path, data: st.DataObject
+) -> None:
     """A lost or doubled character never shifts one number into another."""
     write_shapes(path, TABLE)
     text = text_of(path)
     at = data.draw(st.integers(0, len(text) - 1))
-    path.write_text(text[:at] + text[at + 1 :] if data.draw(st.booleans()) else text[:at] + text[at] + text[at:], newline="\n")
+    path.write_text(
+        text[:at] + text[at + 1 :] if data.draw(st.booleans()) else text[:at] + text[at] + text[at:],
+        newline="\n",
+    )
     try:
         found = read_shapes(path)
     except InputError:

@@ -118,12 +118,19 @@ def test_what_is_neither_motion_nor_force_is_refused(text: str) -> None:
         parse_signal_unit(text, "here")
 
 
-@given(st.sampled_from(["m", "mm", "um", "in", "g", "mm/s", "m/s2", "deg/s2"]), st.sampled_from(["N", "kN", "lbf", "N m"]))
+@given(
+    st.sampled_from(["m", "mm", "um", "in", "g", "mm/s", "m/s2", "deg/s2"]),
+    st.sampled_from(["N", "kN", "lbf", "N m"]),
+)
 def test_a_ratio_of_signal_units_is_the_unit_of_the_ratio(response: str, force: str) -> None:
     by_parts = ratio(parse_signal_unit(response, ""), parse_signal_unit(force, ""), "")
     whole = parse_frf_unit(f"({response})/({force})", "")
     assert by_parts.factor == pytest.approx(whole.factor, rel=1e-12)
-    assert (by_parts.quantity, by_parts.rotation, by_parts.moment) == (whole.quantity, whole.rotation, whole.moment)
+    assert (by_parts.quantity, by_parts.rotation, by_parts.moment) == (
+        whole.quantity,
+        whole.rotation,
+        whole.moment,
+    )
 
 
 def test_a_ratio_of_two_forces_is_refused() -> None:

@@ -1,4 +1,6 @@
-"""Vibrating systems with known modes: FRFs by solving M, C, K at every line, modes by the eigenvalues of the state matrix."""
+"""Vibrating systems with known modes: FRFs by solving M, C, K at every line, modes by the eigenvalues of the
+state matrix.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,10 @@ class System:
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
         n = len(self.mass)
         state = np.block(
-            [[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(self.mass, self.stiffness), -np.linalg.solve(self.mass, self.damping)]]
+            [
+                [np.zeros((n, n)), np.eye(n)],
+                [-np.linalg.solve(self.mass, self.stiffness), -np.linalg.solve(self.mass, self.damping)],
+            ]
         )
         values, vectors = np.linalg.eig(state)
         kept = np.flatnonzero(values.imag > 0)
@@ -48,7 +53,9 @@ def chain(frequency_hz: list[float], damping_ratio: list[float], seed: int = 0) 
     """Proportionally damped system of unit modal masses with these modes and random orthogonal shapes."""
     shapes = np.linalg.qr(np.random.default_rng(seed).normal(size=(len(frequency_hz),) * 2))[0]
     omega = 2 * np.pi * np.array(frequency_hz)
-    damping, stiffness = (shapes @ np.diag(values) @ shapes.T for values in (2 * np.array(damping_ratio) * omega, omega**2))
+    damping, stiffness = (
+        shapes @ np.diag(values) @ shapes.T for values in (2 * np.array(damping_ratio) * omega, omega**2)
+    )
     return System(np.eye(len(omega)), damping, stiffness)
 
 
@@ -73,4 +80,12 @@ def measure(
     white = (random.normal(size=frf.shape) + 1j * random.normal(size=frf.shape)) / np.sqrt(2)
     frf = frf + noise * np.sqrt(np.mean(np.abs(frf) ** 2)) * white
     sensors = channels(len(system.mass))
-    return FrfSet(frequency_hz, frf, sensors, tuple(sensors[i] for i in inputs), quantity, window_decay_per_s=decay, source="simulated")
+    return FrfSet(
+        frequency_hz,
+        frf,
+        sensors,
+        tuple(sensors[i] for i in inputs),
+        quantity,
+        window_decay_per_s=decay,
+        source="simulated",
+    )

@@ -1,4 +1,6 @@
-"""The whole analysis on simulated tests: automatic and manual choice, windows, roving hammers, directions, uncertainty, nothing to find."""
+"""The whole analysis on simulated tests: automatic and manual choice, windows, roving hammers, directions,
+uncertainty, nothing to find.
+"""
 
 from __future__ import annotations
 
@@ -35,14 +37,18 @@ def errors(found: ModalAnalysis, system: System, modes: slice) -> tuple[np.ndarr
 @pytest.mark.parametrize("estimator", ["plscf", "lsce"])
 @pytest.mark.parametrize("decay", [0.0, 0.695])
 def test_all_modes_of_a_noisy_hammer_test_and_no_other(estimator: str, decay: float) -> None:
-    found = analyse(measure(ROBOT, FREQUENCY, [0, 1, 2], noise=0.01, decay=decay), ModalSettings(estimator=estimator))
+    found = analyse(
+        measure(ROBOT, FREQUENCY, [0, 1, 2], noise=0.01, decay=decay), ModalSettings(estimator=estimator)
+    )
     frequency, damping = errors(found, ROBOT, INSIDE)
     assert np.max(np.abs(frequency)) < 0.002
     assert np.max(np.abs(damping)) < 0.03
     assert np.min(np.diag(mac(found.table.shapes, ROBOT.shapes[INSIDE]))) > 0.99
     assert found.total_error < 0.03
     shift = decay / (2 * np.pi * found.table.frequency_hz)
-    np.testing.assert_allclose(found.seen_damping_ratio - found.table.damping_ratio, shift, rtol=0.02, atol=1e-12)
+    np.testing.assert_allclose(
+        found.seen_damping_ratio - found.table.damping_ratio, shift, rtol=0.02, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
@@ -52,7 +58,9 @@ def test_every_quantity_gives_the_same_modes(quantity: str) -> None:
     assert np.max(np.abs(frequency)) < 0.002
     assert np.max(np.abs(damping)) < 0.03
     assert found.scaling.mass_normalised
-    true = 1 / np.max(np.abs(np.linalg.qr(np.random.default_rng(3).normal(size=(6, 6)))[0]), axis=0)[INSIDE] ** 2
+    true = (
+        1 / np.max(np.abs(np.linalg.qr(np.random.default_rng(3).normal(size=(6, 6)))[0]), axis=0)[INSIDE] ** 2
+    )
     np.testing.assert_allclose(found.scaling.modal_mass_kg, true, rtol=0.1)
 
 
@@ -66,7 +74,9 @@ def test_a_repeated_pole_is_two_modes() -> None:
 
 def test_a_roving_hammer_gives_what_roving_accelerometers_give() -> None:
     fixed = measure(ROBOT, FREQUENCY, [0, 1], noise=0.003)
-    roving = FrfSet(fixed.frequency_hz, fixed.frf.transpose(0, 2, 1), fixed.inputs, fixed.outputs, "accelerance")
+    roving = FrfSet(
+        fixed.frequency_hz, fixed.frf.transpose(0, 2, 1), fixed.inputs, fixed.outputs, "accelerance"
+    )
     one, other = analyse(fixed).table, analyse(roving).table
     np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
     np.testing.assert_array_equal(one.shapes, other.shapes)
@@ -79,7 +89,9 @@ def test_the_true_values_lie_within_the_stated_deviations() -> None:
         table = analyse(measure(ROBOT, FREQUENCY, [0, 1, 2], noise=0.02, seed=seed)).table
         true = ROBOT.poles[INSIDE]
         at = [int(np.argmin(np.abs(table.frequency_hz - abs(pole) / (2 * np.pi)))) for pole in true]
-        inside.append(np.abs(table.frequency_hz[at] - np.abs(true) / (2 * np.pi)) < 2 * table.frequency_std_hz[at])
+        inside.append(
+            np.abs(table.frequency_hz[at] - np.abs(true) / (2 * np.pi)) < 2 * table.frequency_std_hz[at]
+        )
         inside.append(np.abs(table.damping_ratio[at] + true.real / np.abs(true)) < 2 * table.damping_std[at])
     # Spread over orders comes on top of noise, so that the intervals are wide rather than narrow.
     assert np.mean(inside) > 0.95
@@ -89,7 +101,10 @@ def test_the_manual_choice_takes_these_and_says_what_it_left() -> None:
     data = measure(ROBOT, FREQUENCY, [0, 1, 2], noise=0.01)
     found = analyse(data, ModalSettings(modes_hz=(27.4, 12.0)))
     np.testing.assert_allclose(found.table.frequency_hz, [12, 27.4], rtol=0.02)
-    assert any("not chosen" in candidate.reason and abs(candidate.frequency_hz - 62) < 1 for candidate in found.rejected)
+    assert any(
+        "not chosen" in candidate.reason and abs(candidate.frequency_hz - 62) < 1
+        for candidate in found.rejected
+    )
     with pytest.raises(InputError, match=r"no cluster of poles within 2% of 200 Hz.*one of"):
         analyse(data, ModalSettings(modes_hz=(200.0,)))
 
@@ -110,7 +125,10 @@ def test_criteria_reject_with_their_reason() -> None:
     np.testing.assert_allclose(strict.table.frequency_hz, [12, 16.7, 17.5, 62], rtol=0.01)
     assert analyse(data, ModalSettings(min_mpc=1.0)).rejected[0].reason
     assert any("MPC" in candidate.reason for candidate in analyse(data, ModalSettings(min_mpc=1.0)).rejected)
-    assert any("explains only" in candidate.reason for candidate in analyse(data, ModalSettings(min_contribution=0.9)).rejected)
+    assert any(
+        "explains only" in candidate.reason
+        for candidate in analyse(data, ModalSettings(min_contribution=0.9)).rejected
+    )
 
 
 def test_a_resonance_beyond_the_band_is_no_mode_but_helps_the_fit() -> None:
@@ -135,7 +153,12 @@ def test_directions_apart_show_only_what_moves_that_way() -> None:
     # Two uncoupled chains: what moves along x never moves along y.
     x, y = chain([10.0, 30.0, 50.0], [0.02] * 3), chain([20.0, 40.0, 60.0], [0.02] * 3, seed=1)
     zero = np.zeros((3, 3))
-    both = System(*(np.block([[getattr(x, name), zero], [zero, getattr(y, name)]]) for name in ("mass", "damping", "stiffness")))
+    both = System(
+        *(
+            np.block([[getattr(x, name), zero], [zero, getattr(y, name)]])
+            for name in ("mass", "damping", "stiffness")
+        )
+    )
     sensors = tuple(Channel(node, direction) for direction in (1, 2) for node in (1, 2, 3))
     data = measure(both, np.arange(8, 281) * 0.25, [0, 3], noise=0.002)
     data = replace(data, outputs=sensors, inputs=(sensors[0], sensors[3]))

@@ -1,4 +1,6 @@
-"""Simulated hammer tests of arms without anything hidden: the modes found beside those of the true arm, by a second engine."""
+"""Simulated hammer tests of arms without anything hidden: the modes found beside those of the true arm, by a
+second engine.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ CASES = [(case, posture) for case in ("none_101", "none_102") for posture in (1,
 
 
 def true_modes(case: str, posture: int) -> ModalTable:
-    """Modes of M s^2 + diag(c) s + diag(k) + K_gravity, with shapes at every measured channel, in Pinocchio."""
+    """Modes of M s^2 + diag(c) s + diag(k) + K_gravity, with shapes at every measured channel, in
+    Pinocchio.
+    """
     folder = shared("hidden", case)
     test = json.loads((folder / "test.json").read_text())
     truth = json.loads(shared("hidden", f"{case}.truth.json").read_text())
@@ -51,7 +55,9 @@ def _sensors(model: Any, data: Any, q: np.ndarray, points: Path) -> tuple[tuple[
     pinocchio.updateFramePlacements(model, data)
     channels, rows = [], []
     for point in csv.DictReader(points.read_text().splitlines()):
-        jacobian = pinocchio.computeFrameJacobian(model, data, q, model.getFrameId(point["link"]), pinocchio.LOCAL)
+        jacobian = pinocchio.computeFrameJacobian(
+            model, data, q, model.getFrameId(point["link"]), pinocchio.LOCAL
+        )
         offset = np.array([float(point[key]) for key in ("x_m", "y_m", "z_m")])
         for axis in range(3):
             channels.append(Channel(int(point["node"]), axis + 1))

@@ -82,7 +82,14 @@ def test_bands_without_enough_lines(band: tuple[float, float], message: str) -> 
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"colour": 1}, {"band_hz": (20, 10)}, {"max_order": 3, "min_order": 4}, {"estimator": "best"}, {"min_mpc": 2}]
+    "wrong",
+    [
+        {"colour": 1},
+        {"band_hz": (20, 10)},
+        {"max_order": 3, "min_order": 4},
+        {"estimator": "best"},
+        {"min_mpc": 2},
+    ],
 )
 def test_settings_refuse_what_they_do_not_know(wrong: dict[str, object]) -> None:
     with pytest.raises(ValidationError):

@@ -16,7 +16,9 @@ def random_shapes(seed: int, modes: int, channels: int) -> np.ndarray:
 
 
 @given(st.integers(0, 10_000), st.floats(0.01, 100), st.floats(-3, 3))
-def test_mac_is_blind_to_scale_and_phase_and_lies_between_0_and_1(seed: int, scale: float, phase: float) -> None:
+def test_mac_is_blind_to_scale_and_phase_and_lies_between_0_and_1(
+    seed: int, scale: float, phase: float
+) -> None:
     a, b = random_shapes(seed, 3, 5), random_shapes(seed + 1, 4, 5)
     matrix = family.mac(a, b)
     assert matrix.shape == (3, 4)

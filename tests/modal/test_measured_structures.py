@@ -1,4 +1,6 @@
-"""Modes of measured structures beside what others found on the same data; every setting but the band is the default."""
+"""Modes of measured structures beside what others found on the same data; every setting but the band is the
+default.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,21 @@ from identify.modal.pairing import pair
 from identify.modal.settings import ModalSettings
 from tests.shared import shared
 
-AIRCRAFT_HZ = [18.841, 40.180, 87.740, 89.630, 97.533, 105.187, 117.910, 125.196, 125.692, 129.753, 135.120, 143.370, 166.270]
+AIRCRAFT_HZ = [
+    18.841,
+    40.180,
+    87.740,
+    89.630,
+    97.533,
+    105.187,
+    117.910,
+    125.196,
+    125.692,
+    129.753,
+    135.120,
+    143.370,
+    166.270,
+]
 AIRCRAFT_PERCENT = [0.360, 0.273, 0.509, 0.363, 0.132, 0.128, 0.481, 0.380, 0.398, 0.743, 0.873, 0.640, 0.104]
 """The course authors' poly-reference picks (SOURCE.md of the data); damping good to about 30 %."""
 
@@ -36,7 +52,14 @@ def reference(frequency_hz: list[float], percent: list[float]) -> ModalTable:
 def aircraft(frf: np.ndarray, frequency_hz: np.ndarray, inputs: tuple[Channel, ...]) -> FrfSet:
     """FRFs (lines, outputs, inputs) in g/N of the three accelerometers, which are points of their own."""
     accelerometers = (Channel(101, 3), Channel(102, 3), Channel(103, -2))
-    return FrfSet(frequency_hz, frf.astype(complex) * STANDARD_GRAVITY, accelerometers, inputs, "accelerance", source="aircraft")
+    return FrfSet(
+        frequency_hz,
+        frf.astype(complex) * STANDARD_GRAVITY,
+        accelerometers,
+        inputs,
+        "accelerance",
+        source="aircraft",
+    )
 
 
 def impacts() -> tuple[Channel, ...]:
@@ -47,7 +70,9 @@ def impacts() -> tuple[Channel, ...]:
 @pytest.fixture(scope="module")
 def from_arrays() -> ModalAnalysis:
     arrays = np.load(shared("data", "uliege_aircraft", "frf_g_per_N.npz"))
-    return analyse(aircraft(arrays["H"].transpose(2, 1, 0), arrays["f_hz"], impacts()), ModalSettings(band_hz=(10, 170)))
+    return analyse(
+        aircraft(arrays["H"].transpose(2, 1, 0), arrays["f_hz"], impacts()), ModalSettings(band_hz=(10, 170))
+    )
 
 
 def test_aircraft_all_reference_modes_and_at_most_five_more(from_arrays: ModalAnalysis) -> None:
@@ -61,7 +86,9 @@ def test_aircraft_all_reference_modes_and_at_most_five_more(from_arrays: ModalAn
 
 
 def local_error(found: ModalAnalysis, frf: np.ndarray, pole: complex) -> float:
-    """Error of rebuilt FRFs over the measured ones within two half-bandwidths (at least 2 lines) of a pole."""
+    """Error of rebuilt FRFs over the measured ones within two half-bandwidths (at least 2 lines) of a
+    pole.
+    """
     near = np.abs(found.layout.frequency_hz - abs(pole) / 2 / np.pi) < max(-pole.real / np.pi, 0.25)
     return float(np.linalg.norm((found.layout.frf - frf)[near]) / np.linalg.norm(found.layout.frf[near]))
 
@@ -73,12 +100,16 @@ def test_aircraft_rebuilding_without_a_reference_mode_misses_it(from_arrays: Mod
         without = synthesise(lsfd(layout, poles, participation, ("lower", "upper")), layout.s, layout.power)
         error = local_error(from_arrays, from_arrays.synthesised, model.poles[r])
         assert error < 0.6
-        assert local_error(from_arrays, without, model.poles[r]) > 1.25 * error, abs(model.poles[r]) / 2 / np.pi
+        assert local_error(from_arrays, without, model.poles[r]) > 1.25 * error, (
+            abs(model.poles[r]) / 2 / np.pi
+        )
         assert from_arrays.mpc[r] > 0.9
 
 
 def test_aircraft_from_the_universal_file_is_the_same(from_arrays: ModalAnalysis) -> None:
-    data = load_frf_set(shared("data", "uliege_aircraft", "aircraft_converted.uff"), FrfFileOptions(unit="m/s^2/N"))
+    data = load_frf_set(
+        shared("data", "uliege_aircraft", "aircraft_converted.uff"), FrfFileOptions(unit="m/s^2/N")
+    )
     table = analyse(data, ModalSettings(band_hz=(10, 170))).table
     np.testing.assert_allclose(table.frequency_hz, from_arrays.table.frequency_hz, rtol=1e-4)
     np.testing.assert_allclose(table.damping_ratio, from_arrays.table.damping_ratio, rtol=0.02)
@@ -87,9 +118,13 @@ def test_aircraft_from_the_universal_file_is_the_same(from_arrays: ModalAnalysis
 
 def test_aircraft_from_two_original_files_alone() -> None:
     files = [loadmat(shared("data", "uliege_aircraft", f"DPsv000{number}.mat")) for number in (41, 74)]
-    frf = np.array([[file[f"H1_{sensor}"][:, 1] for file in files] for sensor in (2, 3, 4)]).transpose(2, 0, 1)
+    frf = np.array([[file[f"H1_{sensor}"][:, 1] for file in files] for sensor in (2, 3, 4)]).transpose(
+        2, 0, 1
+    )
     frequency = files[0]["H1_2"][:, 0].real
-    table = analyse(aircraft(frf, frequency, (Channel(41, -3), Channel(74, 2))), ModalSettings(band_hz=(10, 170))).table
+    table = analyse(
+        aircraft(frf, frequency, (Channel(41, -3), Channel(74, 2))), ModalSettings(band_hz=(10, 170))
+    ).table
     found = pair(reference(AIRCRAFT_HZ, AIRCRAFT_PERCENT), table)
     assert np.sum(np.abs(found.frequency_error) < 0.003) >= 12
     assert len(found.unpaired_b) <= 5
@@ -104,7 +139,14 @@ def beam() -> FrfSet:
             assert file is not None
             spectra.append(np.loadtxt(io.StringIO(file.read().decode("latin-1")), skiprows=9))
     frf = np.stack([spectrum[:, 1] + 1j * spectrum[:, 2] for spectrum in spectra], axis=1)[:, None, :]
-    return FrfSet(spectra[0][:, 0], frf, (Channel(4, -1),), tuple(Channel(n, 1) for n in range(1, 10)), "accelerance", source="beam")
+    return FrfSet(
+        spectra[0][:, 0],
+        frf,
+        (Channel(4, -1),),
+        tuple(Channel(n, 1) for n in range(1, 10)),
+        "accelerance",
+        source="beam",
+    )
 
 
 def test_beam_with_a_ten_thousandth_of_damping() -> None:
@@ -121,7 +163,10 @@ def test_three_accelerances_peak_where_they_peak() -> None:
     paths = [shared("data", "pyuff_measured_uff", f"meas_point_{point}.txt") for point in (1, 2, 3)]
     frf = np.array([[complex(line) for line in path.read_text().split()] for path in paths]).T
     sensors = tuple(Channel(point, 3) for point in (1, 2, 3))
-    found = analyse(FrfSet(np.arange(1001.0), frf[:, :, None], sensors, (Channel(4, 3),), "accelerance"), ModalSettings(band_hz=(10, 1000)))
+    found = analyse(
+        FrfSet(np.arange(1001.0), frf[:, :, None], sensors, (Channel(4, 3),), "accelerance"),
+        ModalSettings(band_hz=(10, 1000)),
+    )
     for peak in (52, 142, 279, 460, 687, 959):
         assert np.min(np.abs(found.table.frequency_hz - peak)) < 1, peak
     assert len(found.table) <= 7

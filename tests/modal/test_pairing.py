@@ -13,7 +13,9 @@ CHANNELS = tuple(Channel(node, direction) for node in (1, 2, 3) for direction in
 SHAPES = np.linalg.qr(np.random.default_rng(0).normal(size=(6, 6)))[0].astype(complex)
 
 
-def table(frequency: list[float], shapes: np.ndarray | None = None, channels: tuple[Channel, ...] = CHANNELS) -> ModalTable:
+def table(
+    frequency: list[float], shapes: np.ndarray | None = None, channels: tuple[Channel, ...] = CHANNELS
+) -> ModalTable:
     modes = np.array(frequency)
     return ModalTable(modes, np.full(len(modes), 0.02), () if shapes is None else channels, shapes)
 
@@ -36,7 +38,9 @@ def test_without_shapes_the_order_decides() -> None:
 
 def test_opposite_channel_signs_in_another_order_change_nothing() -> None:
     order = [4, 1, 0, 3, 5]
-    channels = tuple(Channel(CHANNELS[i].node, -CHANNELS[i].direction if i % 2 else CHANNELS[i].direction) for i in order)
+    channels = tuple(
+        Channel(CHANNELS[i].node, -CHANNELS[i].direction if i % 2 else CHANNELS[i].direction) for i in order
+    )
     signs = np.array([-1 if i % 2 else 1 for i in order])
     a = table([10.0, 11.0, 20.0], SHAPES[:3])
     straight = pair(a, table([10.0, 11.0, 20.0], SHAPES[:3][:, order], tuple(CHANNELS[i] for i in order)))

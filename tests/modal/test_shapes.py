@@ -62,7 +62,9 @@ def test_a_mode_that_is_not_there_contributes_nothing() -> None:
 def test_refinement_moves_wrong_poles_to_the_true_ones() -> None:
     layout, true = layout_of(noise=1e-3), SYSTEM.poles[INSIDE]
     start = true * np.array([1.002, 0.999, 1.003, 0.998]) + 0.3 * true.real
-    found = refine(layout, start, SYSTEM.shapes[INSIDE, :2] * np.array([1.0, 0.8]), RESIDUALS, np.ones(4, dtype=bool))
+    found = refine(
+        layout, start, SYSTEM.shapes[INSIDE, :2] * np.array([1.0, 0.8]), RESIDUALS, np.ones(4, dtype=bool)
+    )
     assert np.all(np.abs(found.poles - true) < 0.01 * -true.real)
     assert np.all(np.abs(start - true) > 0.2 * -true.real)
 
@@ -79,7 +81,13 @@ def test_the_stated_covariance_is_the_scatter_over_noise() -> None:
     true = SYSTEM.poles[INSIDE]
     deviations = []
     for seed in range(40):
-        found = refine(layout_of(noise=0.02, seed=seed), true, SYSTEM.shapes[INSIDE, :2], RESIDUALS, np.ones(4, dtype=bool))
+        found = refine(
+            layout_of(noise=0.02, seed=seed),
+            true,
+            SYSTEM.shapes[INSIDE, :2],
+            RESIDUALS,
+            np.ones(4, dtype=bool),
+        )
         std = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2))
         deviations.append(np.stack([(found.poles - true).real, (found.poles - true).imag], axis=1) / std)
     inside = np.mean(np.abs(deviations) < 1)
@@ -120,7 +128,9 @@ def test_without_a_drive_point_the_largest_component_is_one() -> None:
 
 
 def windowed_hammer_test(decay: float, duration_s: float = 1.6) -> FrfSet:
-    """Receptance by Fourier transform of a windowed time record of two decaying modes, 64 times oversampled."""
+    """Receptance by Fourier transform of a windowed time record of two decaying modes, 64 times
+    oversampled.
+    """
     count, rate = round(duration_s * 512 * 16), 512 * 16
     time = np.arange(count) / rate
     signal = np.zeros((count, 2))
@@ -131,7 +141,14 @@ def windowed_hammer_test(decay: float, duration_s: float = 1.6) -> FrfSet:
     spectrum = np.fft.rfft(signal * np.exp(-decay * time)[:, None], axis=0) / rate
     lines = np.arange(5, 110)
     sensors = channels(2)
-    return FrfSet(lines / duration_s, spectrum[lines][:, :, None], sensors, sensors[:1], "receptance", window_decay_per_s=decay)
+    return FrfSet(
+        lines / duration_s,
+        spectrum[lines][:, :, None],
+        sensors,
+        sensors[:1],
+        "receptance",
+        window_decay_per_s=decay,
+    )
 
 
 @pytest.mark.parametrize("told", [True, False])

@@ -1,4 +1,6 @@
-"""FRFs and sensitivities by independent routes: eigenvalues against solves, exact gradients against complex steps, reciprocity."""
+"""FRFs and sensitivities by independent routes: eigenvalues against solves, exact gradients against complex
+steps, reciprocity.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ S = 3.0 + 2j * np.pi * np.linspace(1.0, 120.0, 37)
 
 def test_one_degree_of_freedom_in_closed_form() -> None:
     m, c, k = 2.0, 3.0, 4e4
-    found = frf(np.array([[m]]), np.array([[c]]), np.array([[k]]), S, np.ones((1, 1)), np.ones((1, 1)), 2)[:, 0, 0]
+    found = frf(np.array([[m]]), np.array([[c]]), np.array([[k]]), S, np.ones((1, 1)), np.ones((1, 1)), 2)[
+        :, 0, 0
+    ]
     assert found == pytest.approx(S**2 / (k + S * c + S**2 * m), rel=1e-12)
 
 
@@ -33,7 +37,9 @@ def test_eigenvalues_and_solves_agree_on_a_full_arm(tmp_path: Path, power: int) 
 
 def test_population_is_evaluated_as_its_members(tmp_path: Path) -> None:
     model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
-    population = initial(parameters) * np.exp(np.random.default_rng(0).normal(size=(5, len(parameters))) * 0.3)
+    population = initial(parameters) * np.exp(
+        np.random.default_rng(0).normal(size=(5, len(parameters))) * 0.3
+    )
     out = model.jacobian("link6", np.zeros(3))
     together = frf(*model.matrices(population), S, out, out.T, 2)
     apart = [frf(*model.matrices(values), S, out, out.T, 2) for values in population]
@@ -55,15 +61,21 @@ def test_reciprocity_holds_and_a_velocity_coupling_would_break_it(tmp_path: Path
 def test_gradient_against_complex_steps(tmp_path: Path) -> None:
     model, parameters, _ = system(arm(tmp_path, seed=4), ALL_EFFECTS, seed=4)
     values, numbers = initial(parameters), np.arange(len(parameters))
-    out, force = model.jacobian("link6", np.array([0.1, 0.2, 0.3])), model.jacobian("link2", np.zeros(3)).T[:, :2]
+    out, force = (
+        model.jacobian("link6", np.array([0.1, 0.2, 0.3])),
+        model.jacobian("link2", np.zeros(3)).T[:, :2],
+    )
     h, gradient = frf_and_gradient(model.matrices(values), model.factors, S, out, force, 2, numbers)
     assert h == pytest.approx(frf_by_solve(*model.matrices(values), S, out, force, 2), rel=1e-9, abs=1e-15)
     for number, value in enumerate(values):
-        # H is analytic in each parameter: the mean over four directions in the complex plane is exact to the fourth order.
+        # H is analytic in each parameter: the mean over four directions in the complex plane is exact to the
+        # fourth order.
         step, expected = 1e-3 * value, 0.0
         for direction in (1, 1j, -1, -1j):
             moved = values + step * direction * (numbers == number)
-            expected = expected + frf_by_solve(*_complex_matrices(model, moved), S, out, force, 2) / (4 * step * direction)
+            expected = expected + frf_by_solve(*_complex_matrices(model, moved), S, out, force, 2) / (
+                4 * step * direction
+            )
         error = np.abs(gradient[..., number] - expected).max()
         assert error < 1e-6 * np.abs(expected).max(), parameters[number].name
 
@@ -76,7 +88,9 @@ def _complex_matrices(model, values):  # type: ignore[no-untyped-def]
 def test_gradient_of_some_parameters_is_a_part_of_that_of_all(tmp_path: Path) -> None:
     model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
     out = model.jacobian("link6", np.zeros(3))
-    everything = frf_and_gradient(model.matrices(initial(parameters)), model.factors, S, out, out.T, 1, np.arange(len(parameters)))[1]
+    everything = frf_and_gradient(
+        model.matrices(initial(parameters)), model.factors, S, out, out.T, 1, np.arange(len(parameters))
+    )[1]
     some = np.array([1, 5, len(parameters) - 3])
     part = frf_and_gradient(model.matrices(initial(parameters)), model.factors, S, out, out.T, 1, some)[1]
     assert np.array_equal(part, everything[..., some])
@@ -88,10 +102,18 @@ def test_effect_of_locking_is_the_limit_of_stiffening(tmp_path: Path) -> None:
     free, parameters, _ = system(robot, [drive, {"kind": "base-compliance", "axes": ["rx"]}])
     locked, _, _ = system(robot, [drive])
     values = initial(parameters)
-    stiff = np.where([parameter.name.startswith("base.rx.stiffness") for parameter in parameters], 1e15, values)
+    stiff = np.where(
+        [parameter.name.startswith("base.rx.stiffness") for parameter in parameters], 1e15, values
+    )
     point = np.array([0.1, 0.0, 0.2])
     one = frf(*free.matrices(stiff), S, free.jacobian("link6", point), free.jacobian("link6", point).T, 2)
-    other = frf(*locked.matrices(values[:-2]), S, locked.jacobian("link6", point), locked.jacobian("link6", point).T, 2)
+    other = frf(
+        *locked.matrices(values[:-2]),
+        S,
+        locked.jacobian("link6", point),
+        locked.jacobian("link6", point).T,
+        2,
+    )
     assert one == pytest.approx(other, rel=1e-5, abs=1e-7 * np.abs(other).max())
 
 

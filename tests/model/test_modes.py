@@ -1,4 +1,6 @@
-"""Modes: poles against peaks and closed forms, undamped against lightly damped, sensitivities against differences."""
+"""Modes: poles against peaks and closed forms, undamped against lightly damped, sensitivities against
+differences.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,12 @@ import numpy as np
 import pytest
 
 from identify.model.frf import frf_by_solve
-from identify.model.modes import complex_modes, eigenvalue_gradient, frequency_and_damping_gradient, undamped_modes
+from identify.model.modes import (
+    complex_modes,
+    eigenvalue_gradient,
+    frequency_and_damping_gradient,
+    undamped_modes,
+)
 from tests.arms import ALL_EFFECTS, arm, initial, system
 
 
@@ -43,7 +50,9 @@ def test_without_damping_complex_and_undamped_modes_agree(tmp_path: Path) -> Non
 
 
 def test_poles_are_where_the_frf_peaks(tmp_path: Path) -> None:
-    model, parameters, _ = system(arm(tmp_path), [{"kind": "joint-compliance", "damping": {"damping_ratio": 0.003}}])
+    model, parameters, _ = system(
+        arm(tmp_path), [{"kind": "joint-compliance", "damping": {"damping_ratio": 0.003}}]
+    )
     matrices = model.matrices(initial(parameters))
     first = complex_modes(*matrices).frequency_hz[0]
     f = np.linspace(0.9 * first, 1.1 * first, 2001)
@@ -61,8 +70,14 @@ def test_sensitivities_against_central_differences(tmp_path: Path) -> None:
     kept = np.arange(8)  # far beyond the band modes cluster, and differences lose digits
     for number, value in enumerate(values):
         step = 1e-4 * value * (np.arange(len(values)) == number)
-        plus, minus = complex_modes(*model.matrices(values + step)), complex_modes(*model.matrices(values - step))
+        plus, minus = (
+            complex_modes(*model.matrices(values + step)),
+            complex_modes(*model.matrices(values - step)),
+        )
         for name, exact in (("eigenvalues", slopes), ("frequency_hz", frequency), ("damping_ratio", damping)):
             expected = (getattr(plus, name) - getattr(minus, name))[kept] / (2 * step[number])
             scale = np.abs(getattr(modes, name)[kept]).max() / value
-            assert exact[kept, number] == pytest.approx(expected, rel=1e-5, abs=1e-7 * scale), (parameters[number].name, name)
+            assert exact[kept, number] == pytest.approx(expected, rel=1e-5, abs=1e-7 * scale), (
+                parameters[number].name,
+                name,
+            )

@@ -35,7 +35,9 @@ def _system(robot: Robot, rates: np.ndarray | None) -> tuple[System, np.ndarray]
 
 
 def test_coriolis_power_is_half_that_of_the_changing_inertia(robot: Robot) -> None:
-    """q' C(q, q') q' = q' dM/dt q' / 2; what is linearised is quadratic, so its derivative times q' is twice C q'."""
+    """q' C(q, q') q' = q' dM/dt q' / 2; what is linearised is quadratic, so its derivative times q' is twice
+    C q'.
+    """
     turning = np.zeros(len(_system(robot, None)[0].coordinates))
     names = list(_system(robot, None)[0].coordinates)
     for number, rate in enumerate(RATES, start=1):
@@ -64,13 +66,17 @@ def test_frfs_and_gradients_of_a_moving_robot(robot: Robot) -> None:
     assert both[0] == pytest.approx(h, rel=1e-8, abs=1e-12)
     for number in (0, 1, 8, 13):
         step = 1e-4 * values[number] * (np.arange(len(values)) == number)
-        up, down = (frf_by_solve(*system.matrices(values + sign * step), S, out, force, 2) for sign in (1, -1))
+        up, down = (
+            frf_by_solve(*system.matrices(values + sign * step), S, out, force, 2) for sign in (1, -1)
+        )
         expected = (up - down) / (2 * step[number])
         assert both[1][..., number] == pytest.approx(expected, rel=1e-3, abs=1e-5 * np.abs(expected).max())
 
 
 def test_speeds_are_one_per_joint(tmp_path: Path) -> None:
     text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
-    (tmp_path / "config.yaml").write_text(text.replace("    averages: 4\n", "    averages: 4\n    speed_deg_per_s: [1, 2]\n", 1))
+    (tmp_path / "config.yaml").write_text(
+        text.replace("    averages: 4\n", "    averages: 4\n    speed_deg_per_s: [1, 2]\n", 1)
+    )
     with pytest.raises(InputErrors, match=r"measurements\.0\.speed_deg_per_s: 2 speeds; expected 6"):
         load_problem(read_study(tmp_path / "config.yaml"))

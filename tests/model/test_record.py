@@ -10,7 +10,7 @@ import pytest
 
 from identify.model.effects.base import parse_effect
 from identify.model.frf import frf, frf_and_gradient, frf_by_solve, frf_slope
-from identify.model.record import ending, rest_by_exponential
+from identify.model.truncation import ending, rest_by_exponential
 from tests.arms import ALL_EFFECTS, arm, initial, system
 from tests.targets import model, predictor
 
@@ -26,20 +26,29 @@ def test_frf_of_a_short_record_is_the_sum_over_that_record(power: int) -> None:
     x = np.exp(-decay * t) * np.sin(speed * t) / (m * speed)
     v = np.exp(-decay * t) * (np.cos(speed * t) - decay / speed * np.sin(speed * t)) / m
     motion = {0: x, 1: v, 2: -(c * v + k * x) / m}[power]
-    expected = np.array([np.sum(motion * np.exp(-s * t)) * 1e-5 for s in S]) + (1 / m if power == 2 else 0)  # the blow itself
+    expected = np.array([np.sum(motion * np.exp(-s * t)) * 1e-5 for s in S]) + (
+        1 / m if power == 2 else 0
+    )  # the blow itself
     matrices = [np.array([[value]]) for value in (m, c, k)]
     found = frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), power, T)[:, 0, 0]
     assert found == pytest.approx(expected, rel=1e-5)
-    assert np.abs(frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), power)[:, 0, 0] / expected - 1).max() > 0.1
+    assert (
+        np.abs(frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), power)[:, 0, 0] / expected - 1).max() > 0.1
+    )
 
 
 @pytest.mark.parametrize("power", [0, 1, 2])
 def test_modes_and_matrix_exponentials_agree_for_a_population(power: int, tmp_path: Path) -> None:
     arm_model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
-    population = initial(parameters) * np.exp(0.2 * np.random.default_rng(0).normal(size=(3, len(parameters))))
+    population = initial(parameters) * np.exp(
+        0.2 * np.random.default_rng(0).normal(size=(3, len(parameters)))
+    )
     matrices, out = arm_model.matrices(population), arm_model.jacobian("link6", np.zeros(3))
     cut = frf(*matrices, S, out, out.T, power, T)
-    whole, rest = frf_by_solve(*matrices, S, out, out.T, power), rest_by_exponential(*matrices, S, out, out.T, power, T)
+    whole, rest = (
+        frf_by_solve(*matrices, S, out, out.T, power),
+        rest_by_exponential(*matrices, S, out, out.T, power, T),
+    )
     assert cut == pytest.approx(whole - rest, rel=1e-7, abs=1e-9 * np.abs(whole).max())
     assert np.abs(rest).max() > 1e-3 * np.abs(whole).max()
 
@@ -48,18 +57,25 @@ def test_a_defective_system_takes_the_exponential() -> None:
     matrices = [np.array([[value]]) for value in (1.0, 20.0, 100.0)]  # critically damped
     z = S + 10
     expected = 1 / z**2 - np.exp(-0.2 * z) * (0.2 / z + 1 / z**2)  # the integral of t e^(-zt) to 0.2
-    assert frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), 0, 0.2)[:, 0, 0] == pytest.approx(expected, rel=1e-9)
+    assert frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), 0, 0.2)[:, 0, 0] == pytest.approx(
+        expected, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("power", [0, 1, 2])
 def test_gradients_are_exact(power: int, tmp_path: Path) -> None:
     arm_model, parameters, _ = system(arm(tmp_path, seed=4), ALL_EFFECTS, seed=4)
     values, numbers = initial(parameters), np.random.default_rng(0).permutation(len(parameters))[:15]
-    out, force = arm_model.jacobian("link6", np.array([0.1, 0.2, 0.3])), arm_model.jacobian("link2", np.zeros(3)).T[:, :2]
+    out, force = (
+        arm_model.jacobian("link6", np.array([0.1, 0.2, 0.3])),
+        arm_model.jacobian("link2", np.zeros(3)).T[:, :2],
+    )
 
     def cut(moved: np.ndarray, s: np.ndarray = S) -> np.ndarray:
         matrices = arm_model.matrices(moved)
-        return frf_by_solve(*matrices, s, out, force, power) - rest_by_exponential(*matrices, s, out, force, power, T)
+        return frf_by_solve(*matrices, s, out, force, power) - rest_by_exponential(
+            *matrices, s, out, force, power, T
+        )
 
     matrices = arm_model.matrices(values)
     h, gradient = frf_and_gradient(matrices, arm_model.factors, S, out, force, power, numbers, T)
@@ -70,20 +86,29 @@ def test_gradients_are_exact(power: int, tmp_path: Path) -> None:
         step = 1e-4 * values[number] * (np.arange(len(values)) == number)
         near, far = (cut(values + size * step) - cut(values - size * step) for size in (1, 2))
         expected = (8 * near - far) / 12 / step.max()
-        assert np.abs(gradient[..., column] - expected).max() < 1e-5 * np.abs(expected).max(), parameters[number].name
+        assert np.abs(gradient[..., column] - expected).max() < 1e-5 * np.abs(expected).max(), parameters[
+            number
+        ].name
     slope = (cut(values, S + 1e-4) - cut(values, S - 1e-4)) / 2e-4
-    assert frf_slope(matrices, S, out, force, power, T) == pytest.approx(slope, rel=1e-6, abs=1e-6 * np.abs(slope).max())
+    assert frf_slope(matrices, S, out, force, power, T) == pytest.approx(
+        slope, rel=1e-6, abs=1e-6 * np.abs(slope).max()
+    )
 
 
 def test_a_response_that_dies_out_is_left_alone(tmp_path: Path) -> None:
     arm_model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
     matrices, unit = arm_model.matrices(initial(parameters)), np.eye(len(arm_model.coordinates))
     assert ending(matrices, arm_model.factors, S + 40.0, unit, 2.0, np.arange(3)) is None
-    assert np.array_equal(frf(*matrices, S + 40.0, unit, unit, 2, 2.0), frf(*matrices, S + 40.0, unit, unit, 2))
+    assert np.array_equal(
+        frf(*matrices, S + 40.0, unit, unit, 2, 2.0), frf(*matrices, S + 40.0, unit, unit, 2)
+    )
 
 
 def test_targets_know_their_record_where_blows_were_windowed(tmp_path: Path) -> None:
-    effects = [parse_effect({"kind": "joint-compliance"}), parse_effect({"kind": "window-decay", "error": {"initial": 0.3}})]
+    effects = [
+        parse_effect({"kind": "joint-compliance"}),
+        parse_effect({"kind": "window-decay", "error": {"initial": 0.3}}),
+    ]
     arm_system, parameters = model(arm(tmp_path), effects)
     target, values = predictor(arm_system, lines=40, band=(4.0, 43.0)), initial(parameters)
     assert target.record == pytest.approx(1.0)
@@ -93,13 +118,17 @@ def test_targets_know_their_record_where_blows_were_windowed(tmp_path: Path) -> 
     assert np.abs(h - whole).max() > 1e-3 * np.abs(whole).max()
     step = np.zeros(len(values))
     step[-1] = 1e-4
-    assert gradient[..., -1] == pytest.approx((target.predict(values + step) - target.predict(values - step)) / 2e-4, rel=1e-5)
+    assert gradient[..., -1] == pytest.approx(
+        (target.predict(values + step) - target.predict(values - step)) / 2e-4, rel=1e-5
+    )
     assert predictor(arm_system, lines=1).record is None
 
 
 def test_an_unstable_model_has_no_rest_and_spoils_no_population() -> None:
     """A negative mass, as an optimizer may try, beside a sound model."""
-    mass, damping, stiffness = (np.array(values)[:, None, None] for values in ([2.0, -2.0], [3.0, 3.0], [900.0, 900.0]))
+    mass, damping, stiffness = (
+        np.array(values)[:, None, None] for values in ([2.0, -2.0], [3.0, 3.0], [900.0, 900.0])
+    )
     one = np.ones((1, 1))
     together = frf(mass, damping, stiffness, S, one, one, 2, T)
     apart = [frf(mass[n], damping[n], stiffness[n], S, one, one, 2, T) for n in range(2)]
@@ -117,7 +146,9 @@ def test_gradient_with_a_coordinate_that_nothing_holds(tmp_path: Path) -> None:
     values[-2] = 0.0
     free = np.array([1, 12, 13])
     h, gradient = frf_and_gradient(arm_model.matrices(values), arm_model.factors, S, out, out.T, 2, free, T)
-    assert h == pytest.approx(frf(*arm_model.matrices(values), S, out, out.T, 2, T), rel=1e-7, abs=1e-9 * np.abs(h).max())
+    assert h == pytest.approx(
+        frf(*arm_model.matrices(values), S, out, out.T, 2, T), rel=1e-7, abs=1e-9 * np.abs(h).max()
+    )
     step = 1e-3 * values * (np.arange(14) == 13)
     expected = [frf(*arm_model.matrices(values + sign * step), S, out, out.T, 2, T) for sign in (1, -1)]
     slope = (expected[0] - expected[1]) / (2 * step.max())

@@ -1,4 +1,6 @@
-"""Assembly: what is released moves, matrices are affine in the parameters, detached links are gone, faults are named."""
+"""Assembly: what is released moves, matrices are affine in the parameters, detached links are gone, faults
+are named.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ def test_factors_are_the_terms(tmp_path: Path) -> None:
         for power, role in enumerate(("stiffness", "damping", "mass")):
             columns = (f.owner == number) & (f.power == power)
             rebuilt = (f.vectors[:, columns] * f.weight[columns]) @ f.vectors[:, columns].T
-            assert rebuilt == pytest.approx(model.terms[role][number], abs=1e-9 * max(1.0, np.abs(model.terms[role][number]).max()))
+            assert rebuilt == pytest.approx(
+                model.terms[role][number], abs=1e-9 * max(1.0, np.abs(model.terms[role][number]).max())
+            )
 
 
 def test_detached_links_and_their_joints_are_gone_but_keep_their_parameters(tmp_path: Path) -> None:

@@ -1,4 +1,6 @@
-"""Nonlinear torques after a blow: against closed forms, and against an integrator that knows nothing of modes and time steps."""
+"""Nonlinear torques after a blow: against closed forms, and against an integrator that knows nothing of modes
+and time steps.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ def _struck(law: Law, own: Sequence[float], record: float, steps: int, damping: 
 
 
 def _peak(cycle: int, friction: float) -> tuple[float, float]:
-    """When the mass stops for the first time and `cycle` cycles later, and how far out, by energy: 4 F / k less every cycle."""
+    """When the mass stops for the first time and `cycle` cycles later, and how far out, by energy: 4 F / k
+    less every cycle.
+    """
     offset, omega = friction / STIFFNESS, np.sqrt(STIFFNESS / MASS)
     radius = np.hypot(SPEED / omega, offset)
     time = (np.pi / 2 - np.arctan2(offset, SPEED / omega)) / omega
@@ -59,7 +63,9 @@ def test_friction_that_holds_the_spring_stops_the_mass_for_good() -> None:
 
 @pytest.mark.parametrize("stiffer", [0.1, 0.5])
 def test_a_cubic_spring_follows_its_backbone(stiffer: float) -> None:
-    """After one period of the Duffing oscillator, 4 K(m) / sqrt((k + k3 a^2) / M), everything is as after the blow."""
+    """After one period of the Duffing oscillator, 4 K(m) / sqrt((k + k3 a^2) / M), everything is as after the
+    blow.
+    """
     linear_amplitude = SPEED * np.sqrt(MASS / STIFFNESS)
     cubic = stiffer * STIFFNESS / linear_amplitude**2
     square = (np.sqrt(1 + 2 * cubic * MASS * SPEED**2 / STIFFNESS**2) - 1) * STIFFNESS / cubic
@@ -71,19 +77,26 @@ def test_a_cubic_spring_follows_its_backbone(stiffer: float) -> None:
 
 
 def test_two_laws_on_coupled_coordinates_agree_with_an_ordinary_integrator() -> None:
-    """Friction with a soft stick on one coordinate, a cubic spring on the other, their inertias strongly coupled."""
+    """Friction with a soft stick on one coordinate, a cubic spring on the other, their inertias strongly
+    coupled.
+    """
     mass = np.array([[3.0, 1.8], [1.8, 1.5]])
     stiffness, damping = np.diag([9e3, 5e3]), np.diag([2.0, 1.0])
     impact = Impact(100.0, 6e-3, 0.5)
     friction, cubic = np.array([1.2, 900.0, 4e-3]), np.array([3e7])
     models = Models(mass[None], damping[None], stiffness[None], np.array([[[0.0], [1.0]]]), (impact,))
-    attached = [Attached(Friction(), np.array([[1.0, 0.0]]), friction[None]), Attached(Cubic(), np.array([[0.0, 1.0]]), cubic[None])]
+    attached = [
+        Attached(Friction(), np.array([[1.0, 0.0]]), friction[None]),
+        Attached(Cubic(), np.array([[0.0, 1.0]]), cubic[None]),
+    ]
     end = simulate(models, attached, impact.record, 4000)
     inverse = np.linalg.inv(mass)
 
     def rates(time: float, state: Array) -> Array:
         x, v = state[:2], state[2:]
-        load = np.array([0.0, impact.peak * np.sin(np.pi * time / impact.width) if time < impact.width else 0.0])
+        load = np.array(
+            [0.0, impact.peak * np.sin(np.pi * time / impact.width) if time < impact.width else 0.0]
+        )
         free = load - damping @ v - stiffness @ x - np.array([0.0, cubic[0] * x[1] ** 3])
         slip = (v[0] + friction[2] * (inverse @ free)[0]) / (1 / friction[1] + friction[2] * inverse[0, 0])
         free[0] -= np.clip(slip, -friction[0], friction[0])
@@ -100,12 +113,16 @@ def test_two_laws_on_coupled_coordinates_agree_with_an_ordinary_integrator() -> 
 def test_models_side_by_side_move_as_each_alone() -> None:
     impacts = (Impact(50.0, 6e-3, 0.4), Impact(200.0, 5e-3, 0.4))
     mass, damping = np.array([[[2.0]], [[3.0]]]), np.array([[[4.0]], [[200.0]]])
-    models = Models(mass, damping, np.array([[[5e3]], [[2e3]]]), np.array([[[1.0, 0.5]], [[-1.0, 2.0]]]), impacts)
+    models = Models(
+        mass, damping, np.array([[[5e3]], [[2e3]]]), np.array([[[1.0, 0.5]], [[-1.0, 2.0]]]), impacts
+    )
     own = np.array([[0.5, 1e3, 1e-3], [2.0, 1e2, 1e-4]])
     both = simulate(models, [Attached(Friction(), np.ones((2, 1)), own)], 0.4, 600)
     for number, impact in enumerate(impacts):
         part = slice(number, number + 1)
-        single = Models(*(a[part] for a in (models.mass, models.damping, models.stiffness, models.force)), (impact,))
+        single = Models(
+            *(a[part] for a in (models.mass, models.damping, models.stiffness, models.force)), (impact,)
+        )
         alone = simulate(single, [Attached(Friction(), np.ones((1, 1)), own[part])], 0.4, 600)
         assert both.of(part).torque == pytest.approx(alone.torque, abs=1e-9)
         assert both.x[part] == pytest.approx(alone.x, rel=1e-9)

@@ -1,7 +1,8 @@
-"""Records of an arm with hidden drive effects, by Pinocchio and closed forms; shares no code with what explains them.
+"""Records of an arm with hidden drive effects, by Pinocchio and closed forms; shares no code with what
+explains them.
 
-The arm is a Denavit-Hartenberg table of three joints (five with a wrist); joints move along sums of sines whose derivatives are exact.
-Units of what is written are degrees, degrees per second and N m at the motor.
+The arm is a Denavit-Hartenberg table of three joints (five with a wrist); joints move along sums of sines
+whose derivatives are exact. Units of what is written are degrees, degrees per second and N m at the motor.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ Torque = Callable[["Motion"], Array]
 
 @dataclass(frozen=True)
 class Motion:
-    """Time, angles (from the robot's zero), speeds, accelerations (samples, joints), and the torques of the true rigid links."""
+    """Time, angles (from the robot's zero), speeds, accelerations (samples, joints), and the torques of the
+    true rigid links.
+    """
 
     time: Array
     q: Array
@@ -46,9 +49,9 @@ class Motion:
 class Hidden:
     """What the arm has and its user does not know.
 
-    motor: torques at the motors (samples, joints) to add; payload_kg: beyond the stated one; deflection: motor minus link position;
-    latency_s (joints,); noise: standard deviations of torque and of link position, and how much a torque sample keeps of the last;
-    seeds: of the motion and noise of the two records.
+    motor: torques at the motors (samples, joints) to add; payload_kg: beyond the stated one; deflection:
+    motor minus link position; latency_s (joints,); noise: standard deviations of torque and of link position,
+    and how much a torque sample keeps of the last; seeds: of the motion and noise of the two records.
     """
 
     motor: tuple[Torque, ...] = ()
@@ -75,7 +78,9 @@ def rigid_model(joints: int, payload_kg: float) -> pin.Model:
     model, parent, place = pin.Model(), 0, pin.SE3.Identity()
     for number, (d, a, alpha, mass, centre, moments) in enumerate(TABLE[:joints]):
         parent = model.addJoint(parent, pin.JointModelRZ(), place, f"j{number}")
-        place = pin.SE3(np.eye(3), np.array([0, 0, d])) * pin.SE3(pin.utils.rotate("x", np.radians(alpha)), np.array([a, 0.0, 0.0]))
+        place = pin.SE3(np.eye(3), np.array([0, 0, d])) * pin.SE3(
+            pin.utils.rotate("x", np.radians(alpha)), np.array([a, 0.0, 0.0])
+        )
         model.appendBodyToJoint(parent, pin.Inertia(mass, np.array(centre), np.diag(moments)), place)
     model.appendBodyToJoint(parent, pin.Inertia(payload_kg, np.array(PAYLOAD_AT), np.zeros((3, 3))), place)
     return model
@@ -102,7 +107,9 @@ def move(seed: int, joints: int, payload_kg: float, seconds: float = 12.0) -> Mo
 
 
 def record(path: Path, seed: int, joints: int, hidden: Hidden) -> None:
-    """Write a record as CSV: time_s, and for each joint its position, speed, motor torque, link position and command."""
+    """Write a record as CSV: time_s, and for each joint its position, speed, motor torque, link position and
+    command.
+    """
     rng = np.random.default_rng([seed, 7])
     motion = move(seed, joints, PAYLOAD_KG + hidden.payload_kg)
     torque = motion.rigid / RATIO[:joints]
@@ -124,11 +131,20 @@ def record(path: Path, seed: int, joints: int, hidden: Hidden) -> None:
         columns[f"torque{joint + 1}"] = torque[:, joint]
         columns[f"link{joint + 1}"] = np.degrees(link[:, joint]) - offset
         columns[f"command{joint + 1}"] = np.degrees(motion.q[:, joint] + error[:, joint]) - offset
-    np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.12g")
+    np.savetxt(
+        path,
+        np.column_stack(list(columns.values())),
+        delimiter=",",
+        header=",".join(columns),
+        comments="",
+        fmt="%.12g",
+    )
 
 
 def coloured(rng: np.random.Generator, shape: tuple[int, ...], size: float, memory: float) -> Array:
-    """Noise of that standard deviation, each sample keeping a part of the last one (first-order autoregression)."""
+    """Noise of that standard deviation, each sample keeping a part of the last one (first-order
+    autoregression).
+    """
     fresh = rng.normal(scale=size * np.sqrt(1 - memory**2), size=shape)
     fresh[0] = rng.normal(scale=size, size=shape[1:])
     for row in range(1, shape[0]):
@@ -137,16 +153,24 @@ def coloured(rng: np.random.Generator, shape: tuple[int, ...], size: float, memo
 
 
 def study(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object) -> Path:
-    """A study of two records of the arm of so many joints; judged: what the second record has hidden, if something else."""
+    """A study of two records of the arm of so many joints; judged: what the second record has hidden, if
+    something else.
+    """
     joints = count
     record(folder / "a.csv", hidden.seeds[0], joints, hidden)
     record(folder / "b.csv", hidden.seeds[1], joints, judged or hidden)
-    rows = [f"  - {{name: j{n + 1}, d_m: {d}, a_m: {a}, alpha_deg: {alpha}}}" for n, (d, a, alpha, *_) in enumerate(TABLE[:joints])]
+    rows = [
+        f"  - {{name: j{n + 1}, d_m: {d}, a_m: {a}, alpha_deg: {alpha}}}"
+        for n, (d, a, alpha, *_) in enumerate(TABLE[:joints])
+    ]
     links = [
-        f"  - {{name: link{n + 1}, mass_kg: {mass}, centre_m: {list(centre)}, inertia_kg_m2: {[*moments, 0, 0, 0]}}}"
+        f"  - {{name: link{n + 1}, mass_kg: {mass}, centre_m: {list(centre)}, inertia_kg_m2:"
+        f" {[*moments, 0, 0, 0]}}}"
         for n, (_, _, _, mass, centre, moments) in enumerate(TABLE[:joints])
     ]
-    (folder / "robot.yaml").write_text("\n".join(["name: arm", "convention: standard", "joints:", *rows, "links:", *links]) + "\n")
+    (folder / "robot.yaml").write_text(
+        "\n".join(["name: arm", "convention: standard", "joints:", *rows, "links:", *links]) + "\n"
+    )
     lines = [
         "schema: identify-explain/1",
         "name: hidden",

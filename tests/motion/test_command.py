@@ -17,8 +17,17 @@ from identify.motion.command import Move
     acceleration=st.floats(50, 2000),
     smoothing=st.sampled_from([0.0, 0.02, 0.2]),
 )
-def test_a_move_ends_where_and_when_it_says_within_its_limits(by: float, speed: float, acceleration: float, smoothing: float) -> None:
-    move = Move(joint=1, start_s=0.25, by_deg=by, speed_deg_s=speed, acceleration_deg_s2=acceleration, smoothing_s=smoothing)
+def test_a_move_ends_where_and_when_it_says_within_its_limits(
+    by: float, speed: float, acceleration: float, smoothing: float
+) -> None:
+    move = Move(
+        joint=1,
+        start_s=0.25,
+        by_deg=by,
+        speed_deg_s=speed,
+        acceleration_deg_s2=acceleration,
+        smoothing_s=smoothing,
+    )
     end = 0.25 + move.duration_s
     time = np.linspace(0, end + 0.1, 4001)
     angle = np.degrees(move.angle(time))

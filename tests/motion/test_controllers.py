@@ -1,4 +1,6 @@
-"""What holds of every registered controller: nothing in a law or an old state changes, and unknown keys are refused."""
+"""What holds of every registered controller: nothing in a law or an old state changes, and unknown keys are
+refused.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,12 @@ from identify.motion.numbers import number_table
 GIVEN: dict[str, dict[str, Any]] = {
     "pid-voltage": {"position_gain": 300.0, "derivative_gain": 5.0, "integral_gain": 100.0},
     "cascade": {"position_gain": 8.0, "velocity_gain": 60.0, "velocity_integral": 4.0},
-    "two-degree-of-freedom": {"position_gain": 8.0, "velocity_gain": 60.0, "velocity_integral": 4.0, "notch_width": 0.5},
+    "two-degree-of-freedom": {
+        "position_gain": 8.0,
+        "velocity_gain": 60.0,
+        "velocity_integral": 4.0,
+        "notch_width": 0.5,
+    },
 }
 
 
@@ -61,7 +68,15 @@ def test_a_controller_that_stands_goes_on_holding(kind: str) -> None:
     """At its standing error, with no motion, the first output is what it held."""
     law, holding = law_of(kind), np.full((3, 2), 1.5)
     error = law.standing_error(holding)
-    still = Sample(0, np.full((3, 2), 0.5), np.zeros((3, 2)), np.zeros((3, 2)), 0.5 - error, np.full((3, 2), 2.0), np.full((3, 1), 9.0))
+    still = Sample(
+        0,
+        np.full((3, 2), 0.5),
+        np.zeros((3, 2)),
+        np.zeros((3, 2)),
+        0.5 - error,
+        np.full((3, 2), 2.0),
+        np.full((3, 1), 9.0),
+    )
     given, _ = law.act(law.begin(still, holding), still)
     np.testing.assert_allclose(given, holding, rtol=1e-9)
 

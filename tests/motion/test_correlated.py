@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.core.correlated import correlation_time, covariance, log_likelihood_gain, mean_above_zero, white_level
+from identify.core.correlated import (
+    correlation_time,
+    covariance,
+    log_likelihood_gain,
+    mean_above_zero,
+    white_level,
+)
 from tests.motion.hidden_drive import coloured
 
 ALL = np.ones(4000, dtype=bool)
@@ -20,7 +26,9 @@ def test_correlation_time_of_an_autoregression(memory: float) -> None:
 
 @pytest.mark.parametrize("memory", [0.0, 0.9])
 def test_intervals_hold_the_truth(memory: float) -> None:
-    """A slow sine in coloured noise: the truth lies inside in about 95 of 100 cases; counted as white noise, it does not."""
+    """A slow sine in coloured noise: the truth lies inside in about 95 of 100 cases; counted as white noise,
+    it does not.
+    """
     from scipy.stats import t as student
 
     rng, time = np.random.default_rng(5), np.linspace(0, 10, 1500)
@@ -59,4 +67,6 @@ def test_a_gain_in_one_place_may_be_luck() -> None:
 
 def test_noise_level_ignores_what_is_slow() -> None:
     rng, time = np.random.default_rng(2), np.linspace(0, 10, 4000)
-    assert white_level(5 * np.sin(time) + rng.normal(scale=0.02, size=4000), ALL) == pytest.approx(0.02, rel=0.1)
+    assert white_level(5 * np.sin(time) + rng.normal(scale=0.02, size=4000), ALL) == pytest.approx(
+        0.02, rel=0.1
+    )

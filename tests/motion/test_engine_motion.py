@@ -33,7 +33,9 @@ def second_engine(moving: MovingArm) -> pinocchio.Model:
     model, parent, place = pinocchio.Model(), 0, pinocchio.SE3.Identity()
     for joint, link in zip(moving.robot.joints, moving.robot.links[1:], strict=True):
         origin = pinocchio.SE3(joint.origin[:3, :3], joint.origin[:3, 3])
-        parent = model.addJoint(parent, pinocchio.JointModelRevoluteUnaligned(joint.axis), place * origin, joint.name)
+        parent = model.addJoint(
+            parent, pinocchio.JointModelRevoluteUnaligned(joint.axis), place * origin, joint.name
+        )
         place = pinocchio.SE3(joint.mount[:3, :3], joint.mount[:3, 3])
         model.appendBodyToJoint(parent, pinocchio.Inertia(link.mass, link.centre, link.inertia), place)
     model.gravity.linear = moving.robot.gravity
@@ -49,7 +51,9 @@ def test_inverse_dynamics_and_mass_matrix_are_those_of_the_second_engine(tmp_pat
         theirs = pinocchio.rnea(model, model.createData(), q[row], v[row], a[row])
         np.testing.assert_allclose(ours[row], theirs, rtol=1e-9, atol=1e-9)
         upper = np.triu(pinocchio.crba(model, model.createData(), q[row]))
-        np.testing.assert_allclose(moving.mass_matrix(q[row]), upper + np.triu(upper, 1).T, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            moving.mass_matrix(q[row]), upper + np.triu(upper, 1).T, rtol=1e-9, atol=1e-9
+        )
 
 
 def swing(moving: MovingArm, start: Array, step: float, duration: float, rotors: float = 0.0) -> Array:
@@ -71,8 +75,12 @@ def test_free_motion_converges_with_the_square_of_the_step_to_the_second_engine(
     def slope(_: float, y: Array) -> Array:
         return np.concatenate([y[3:], pinocchio.aba(model, data, y[:3], y[3:], np.zeros(3))])
 
-    truth = solve_ivp(slope, (0, 0.5), np.concatenate([start, np.zeros(3)]), "DOP853", rtol=1e-10, atol=1e-11).y[:3, -1]
-    errors = [float(np.abs(swing(moving, start, step, 0.5, rotors) - truth).max()) for step in (2e-3, 1e-3, 5e-4)]
+    truth = solve_ivp(
+        slope, (0, 0.5), np.concatenate([start, np.zeros(3)]), "DOP853", rtol=1e-10, atol=1e-11
+    ).y[:3, -1]
+    errors = [
+        float(np.abs(swing(moving, start, step, 0.5, rotors) - truth).max()) for step in (2e-3, 1e-3, 5e-4)
+    ]
     assert errors[2] < 2e-6
     assert errors[0] > 3.5 * errors[1] > 12 * errors[2]
 
@@ -87,7 +95,9 @@ def test_pendulum_swings_with_the_period_of_the_elliptic_integral(tmp_path: Path
     signs = np.flatnonzero(np.diff(np.sign(angles)))
     crossings = [step * (n + angles[n] / (angles[n] - angles[n + 1])) for n in signs]
     small = np.sqrt(arms.ABOUT_JOINT / (arms.MASS * 9.81 * arms.LENGTH))
-    assert 2 * np.mean(np.diff(crossings)) == pytest.approx(4 * small * ellipk(np.sin(amplitude / 2) ** 2), rel=1e-5)
+    assert 2 * np.mean(np.diff(crossings)) == pytest.approx(
+        4 * small * ellipk(np.sin(amplitude / 2) ** 2), rel=1e-5
+    )
 
 
 def test_energy_of_a_free_elastic_arm_stays_where_it_is(tmp_path: Path) -> None:
@@ -113,10 +123,17 @@ def test_energy_of_a_free_elastic_arm_stays_where_it_is(tmp_path: Path) -> None:
 
 
 def test_two_masses_on_a_spring_move_as_the_closed_form_says(tmp_path: Path) -> None:
-    """A rotor and a link, a constant torque on the rotor: rigid motion plus a vibration at sqrt(k (1/J_r + 1/J_l))."""
+    """A rotor and a link, a constant torque on the rotor: rigid motion plus a vibration at sqrt(k (1/J_r +
+    1/J_l)).
+    """
     moving = arm(tmp_path, arms.one_link(0.0), "joint1.rz")
     k, rotor, link, torque, step = 4e4, 3.0, arms.ABOUT_JOINT, 50.0, 1e-4
-    lanes = Lanes(moving, Passive(np.array([[rotor, 0.0]]), np.array([[0.0, k]]), np.zeros((1, 2))), np.zeros((1, 2)), step)
+    lanes = Lanes(
+        moving,
+        Passive(np.array([[rotor, 0.0]]), np.array([[0.0, k]]), np.zeros((1, 2))),
+        np.zeros((1, 2)),
+        step,
+    )
     for _ in range(2000):
         lanes.force[0, 0] = torque
         lanes.advance()

@@ -12,21 +12,34 @@ from identify.results.explain import ExplainResult, TargetResult
 from tests.motion.hidden_drive import RATE, RATIO, Array, Hidden, Motion, only, study
 
 
-def _run(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object) -> ExplainResult:
+def _run(
+    folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object
+) -> ExplainResult:
     return run_explain(study(folder, count, hidden, judged, **more), folder / "out.h5")[0]
 
 
 def _value(found: TargetResult, effect: str, name: str) -> tuple[float, float, float]:
-    row = next(n for n, pair in enumerate(zip(found.values.effect, found.values.name, strict=True)) if pair == (effect, name))
+    row = next(
+        n
+        for n, pair in enumerate(zip(found.values.effect, found.values.name, strict=True))
+        if pair == (effect, name)
+    )
     return found.values.value[row], found.values.low_95[row], found.values.high_95[row]
 
 
 def _holds(found: TargetResult, effect: str, name: str, truth: float, within: float) -> None:
     value, low, high = _value(found, effect, name)
     assert value == pytest.approx(truth, rel=within), (effect, name)
-    # A little wider than 95 %, because dozens of values are looked at, and half a per cent for what is linearised.
+    # A little wider than 95 %, because dozens of values are looked at, and half a per cent for what is
+    # linearised.
     slack = 0.005 * abs(truth)
-    assert value - 1.6 * (value - low) - slack <= truth <= value + 1.6 * (high - value) + slack, (effect, name, low, truth, high)
+    assert value - 1.6 * (value - low) - slack <= truth <= value + 1.6 * (high - value) + slack, (
+        effect,
+        name,
+        low,
+        truth,
+        high,
+    )
 
 
 def _friction(m: Motion) -> Array:
@@ -37,7 +50,9 @@ def _friction(m: Motion) -> Array:
 
 
 def _balancer(m: Motion) -> Array:
-    """A spring without slack length between two anchors: its torque by the cross product of lever and pull."""
+    """A spring without slack length between two anchors: its torque by the cross product of lever and
+    pull.
+    """
     angle = m.q[:, 1]
     arm = 0.2 * np.stack([np.cos(angle + 0.3), np.sin(angle + 0.3)], axis=1)
     pull = 9000.0 * (np.array([-0.5, 0.25]) - arm)
@@ -50,7 +65,12 @@ def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
 
     hidden = Hidden((_friction, _balancer, ripple), payload_kg=12.0, memory=0.8, extra={"links": False})
     found = _run(tmp_path, 3, hidden).targets["torque"]
-    expected = {"joint1.coulomb-friction", "joint1.viscous-friction", "joint3.coulomb-friction", "joint3.stribeck-friction"}
+    expected = {
+        "joint1.coulomb-friction",
+        "joint1.viscous-friction",
+        "joint3.coulomb-friction",
+        "joint3.stribeck-friction",
+    }
     expected |= {"joint2.gravity-balancer", "payload-mass", "joint1.torque-ripple.6"}
     assert set(found.effects.name) == expected
     _holds(found, "joint1.coulomb-friction", "torque", 1.2, 0.05)
@@ -62,7 +82,9 @@ def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
     peak = 9000.0 * 0.2 * np.hypot(0.5, 0.25)
     sine, cosine = (_value(found, "joint2.gravity-balancer", name)[0] for name in ("sine", "cosine"))
     assert np.hypot(sine, cosine) == pytest.approx(peak, rel=0.05)
-    assert found.gap.max() < 3.0  # the noise keeps 0.8 of its last value, so that it is more than what changes from sample to sample
+    assert (
+        found.gap.max() < 3.0
+    )  # the noise keeps 0.8 of its last value, so that it is more than what changes from sample to sample
     assert found.explained.min() > 0.9
 
 
@@ -70,13 +92,23 @@ def test_deflection(tmp_path: Path) -> None:
     """Backlash at joint 1, hardening at joint 2, a transmission error at joint 3, and all encoders late."""
 
     def bend(m: Motion) -> Array:
-        hard = np.array([np.real(r[np.abs(r.imag) < 1e-9][0]) for r in (np.roots([4e10, 0, 4e5, -torque]) for torque in m.rigid[:, 1])])
+        hard = np.array(
+            [
+                np.real(r[np.abs(r.imag) < 1e-9][0])
+                for r in (np.roots([4e10, 0, 4e5, -torque]) for torque in m.rigid[:, 1])
+            ]
+        )
         wave = m.rigid[:, 2] / 6e5 + 6e-5 * np.sin(2 * RATIO[2] * m.q[:, 2] + 0.5)
         return np.stack([m.rigid[:, 0] / 5e5 + 1.5e-4 * np.sign(m.rigid[:, 0]), hard, wave], axis=1)
 
     hidden = Hidden(deflection=bend, latency_s=(0.003, 0.003, 0.002, 0, 0))
     found = _run(tmp_path, 3, hidden, effects=_kinds("deflection")).targets["deflection"]
-    for effect in ("joint1.backlash", "joint2.hardening-stiffness", "joint3.angular-transmission-error.1", "joint1.joint-compliance"):
+    for effect in (
+        "joint1.backlash",
+        "joint2.hardening-stiffness",
+        "joint3.angular-transmission-error.1",
+        "joint1.joint-compliance",
+    ):
         assert effect in found.effects.name
     assert {"joint2.backlash", "joint3.backlash", "joint2.joint-compliance"}.isdisjoint(found.effects.name)
     _holds(found, "joint1.sensor-latency", "latency", 0.003, 0.05)
@@ -114,7 +146,9 @@ def test_a_wrong_torque_constant_is_no_balancer(tmp_path: Path) -> None:
         return only(3, 2, 0.1 * m.rigid[:, 1] / RATIO[1])
 
     hidden = Hidden((wrong,), memory=0.8, extra={"links": False})
-    found = _run(tmp_path, 3, hidden, effects="[torque-constant, gravity-balancer, coulomb-friction]").targets["torque"]
+    found = _run(
+        tmp_path, 3, hidden, effects="[torque-constant, gravity-balancer, coulomb-friction]"
+    ).targets["torque"]
     assert found.effects.name == ("joint2.torque-constant",)
     _holds(found, "joint2.torque-constant", "share", 0.1, 0.02)
 
@@ -136,7 +170,9 @@ def test_gear_coupling_of_a_wrist(tmp_path: Path) -> None:
 
 
 def test_integral_action(tmp_path: Path) -> None:
-    """The error of a position P, velocity PI loop by small Euler steps; without its integrator nothing of the kind is named."""
+    """The error of a position P, velocity PI loop by small Euler steps; without its integrator nothing of the
+    kind is named.
+    """
 
     def servo(integral_time: float) -> Hidden:
         def error(m: Motion) -> Array:

@@ -30,7 +30,12 @@ def _friction(m: Motion) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return study(tmp_path_factory.mktemp("study"), 3, Hidden((_friction,), latency_s=(0.004, 0.004, 0.004, 0, 0)), effects=FRICTION)
+    return study(
+        tmp_path_factory.mktemp("study"),
+        3,
+        Hidden((_friction,), latency_s=(0.004, 0.004, 0.004, 0, 0)),
+        effects=FRICTION,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +83,9 @@ def test_reports_say_what_the_result_says(written: Path) -> None:
         ("time: {at: time_s}", "sample_rate_hz: 0", "greater than 0"),
     ],
 )
-def test_configs_that_say_something_impossible(config: Path, tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_configs_that_say_something_impossible(
+    config: Path, tmp_path: Path, old: str, new: str, said: str
+) -> None:
     bad = tmp_path / "bad.yaml"
     text = config.read_text()
     assert old in text
@@ -107,18 +114,28 @@ def test_studies_that_cannot_be_run(config: Path, old: str, new: str, said: str)
 
 
 def test_measured_records_of_a_kr300(tmp_path: Path) -> None:
-    """The main effects alone, at a fifth of the sample rate: agreement of two trajectories, and of axes that are built alike."""
+    """The main effects alone, at a fifth of the sample rate: agreement of two trajectories, and of axes that
+    are built alike.
+    """
     folder = shared("data", "kuka_kr300_weigand")
     text = (Path(__file__).parents[2] / "configs" / "kuka_kr300.yaml").read_text()
-    text = text.replace("../../shared/data/kuka_kr300_weigand", str(folder)).replace("../data", str(Path(__file__).parents[2] / "data"))
+    text = text.replace("../../shared/data/kuka_kr300_weigand", str(folder)).replace(
+        "../data", str(Path(__file__).parents[2] / "data")
+    )
     kinds = "[coulomb-friction, viscous-friction, gravity-balancer, sensor-latency, joint-compliance]"
     config = tmp_path / "kr300.yaml"
     config.write_text(text + f"effects: {kinds}\nresample_hz: 50\n")
     found = run_explain(config, tmp_path / "out.h5")[0]
     torque, deflection = found.targets["torque"], found.targets["deflection"]
-    assert {"joint2.gravity-balancer", "joint1.viscous-friction", "joint2.coulomb-friction"} <= set(torque.effects.name)
+    assert {"joint2.gravity-balancer", "joint1.viscous-friction", "joint2.coulomb-friction"} <= set(
+        torque.effects.name
+    )
     assert torque.explained.min() > 0.7
-    latencies = [value for value, name in zip(deflection.values.value, deflection.values.name, strict=True) if name == "latency"]
+    latencies = [
+        value
+        for value, name in zip(deflection.values.value, deflection.values.name, strict=True)
+        if name == "latency"
+    ]
     assert len(latencies) == 3
     assert np.allclose(latencies, 3.05e-3, atol=1e-4)
     assert deflection.explained.min() > 0.95

@@ -19,7 +19,9 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> tuple[RigidArm, object]:
     folder: Path = tmp_path_factory.mktemp("arm")
     study(folder, 5, Hidden())
     motion = move(4, 5, PAYLOAD_KG, seconds=0.4)
-    robot = read_dh(folder / "robot.yaml").with_payload("link5", PAYLOAD_KG, np.array(PAYLOAD_AT), np.zeros((3, 3)))
+    robot = read_dh(folder / "robot.yaml").with_payload(
+        "link5", PAYLOAD_KG, np.array(PAYLOAD_AT), np.zeros((3, 3))
+    )
     return RigidArm(robot, motion.q, motion.v, motion.a), motion
 
 
@@ -32,7 +34,9 @@ def test_added_bodies_are_those_of_pinocchio(arm: tuple[RigidArm, object]) -> No
     rigid, motion = arm
     model = rigid_model(5, PAYLOAD_KG + 3.0)
     data = model.createData()
-    heavier = np.array([pin.rnea(model, data, *row) for row in zip(motion.q, motion.v, motion.a, strict=True)])  # type: ignore[attr-defined]
+    heavier = np.array(
+        [pin.rnea(model, data, *row) for row in zip(motion.q, motion.v, motion.a, strict=True)]
+    )  # type: ignore[attr-defined]
     body = Link("payload", 3.0, np.array(PAYLOAD_AT), np.zeros((3, 3)))
     np.testing.assert_allclose(rigid.added("link5", body), heavier - motion.rigid, rtol=1e-7, atol=1e-8)  # type: ignore[attr-defined]
 

@@ -1,4 +1,6 @@
-"""A tool led round a circle: command by inverse kinematics, elastic arms beside closed forms, the circular test, six axes a joint."""
+"""A tool led round a circle: command by inverse kinematics, elastic arms beside closed forms, the circular
+test, six axes a joint.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ from tests.motion import arms
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 LENGTH, MASS, TIP, COLUMN = 0.4, 10.0, 0.2, 0.5
-"""Of a planar arm: both links, m; mass at the tip, kg; inertia of link 2 about it and of link 1 about its joint, kg m^2."""
+"""Of a planar arm: both links, m; mass at the tip, kg; inertia of link 2 about it and of link 1 about its
+joint, kg m^2.
+"""
 CIRCLE = {"radius_mm": 5, "feed_mm_min": 4000, "turns": 1.5, "start_s": 0.02}
 SERVO = {**arms.CASCADE, "position_gain": 25.0, "velocity_gain": 2000.0, "velocity_integral": 20.0}
 SPRINGS = (2.5e5, 1.6e5, 1.5e6)
@@ -32,11 +36,24 @@ SPRINGS = (2.5e5, 1.6e5, 1.5e6)
 
 
 def planar() -> dict[str, Any]:
-    """Two links that turn about the ground's z; all mass of the second is at the tip, and that of the first at its joint."""
-    link = {"name": "upper", "mass_kg": 2.0, "centre_m": [-LENGTH, 0, 0], "inertia_kg_m2": [COLUMN, COLUMN, COLUMN, 0, 0, 0]}
+    """Two links that turn about the ground's z; all mass of the second is at the tip, and that of the first
+    at its joint.
+    """
+    link = {
+        "name": "upper",
+        "mass_kg": 2.0,
+        "centre_m": [-LENGTH, 0, 0],
+        "inertia_kg_m2": [COLUMN, COLUMN, COLUMN, 0, 0, 0],
+    }
     fore = {"name": "fore", "mass_kg": MASS, "centre_m": [0, 0, 0], "inertia_kg_m2": [TIP, TIP, TIP, 0, 0, 0]}
     joints = [{"name": name, "d_m": 0.0, "a_m": LENGTH, "alpha_deg": 0.0} for name in ("a", "b")]
-    return {"name": "planar", "convention": "standard", "joints": joints, "links": [link, fore], "gravity_m_s2": [0, 0, 0]}
+    return {
+        "name": "planar",
+        "convention": "standard",
+        "joints": joints,
+        "links": [link, fore],
+        "gravity_m_s2": [0, 0, 0],
+    }
 
 
 def study(folder: Path, stiff: float | None = None, **keys: Any) -> MotionProblem:
@@ -44,7 +61,10 @@ def study(folder: Path, stiff: float | None = None, **keys: Any) -> MotionProble
     effects = []
     if stiff is not None:
         inertia = MASS * LENGTH**2
-        effects = [_spring([1, 2], "rz", [stiff * k for k in SPRINGS[:2]], inertia), _spring([2], "ty", [stiff * SPRINGS[2]], MASS)]
+        effects = [
+            _spring([1, 2], "rz", [stiff * k for k in SPRINGS[:2]], inertia),
+            _spring([2], "ty", [stiff * SPRINGS[2]], MASS),
+        ]
     record = {"name": "circle", "start_deg": [-20.0, 80.0], "duration_s": 0.85, "path": CIRCLE}
     given = {"effects": effects, "servo": SERVO, "tool": {"link": "fore"}, "records": [record], **keys}
     return arms.study(folder, planar(), **given)
@@ -52,7 +72,10 @@ def study(folder: Path, stiff: float | None = None, **keys: Any) -> MotionProble
 
 def _spring(joints: list[int], axis: str, stiffness: list[float], inertia: float) -> dict[str, Any]:
     damping = [0.2 * float(np.sqrt(k * inertia)) for k in stiffness]
-    both = {"stiffness": {"initial": stiffness, "fixed": True}, "damping": {"initial": damping, "fixed": True}}
+    both = {
+        "stiffness": {"initial": stiffness, "fixed": True},
+        "damping": {"initial": damping, "fixed": True},
+    }
     return {"kind": "joint-compliance", "joints": joints, "axes": [axis], **both}
 
 
@@ -67,7 +90,11 @@ def paths(problem: MotionProblem) -> dict[str, Array]:
 
 
 def test_six_joints_lead_the_tool_at_its_feed_without_turning_it() -> None:
-    arm, tool, start = MovingArm(read_urdf(ROOT / "data/kobe_36dof/robot.urdf")), Tool(link="link6", at_m=(0.24, 0.09, 0.0)), _posture()
+    arm, tool, start = (
+        MovingArm(read_urdf(ROOT / "data/kobe_36dof/robot.urdf")),
+        Tool(link="link6", at_m=(0.24, 0.09, 0.0)),
+        _posture(),
+    )
     time = np.arange(0, 2.3, 2e-3)
     circle = Circle(plane="YZ", radius_mm=8, feed_mm_min=3000, turns=1.5, clockwise=True, start_s=0.1)
     centre = arm.frame_position(start, tool.link, np.array(tool.at_m)) - [0, 8e-3, 0]
@@ -80,7 +107,10 @@ def test_six_joints_lead_the_tool_at_its_feed_without_turning_it() -> None:
     speed = np.linalg.norm(np.gradient(places, 2e-3, axis=0), axis=1)[going]
     np.testing.assert_allclose(speed, 0.05, rtol=1e-4)
     assert places[60, 2] < centre[2]
-    turned = arm.frame_motion(angles[700], tool.link, np.zeros(3))[1] - arm.frame_motion(start, tool.link, np.zeros(3))[1]
+    turned = (
+        arm.frame_motion(angles[700], tool.link, np.zeros(3))[1]
+        - arm.frame_motion(start, tool.link, np.zeros(3))[1]
+    )
     assert np.abs(turned).max() < 1e-9 < np.abs(angles[700] - start).max()
 
 
@@ -89,7 +119,10 @@ def _posture() -> Array:
 
 
 def test_frame_jacobian_is_the_slope_of_the_place() -> None:
-    arm, point = MovingArm(read_urdf(ROOT / "data/kobe_36dof/robot.urdf"), ["joint2.tx", "joint3.rx"]), np.array([0.1, 0.2, 0.3])
+    arm, point = (
+        MovingArm(read_urdf(ROOT / "data/kobe_36dof/robot.urdf"), ["joint2.tx", "joint3.rx"]),
+        np.array([0.1, 0.2, 0.3]),
+    )
     at = np.random.default_rng(1).normal(scale=0.3, size=len(arm.names))
     jacobian = arm.frame_motion(at, "link5", point)[2]
     for column in range(len(at)):
@@ -111,7 +144,9 @@ def test_without_elasticity_the_end_is_where_the_encoders_say(tmp_path: Path) ->
 
 
 def test_a_slow_circle_deflects_the_arm_as_its_compliance_says(tmp_path: Path) -> None:
-    """Each spring gives way to the inertia of tip and links that it carries: sum of j (-j.m a - I alpha) / k over the springs."""
+    """Each spring gives way to the inertia of tip and links that it carries: sum of j (-j.m a - I alpha) / k
+    over the springs.
+    """
     problem, (first, second) = study(tmp_path, 1.0), np.radians([-20.0, 80.0])
     upper = LENGTH * np.array([-np.sin(first), np.cos(first)])
     fore = LENGTH * np.array([-np.sin(first + second), np.cos(first + second)])
@@ -140,7 +175,9 @@ def test_friction_makes_quadrant_glitches_that_settle_with_the_step(tmp_path: Pa
     errors = [float(np.abs(path - ends[2]).max()) for path in ends[:2]]
     assert errors[1] < 2e-6
     assert errors[0] > 1.8 * errors[1]
-    rubbed, smooth = (circular_test(paths(study(tmp_path / name, 1.0, **keys))["feedback"]) for name, keys in _WITH.items())
+    rubbed, smooth = (
+        circular_test(paths(study(tmp_path / name, 1.0, **keys))["feedback"]) for name, keys in _WITH.items()
+    )
     assert rubbed.deviation > 3 * smooth.deviation
 
 
@@ -149,7 +186,9 @@ _WITH: dict[str, dict[str, Any]] = {"rubs": {"friction": {"coulomb": [20.0, 10.0
 
 def test_the_mean_circle_leaves_what_is_not_round() -> None:
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
-    path = [0.3, -0.2] + (5e-3 + 2e-5 * np.cos(3 * angle))[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    path = [0.3, -0.2] + (5e-3 + 2e-5 * np.cos(3 * angle))[:, None] * np.column_stack(
+        [np.cos(angle), np.sin(angle)]
+    )
     found = circular_test(path)
     np.testing.assert_allclose(found.centre, [0.3, -0.2], atol=1e-10)
     assert found.radius == pytest.approx(5e-3, rel=1e-9)
@@ -160,7 +199,9 @@ def test_the_mean_circle_leaves_what_is_not_round() -> None:
 
 
 def test_six_axes_at_every_joint_weigh_what_they_do_at_rest() -> None:
-    """Mass and weight of 6 drives and 36 elastic coordinates against the engine of the frequency domain; a drive turns as rz does."""
+    """Mass and weight of 6 drives and 36 elastic coordinates against the engine of the frequency domain; a
+    drive turns as rz does.
+    """
     robot = read_urdf(ROOT / "data/kobe_36dof/robot.urdf")
     arm = MovingArm(robot, [f"joint{number}.{axis}" for number in range(1, 7) for axis in AXES])
     assert len(arm.names) == 42
@@ -185,22 +226,43 @@ def test_results_keep_paths_and_circular_tests(tmp_path: Path) -> None:
 
 
 def test_recorded_paths_are_judged_beside_the_simulated(tmp_path: Path) -> None:
-    """A tracker that sees a circle of another radius, in mm, while the motors report that they stood still at the start."""
+    """A tracker that sees a circle of another radius, in mm, while the motors report that they stood still at
+    the start.
+    """
     time = np.arange(0, 0.8, 4e-3)
     swept = Circle(radius_mm=5, feed_mm_min=4000, turns=1.5, start_s=0.02).sweep.angle(time)
-    rows = np.column_stack([time, 700 + 7 * np.cos(swept), 7 * np.sin(swept), 0 * time, 0 * time, np.radians(80) + 1e-3 * np.sin(swept)])
+    rows = np.column_stack(
+        [
+            time,
+            700 + 7 * np.cos(swept),
+            7 * np.sin(swept),
+            0 * time,
+            0 * time,
+            np.radians(80) + 1e-3 * np.sin(swept),
+        ]
+    )
     (tmp_path / "seen").mkdir()
-    np.savetxt(tmp_path / "seen/c.csv", rows, delimiter=",", header="time_s,x,y,z,q1,q2", comments="", fmt="%.9f")
+    np.savetxt(
+        tmp_path / "seen/c.csv", rows, delimiter=",", header="time_s,x,y,z,q1,q2", comments="", fmt="%.9f"
+    )
     signals = {"motor_position": {"at": "q{joint}", "unit": "rad"}}
     tracker = {"file": "c.csv", "signals": signals, "tool": {"at": ["x", "y", "z"], "unit": "mm"}}
-    record = {"name": "circle", "start_deg": [-20.0, 80.0], "duration_s": 0.85, "path": CIRCLE, "measured": tracker}
+    record = {
+        "name": "circle",
+        "start_deg": [-20.0, 80.0],
+        "duration_s": 0.85,
+        "path": CIRCLE,
+        "measured": tracker,
+    }
     circles = evaluate_simulation(study(tmp_path / "seen", records=[record])).records["circle"].circles
     assert circles is not None
     assert circles["recorded end"].radius == pytest.approx(7e-3, rel=1e-3)
     assert circles["recorded end"].centre == pytest.approx([0.7, 0.0], abs=1e-5)
     assert circles["recorded feedback"].error.shape == circles["recorded end"].error.shape
     with pytest.raises(InputError, match="nothing of that name"):
-        study(tmp_path / "seen", records=[{**record, "measured": {**tracker, "tool": {"at": ["x", "y", "w"]}}}])
+        study(
+            tmp_path / "seen", records=[{**record, "measured": {**tracker, "tool": {"at": ["x", "y", "w"]}}}]
+        )
 
 
 def test_paths_that_cannot_be_are_refused(tmp_path: Path) -> None:
@@ -211,7 +273,11 @@ def test_paths_that_cannot_be_are_refused(tmp_path: Path) -> None:
         ({"records": [{**record, "moves": [arms.move(1, 1, 10)]}]}, "both given"),
         ({"records": [{**record, "duration_s": 0.5}]}, "the path ends after"),
         (
-            {"records": [{**record, "path": {**CIRCLE, "radius_mm": 700, "feed_mm_min": 60000}, "duration_s": 12.0}]},
+            {
+                "records": [
+                    {**record, "path": {**CIRCLE, "radius_mm": 700, "feed_mm_min": 60000}, "duration_s": 12.0}
+                ]
+            },
             "a path that the arm can follow",
         ),
         ({"records": [{**record, "path": {**CIRCLE, "plane": "ZX"}}]}, "a path that the arm can follow"),

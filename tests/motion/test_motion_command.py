@@ -51,11 +51,17 @@ def test_a_simulation_is_kept_and_read_again(tmp_path: Path) -> None:
     again = result_file.read(files[0], MotionResult)
     assert again.verdict == result.verdict
     assert again.parameters is None
-    np.testing.assert_array_equal(again.records["a"].signals["motor_position"].values, result.records["a"].signals["motor_position"].values)
+    np.testing.assert_array_equal(
+        again.records["a"].signals["motor_position"].values,
+        result.records["a"].signals["motor_position"].values,
+    )
     table = np.genfromtxt(files[1], delimiter=",", names=True, deletechars="")
     assert "joint1.motor_velocity_rad_s" in table.dtype.names
     np.testing.assert_allclose(
-        table["joint1.motor_current_A"], result.records["a"].signals["motor_current"].values[:, 0], rtol=1e-6, atol=1e-9
+        table["joint1.motor_current_A"],
+        result.records["a"].signals["motor_current"].values[:, 0],
+        rtol=1e-6,
+        atol=1e-9,
     )
 
 
@@ -76,7 +82,9 @@ def test_a_fit_is_reported_on_one_page_and_on_paper(tmp_path: Path) -> None:
 
 
 def test_a_killed_fit_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Killed in the middle of its trials: resumed, it ends where an undisturbed one does; finished, it is not run again."""
+    """Killed in the middle of its trials: resumed, it ends where an undisturbed one does; finished, it is not
+    run again.
+    """
     gradients, residuals = [0], TrajectoryObjective.residuals
 
     def counted(self: TrajectoryObjective, values: NDArray[np.float64], free: NDArray[np.intp]) -> Any:
@@ -122,7 +130,9 @@ def refuse(*_: object) -> None:
 
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "identify", *words], check=False, capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, "-m", "identify", *words], check=False, capture_output=True, text=True
+    )
 
 
 def test_the_command_line_refuses_what_it_cannot_do(tmp_path: Path) -> None:

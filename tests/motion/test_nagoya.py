@@ -1,4 +1,6 @@
-"""The Nagoya study at its true numbers against its independent generator: sticking, FRFs in the closed loop, control by two degrees."""
+"""The Nagoya study at its true numbers against its independent generator: sticking, FRFs in the closed loop,
+control by two degrees.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from identify.core.arrays import Complex
 from identify.core.errors import InputErrors
-from identify.measured.frf_set import Complex
 from identify.motion.excitation import Excitation, closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
@@ -38,24 +40,32 @@ def gap(problem: MotionProblem, values: Array, *records: str) -> float:
 
 
 def test_a_drive_that_stops_sticks_and_does_not_creep(tmp_path: Path) -> None:
-    """Behind a stop the friction of Eq. 11 holds with less than F_c + F_s; smoothed to 0.2 mrad/s it creeps by many times the noise."""
+    """Behind a stop the friction of Eq. 11 holds with less than F_c + F_s; smoothed to 0.2 mrad/s it creeps
+    by many times the noise.
+    """
     assert gap(*study("nagoya_two_link", tmp_path), "fast1", "fast2") < 1.2
     creeping = ("creep_velocity: 1.0e-7", "creep_velocity: 2.0e-4")
     assert gap(*study("nagoya_two_link", tmp_path, creeping), "fast1", "fast2") > 5.0
 
 
 def frf(problem: MotionProblem, values: Array, names: tuple[str, str], which: str) -> tuple[Array, Complex]:
-    """Frequencies and motor angle per motor torque of both joints (lines, 2, 2), from two records, as measured or as the model has them."""
+    """Frequencies and motor angle per motor torque of both joints (lines, 2, 2), from two records, as
+    measured or as the model has them.
+    """
     records = [record for record in problem.records if record.settings.name in names]
     motion = problem.run(values[None], records)
     signals = []
     for number, record in enumerate(records):
         assert record.measured is not None
-        model = {key: rows[0] for key, rows in simulated(problem, motion, record, number, len(records)).items()}
+        model = {
+            key: rows[0] for key, rows in simulated(problem, motion, record, number, len(records)).items()
+        }
         signals.append(record.measured.signals if which == "measured" else model)
     assert records[0].measured is not None
     step = float(records[0].measured.time_s[1])
-    f, h, _ = closed_loop_frf([s["motor_torque"] for s in signals], [s["motor_position"] for s in signals], step, 1.0)
+    f, h, _ = closed_loop_frf(
+        [s["motor_torque"] for s in signals], [s["motor_position"] for s in signals], step, 1.0
+    )
     return f, h
 
 
@@ -75,7 +85,9 @@ def test_frfs_in_the_closed_loop_agree_and_show_a_wrong_stiffness(tmp_path: Path
 
 
 def test_an_frf_in_a_closed_loop_is_that_of_the_plant() -> None:
-    """Two coupled masses with feedback from both to both: exact at all lines of a periodic excitation, once the transient is over."""
+    """Two coupled masses with feedback from both to both: exact at all lines of a periodic excitation, once
+    the transient is over.
+    """
     rng, size = np.random.default_rng(0), 200
     a, b = np.array([[0.6, 0.1], [0.05, 0.5]]), np.array([[1.0, 0.2], [0.1, 0.8]])
     torques, responses = [], []
@@ -94,10 +106,19 @@ def test_an_frf_in_a_closed_loop_is_that_of_the_plant() -> None:
 
 
 def test_two_degrees_of_freedom_and_notch_are_those_of_the_generator(tmp_path: Path) -> None:
-    start = ("initial: [2.0e+6, 2.0e+6]", "initial: [3.0e+6, 1.2e+6]")  # what the controller's notch is designed for
+    start = (
+        "initial: [2.0e+6, 2.0e+6]",
+        "initial: [3.0e+6, 1.2e+6]",
+    )  # what the controller's notch is designed for
     problem, values = study("nagoya_two_link_control", tmp_path, start)
     assert gap(problem, values, "notched2") < 1.5
-    assert gap(*study("nagoya_two_link_control", tmp_path, start, ("notch_width: 0.3", "notch_width: 0.0")), "notched2") > 5.0
+    assert (
+        gap(
+            *study("nagoya_two_link_control", tmp_path, start, ("notch_width: 0.3", "notch_width: 0.0")),
+            "notched2",
+        )
+        > 5.0
+    )
 
 
 def test_a_wrong_excitation_is_refused(tmp_path: Path) -> None:

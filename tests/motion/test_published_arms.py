@@ -1,4 +1,6 @@
-"""The arms of the published studies at their true numbers, against records of the independent generator (Pinocchio, Runge-Kutta)."""
+"""The arms of the published studies at their true numbers, against records of the independent generator
+(Pinocchio, Runge-Kutta).
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,11 @@ KEYS = {
 def at_truth(name: str) -> tuple[MotionProblem, Array]:
     """The study with all candidate effects, and the true values of its parameters."""
     problem = load_motion(read_motion_study(ROOT / "configs" / f"{name}.yaml"))
-    free = {key: number for candidate in problem.file.study.candidates for key, number in candidate.numbers.items()}
+    free = {
+        key: number
+        for candidate in problem.file.study.candidates
+        for key, number in candidate.numbers.items()
+    }
     problem = with_numbers(problem, free, {})
     return problem, truth_of(problem, name)
 
@@ -64,7 +70,9 @@ def test_kawasaki_is_explained_by_its_truth_and_not_without_coulomb_friction() -
 
 @pytest.mark.parametrize("record", ["slow1", "slow2"])
 def test_elastic_joints_of_nagoya_are_explained_by_their_truth(record: str) -> None:
-    """Hardening, transmission error and friction; without the transmission error the link angles are many times the noise off."""
+    """Hardening, transmission error and friction; without the transmission error the link angles are many
+    times the noise off.
+    """
     problem, values = at_truth("nagoya_two_link")
     assert gap(problem, values, (record,)) < 2.2
     ripple = np.array(["amplitude" in p.name for p in problem.parameters])

@@ -1,4 +1,6 @@
-"""Records from every kind of file are the same record; what does not fit is refused in a sentence; conditioning keeps its promises."""
+"""Records from every kind of file are the same record; what does not fit is refused in a sentence;
+conditioning keeps its promises.
+"""
 
 from __future__ import annotations
 
@@ -52,18 +54,32 @@ def _uff(folder: Path) -> tuple[Path, Signals, TimeAxis | float]:
         for joint in range(JOINTS):
             sets.append(
                 {
-                    "type": 58, "func_type": 1, "rsp_node": joint + 1, "rsp_dir": 6, "ref_node": 0, "ref_dir": 0,
-                    "data": values[:, joint], "x": TIME, "abscissa_spec_data_type": 17, "abscissa_axis_units_lab": "s",
-                    "ordinate_spec_data_type": code, "orddenom_spec_data_type": 0,
-                    "ordinate_axis_units_lab": unit, "binary": 0, "version_num": 0,
+                    "type": 58,
+                    "func_type": 1,
+                    "rsp_node": joint + 1,
+                    "rsp_dir": 6,
+                    "ref_node": 0,
+                    "ref_dir": 0,
+                    "data": values[:, joint],
+                    "x": TIME,
+                    "abscissa_spec_data_type": 17,
+                    "abscissa_axis_units_lab": "s",
+                    "ordinate_spec_data_type": code,
+                    "orddenom_spec_data_type": 0,
+                    "ordinate_axis_units_lab": unit,
+                    "binary": 0,
+                    "version_num": 0,
                 }
-            )  # fmt: skip
+            )
     pyuff.UFF(str(path)).write_sets(sets, "overwrite")
     return path, _signals("{joint}:+RZ", "{joint}:+RZ"), TimeAxis(at="time")
 
 
 def _signals(position: str, torque: str) -> Signals:
-    return {"motor_position": SignalSettings(at=position, unit="deg"), "motor_torque": SignalSettings(at=torque, unit="N m")}
+    return {
+        "motor_position": SignalSettings(at=position, unit="deg"),
+        "motor_torque": SignalSettings(at=torque, unit="N m"),
+    }
 
 
 @pytest.mark.parametrize("written", [_csv, _mat, _hdf5, _uff])
@@ -103,7 +119,14 @@ def test_missing_files_and_joints(tmp_path: Path) -> None:
 def _record(noise: float = 0.0, current: bool = False) -> MotionRecord:
     rng = np.random.default_rng(0)
     position = np.radians(DEGREES) + rng.normal(scale=noise, size=DEGREES.shape)
-    return MotionRecord("r", RATE, TIME, {"motor_position": position, "motor_current" if current else "motor_torque": TORQUE}, "r.csv", "")
+    return MotionRecord(
+        "r",
+        RATE,
+        TIME,
+        {"motor_position": position, "motor_current" if current else "motor_torque": TORQUE},
+        "r.csv",
+        "",
+    )
 
 
 def _exact() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -129,7 +152,10 @@ def test_resampling_says_so_and_keeps_the_signal() -> None:
 
 
 def test_currents_need_their_constant() -> None:
-    assert np.allclose(condition(_record(current=True), 20.0, torque_constant=np.array([2.0, 3.0])).torque, TORQUE * [2.0, 3.0])
+    assert np.allclose(
+        condition(_record(current=True), 20.0, torque_constant=np.array([2.0, 3.0])).torque,
+        TORQUE * [2.0, 3.0],
+    )
     with pytest.raises(InputError, match="torque_constant_nm_per_a"):
         condition(_record(current=True), 20.0)
     with pytest.raises(InputError, match="below 100 Hz"):

@@ -1,4 +1,6 @@
-"""Fits of motion to records that come from closed forms: values, intervals, effects found and effects not found."""
+"""Fits of motion to records that come from closed forms: values, intervals, effects found and effects not
+found.
+"""
 
 from __future__ import annotations
 
@@ -30,20 +32,33 @@ SERVO = {
 }
 TURN, SAMPLES = arms.move(1, 35, 90), 40
 COULOMB = {"name": "dry friction", "numbers": {"friction.coulomb": {"initial": 1.0, "bounds": [0.01, 100]}}}
-INTEGRAL = {"name": "integral action", "numbers": {"servo.integral_gain": {"initial": 1.0, "bounds": [0.001, 1e4]}}}
+INTEGRAL = {
+    "name": "integral action",
+    "numbers": {"servo.integral_gain": {"initial": 1.0, "bounds": [0.001, 1e4]}},
+}
 
 
 def truth(seconds: float, dry: float = 0.0, ki: float = 0.0) -> tuple[Array, Array]:
-    """Angle and current at the ticks (n,) of a sampled PD motor on a link without weight, exact but for dry friction, by small steps."""
+    """Angle and current at the ticks (n,) of a sampled PD motor on a link without weight, exact but for dry
+    friction, by small steps.
+    """
     inertia, parts = arms.ABOUT_JOINT + RATIO**2 * DC["rotor_inertia"], 50 if dry else 1
     a = np.zeros((5, 5))  # angle, velocity, current, voltage, dry friction
     a[0, 1], a[1, 2], a[1, 4] = 1.0, RATIO * DC["torque_constant"] / inertia, -1 / inertia
-    a[2, 1:4] = -RATIO * DC["back_emf"] / DC["inductance"], -DC["resistance"] / DC["inductance"], 1 / DC["inductance"]
+    a[2, 1:4] = (
+        -RATIO * DC["back_emf"] / DC["inductance"],
+        -DC["resistance"] / DC["inductance"],
+        1 / DC["inductance"],
+    )
     hold, state, error, integral, rows = expm(a * 1e-3 / parts), np.zeros(5), 0.0, 0.0, []
     for wanted in Move(**TURN).angle(np.arange(round(seconds * 1000) + 1) * 1e-3):
         rows.append(state[[0, 2]].copy())
         new = wanted - state[0]
-        state[3], error, integral = KP * new + KD * (new - error) / 1e-3 + integral, new, integral + ki * 1e-3 * new
+        state[3], error, integral = (
+            KP * new + KD * (new - error) / 1e-3 + integral,
+            new,
+            integral + ki * 1e-3 * new,
+        )
         for _ in range(parts):
             state[4] = dry * np.tanh(state[1] / 2e-4)
             state = hold @ state
@@ -51,7 +66,9 @@ def truth(seconds: float, dry: float = 0.0, ki: float = 0.0) -> tuple[Array, Arr
     return angle, current
 
 
-def record(folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.8, ki: float = 0.0) -> dict[str, Any]:
+def record(
+    folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.8, ki: float = 0.0
+) -> dict[str, Any]:
     """A record's settings, and its file with noise."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
@@ -62,8 +79,17 @@ def record(folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float 
         current[::every] + rng.normal(scale=0.05, size=len(angle[::every])),
     ]
     time = np.arange(len(rows[0])) * every * 1e-3
-    np.savetxt(folder / f"{name}.csv", np.column_stack([time, *rows]), delimiter=",", header="time_s,angle_rad,current_A", comments="")
-    signals = {"motor_position": {"at": "angle_rad", "unit": "rad"}, "motor_current": {"at": "current_A", "unit": "A"}}
+    np.savetxt(
+        folder / f"{name}.csv",
+        np.column_stack([time, *rows]),
+        delimiter=",",
+        header="time_s,angle_rad,current_A",
+        comments="",
+    )
+    signals = {
+        "motor_position": {"at": "angle_rad", "unit": "rad"},
+        "motor_current": {"at": "current_A", "unit": "A"},
+    }
     return {
         "name": name,
         "start_deg": [0.0],
@@ -74,7 +100,16 @@ def record(folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float 
 
 
 def fitted(folder: Path, records: list[dict[str, Any]], **keys: Any) -> MotionFit:
-    problem = arms.study(folder, arms.one_link(0.0), motor=DC, gear={"ratio": FREE}, servo=SERVO, noise=NOISE, records=records, **keys)
+    problem = arms.study(
+        folder,
+        arms.one_link(0.0),
+        motor=DC,
+        gear={"ratio": FREE},
+        servo=SERVO,
+        noise=NOISE,
+        records=records,
+        **keys,
+    )
     return fit_motion(problem, Progress())
 
 
@@ -95,7 +130,10 @@ def test_ratio_and_gains_are_found_within_their_intervals(tmp_path: Path) -> Non
 
 
 def test_a_bee_colony_then_gauss_newton_gets_there_from_afar(tmp_path: Path) -> None:
-    stages = [{"kind": "artificial-bee-colony", "evaluations": 150, "population": 10}, {"kind": "gauss-newton", "tolerance": 1e-8}]
+    stages = [
+        {"kind": "artificial-bee-colony", "evaluations": 150, "population": 10},
+        {"kind": "gauss-newton", "tolerance": 1e-8},
+    ]
     found = fitted(tmp_path, [record(tmp_path, "a", 1)], optimizer=stages)
     np.testing.assert_allclose(found.fit.values, [RATIO, KP, KD], rtol=0.03)
     assert found.fit.cost == pytest.approx(
@@ -116,10 +154,21 @@ def test_a_missing_effect_is_added_and_a_spurious_one_is_not(tmp_path: Path) -> 
 
 
 def test_effects_of_two_rounds_stay_together(tmp_path: Path) -> None:
-    """Integral action and dry friction are both missing: what the first round added is in the model of the second."""
+    """Integral action and dry friction are both missing: what the first round added is in the model of the
+    second.
+    """
     stage = [{"kind": "gauss-newton", "tolerance": 1e-4}]
-    found = fitted(tmp_path, [record(tmp_path, "a", 1, dry=40.0, ki=900.0)], candidates=[COULOMB, INTEGRAL], optimizer=stage)
-    assert {trial.name for trial in found.trials if trial.kept} == {"the model as it is", "dry friction", "integral action"}
+    found = fitted(
+        tmp_path,
+        [record(tmp_path, "a", 1, dry=40.0, ki=900.0)],
+        candidates=[COULOMB, INTEGRAL],
+        optimizer=stage,
+    )
+    assert {trial.name for trial in found.trials if trial.kept} == {
+        "the model as it is",
+        "dry friction",
+        "integral action",
+    }
     values = dict(zip((p.name for p in found.problem.parameters), found.fit.values, strict=True))
     assert values["joint1.friction.coulomb"] == pytest.approx(40.0, rel=0.05)
     assert values["joint1.servo.integral_gain"] == pytest.approx(900.0, rel=0.1)
@@ -129,16 +178,28 @@ def test_effects_of_two_rounds_stay_together(tmp_path: Path) -> None:
 
 def test_residuals_and_costs_agree_and_the_gradient_is_the_slope(tmp_path: Path) -> None:
     problem = arms.study(
-        tmp_path, arms.one_link(0.0), motor=DC, gear={"ratio": FREE}, servo=SERVO, noise=NOISE, records=[record(tmp_path, "a", 3)]
+        tmp_path,
+        arms.one_link(0.0),
+        motor=DC,
+        gear={"ratio": FREE},
+        servo=SERVO,
+        noise=NOISE,
+        records=[record(tmp_path, "a", 3)],
     )
-    objective, scale, values = TrajectoryObjective(problem, problem.records, NOISE), Scale(problem.parameters), problem.initial
+    objective, scale, values = (
+        TrajectoryObjective(problem, problem.records, NOISE),
+        Scale(problem.parameters),
+        problem.initial,
+    )
     residuals, slopes = objective.residuals(values, scale.free)
     assert np.sqrt(np.sum(residuals**2)) == pytest.approx(objective.costs(values[None])[0], rel=1e-12)
     for column, number in enumerate(scale.free):
         moved = np.tile(values, (2, 1))
         moved[:, number] *= [1 + 1e-3, 1 - 1e-3]
         up, down = objective.costs(moved) ** 2
-        assert (up - down) / (moved[0] - moved[1])[number] == pytest.approx(2 * residuals @ slopes[:, column], rel=0.02)
+        assert (up - down) / (moved[0] - moved[1])[number] == pytest.approx(
+            2 * residuals @ slopes[:, column], rel=0.02
+        )
     assert objective.costs(np.array([[50.0, 2000.0, 40.0]]))[0] == np.inf  # that loop is unstable
 
 
@@ -155,4 +216,8 @@ def test_a_record_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no record 'b' is fitted"):
         fitted(tmp_path, [record(tmp_path, "a", 1)], optimizer=stage)
     with pytest.raises(InputError, match=r"unknown number 'friction\.colomb'"):
-        fitted(tmp_path, [record(tmp_path, "a", 1)], candidates=[{"name": "x", "numbers": {"friction.colomb": 1.0}}])
+        fitted(
+            tmp_path,
+            [record(tmp_path, "a", 1)],
+            candidates=[{"name": "x", "numbers": {"friction.colomb": 1.0}}],
+        )

@@ -1,6 +1,8 @@
-"""A headless Chromium for tests, driven over the DevTools protocol through two pipes: nothing to install beside the browser.
+"""A headless Chromium for tests, driven over the DevTools protocol through two pipes: nothing to install
+beside the browser.
 
-`Page` opens a file, runs JavaScript in it, presses the mouse, and keeps what the console said and what was asked of the network.
+`Page` opens a file, runs JavaScript in it, presses the mouse, and keeps what the console said and what was
+asked of the network.
 """
 
 from __future__ import annotations
@@ -47,11 +49,16 @@ _PATIENCE_S = 60.0
 
 
 def chromium() -> str:
-    """The browser's path, from IDENTIFY_BROWSER or under its usual names; skips the calling test where there is none."""
+    """The browser's path, from IDENTIFY_BROWSER or under its usual names; skips the calling test where there
+    is none.
+    """
     names = [os.environ[_CHOSEN]] if _CHOSEN in os.environ else list(_NAMES)
     found = next(filter(None, map(shutil.which, names)), None)
     if found is None:
-        pytest.skip(f"no browser is here (one of {', '.join(names)}; `make browser` installs one on Debian): the page is not opened")
+        pytest.skip(
+            f"no browser is here (one of {', '.join(names)}; `make browser` installs one on Debian): the page"
+            " is not opened"
+        )
     return found
 
 
@@ -84,7 +91,13 @@ class Page:
 
     def open(self, path: Path, width: int = 1280, height: int = 900, dark: bool = False) -> None:
         """Open a file from disk and wait until the page says that everything is drawn."""
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", features=[scheme])
         self.call("Page.navigate", url=path.resolve().as_uri())
@@ -106,7 +119,9 @@ class Page:
             time.sleep(0.05)
 
     def mouse(self, kind: str, x: float, y: float, **params: Any) -> None:
-        """One mouse event (mousePressed, mouseMoved, mouseReleased, mouseWheel) at a place of the window, px."""
+        """One mouse event (mousePressed, mouseMoved, mouseReleased, mouseWheel) at a place of the window,
+        px.
+        """
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **params)
 
     def screenshot(self, path: Path, whole: bool = False) -> None:
@@ -116,7 +131,11 @@ class Page:
 
     def pdf(self, path: Path) -> None:
         """The page as it is printed."""
-        path.write_bytes(base64.b64decode(self.call("Page.printToPDF", printBackground=True, preferCSSPageSize=True)["data"]))
+        path.write_bytes(
+            base64.b64decode(
+                self.call("Page.printToPDF", printBackground=True, preferCSSPageSize=True)["data"]
+            )
+        )
 
     def _message(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:

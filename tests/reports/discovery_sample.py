@@ -1,4 +1,6 @@
-"""A discovery made up for the reports' tests: one effect added, one followed but not kept, and a last step that finds nothing."""
+"""A discovery made up for the reports' tests: one effect added, one followed but not kept, and a last step
+that finds nothing.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +9,45 @@ from typing import Any
 
 import numpy as np
 
-from identify.results.discovery import AddedEffects, DiscoveryResult, GapByBand, OptionTable, PartTable, StepResult
+from identify.results.discovery import (
+    AddedEffects,
+    DiscoveryResult,
+    GapByBand,
+    OptionTable,
+    PartTable,
+    StepResult,
+)
 from identify.results.file import LAYOUT
 from identify.results.fit import FitResult, FrfComparison
 from identify.results.tables import ParameterTable
 from tests.reports.sample import frf_result
 
-TILT, BASE, ODD = "tilt compliance of joint 2 (rx, ry)", "compliance of the base (rx, ry)", "gain of channel 3:<+Z> & more"
-CONFIG_AFTER = "schema: identify/1\nname: made_up_arm\neffects:\n  - {kind: joint-compliance, joints: [2], axes: [rx, ry]}\n"
+TILT, BASE, ODD = (
+    "tilt compliance of joint 2 (rx, ry)",
+    "compliance of the base (rx, ry)",
+    "gain of channel 3:<+Z> & more",
+)
+CONFIG_AFTER = (
+    "schema: identify/1\nname: made_up_arm\neffects:\n  - {kind: joint-compliance, joints: [2], axes: [rx,"
+    " ry]}\n"
+)
 _TRIED = 15
 
 
 def discovery_result() -> DiscoveryResult:
-    """Two steps that find something, the second in vain, and one that does not; the last parameter of the final model is new."""
+    """Two steps that find something, the second in vain, and one that does not; the last parameter of the
+    final model is new.
+    """
     after = frf_result(60, 4)
     return DiscoveryResult(
         layout=LAYOUT,
         kind="discovery",
         key="key",
         name="made_up_arm",
-        verdict=(f"Missing from the model: {TILT}. With it, the gap goes from 12.35 to 1.03.", "What is left is noise."),
+        verdict=(
+            f"Missing from the model: {TILT}. With it, the gap goes from 12.35 to 1.03.",
+            "What is left is noise.",
+        ),
         notes=("only one start found the best minimum, 1 < 2 & more `starts` would tell",),
         seconds=93.25,
         elsewhere="measurements for validation",
@@ -40,11 +61,17 @@ def discovery_result() -> DiscoveryResult:
             gap=np.array([1.0331]),
             gap_validation=np.array([1.0626]),
         ),
-        steps={"0": _step(12.3456, 11.875, TILT, True), "1": _step(1.0331, 1.0626, ODD, False), "2": _step(1.0331, 1.0626, "", False)},
+        steps={
+            "0": _step(12.3456, 11.875, TILT, True),
+            "1": _step(1.0331, 1.0626, ODD, False),
+            "2": _step(1.0331, 1.0626, "", False),
+        },
         map_before=_map(after, 9.0),
         map_after=_map(after, 1.0),
         before=_before(after),
-        after=dataclasses.replace(after, provenance=dataclasses.replace(after.provenance, config=CONFIG_AFTER)),
+        after=dataclasses.replace(
+            after, provenance=dataclasses.replace(after.provenance, config=CONFIG_AFTER)
+        ),
         provenance=after.provenance,
     )
 
@@ -53,8 +80,18 @@ def null_result() -> DiscoveryResult:
     """A discovery that adds nothing, although something is missing, judged by data left out of a fit."""
     found = discovery_result()
     none = AddedEffects((), (), (), (), (), np.zeros(0), np.zeros(0), np.zeros(0))
-    same: dict[str, Any] = {"after": found.before, "map_after": found.map_before, "steps": {"0": _step(12.3456, 11.875, "", False)}}
-    return dataclasses.replace(found, added=none, verdict=("Nothing in the catalogue explains it.",), elsewhere="channels left out", **same)
+    same: dict[str, Any] = {
+        "after": found.before,
+        "map_after": found.map_before,
+        "steps": {"0": _step(12.3456, 11.875, "", False)},
+    }
+    return dataclasses.replace(
+        found,
+        added=none,
+        verdict=("Nothing in the catalogue explains it.",),
+        elsewhere="channels left out",
+        **same,
+    )
 
 
 def _before(after: FitResult) -> FitResult:
@@ -62,14 +99,18 @@ def _before(after: FitResult) -> FitResult:
     measurements = {}
     for name, m in after.measurements.items():
         assert m.frf is not None
-        measurements[name] = dataclasses.replace(m, gap=12.3456 if m.use == "fit" else 11.875, frf=_worse(m.frf))
+        measurements[name] = dataclasses.replace(
+            m, gap=12.3456 if m.use == "fit" else 11.875, frf=_worse(m.frf)
+        )
     less = dataclasses.replace(after, parameters=_shorter(after.parameters), measurements=measurements)
     return dataclasses.replace(less, effects=after.effects[:1], gap=12.3456, gap_validation=11.875)
 
 
 def _worse(frf: FrfComparison) -> FrfComparison:
     assert frf.initial is not None and frf.gap is not None
-    return dataclasses.replace(frf, fitted=frf.initial, gap=12 * frf.gap, relative_error=3 * frf.relative_error)
+    return dataclasses.replace(
+        frf, fitted=frf.initial, gap=12 * frf.gap, relative_error=3 * frf.relative_error
+    )
 
 
 def _shorter(p: ParameterTable) -> ParameterTable:
@@ -78,7 +119,13 @@ def _shorter(p: ParameterTable) -> ParameterTable:
 
 
 def _step(gap: float, other: float, best: str, kept: bool) -> StepResult:
-    decided = "It was added." if kept else "It was not kept." if best else f"None of {_TRIED} candidates is supported by the data."
+    decided = (
+        "It was added."
+        if kept
+        else "It was not kept."
+        if best
+        else f"None of {_TRIED} candidates is supported by the data."
+    )
     return StepResult(
         model=() if kept else (TILT,),
         gap=gap,
@@ -104,7 +151,9 @@ def _parts(gap: float) -> PartTable:
     }
     rows = [(kind, name) for kind, own in names.items() for name in own]
     share = np.linspace(0.9, -0.02, len(rows))
-    return PartTable(tuple(kind for kind, _ in rows), tuple(name for _, name in rows), gap * (0.6 + share), share)
+    return PartTable(
+        tuple(kind for kind, _ in rows), tuple(name for _, name in rows), gap * (0.6 + share), share
+    )
 
 
 def _options(gap: float, best: str) -> OptionTable:
@@ -114,7 +163,11 @@ def _options(gap: float, best: str) -> OptionTable:
     left = np.linspace(1.0 + 0.05 * (gap - 1), gap, _TRIED)
     second = "the data cannot tell it from the best" if best == ODD else "explains less"
     return OptionTable(
-        sentence=(best or "added mass on link1", BASE, *(f"appended resonator on link{number} along x" for number in range(_TRIED - 2))),
+        sentence=(
+            best or "added mass on link1",
+            BASE,
+            *(f"appended resonator on link{number} along x" for number in range(_TRIED - 2)),
+        ),
         kind=("joint-compliance", "base-compliance", *("appended-resonator",) * (_TRIED - 2)),
         gap=left,
         gap_validation=np.where(np.isnan(evidence), np.nan, left + 0.0123),
@@ -132,7 +185,10 @@ def _options(gap: float, best: str) -> OptionTable:
 def _map(result: FitResult, size: float) -> GapByBand:
     """Gaps up to about `size`; one cell without data."""
     rng = np.random.default_rng(11)
-    bands, channels = np.geomspace(3.125, 80.0, 13), tuple(f"p<{node}>:+{axis}" for node in range(1, 5) for axis in "XYZ")
+    bands, channels = (
+        np.geomspace(3.125, 80.0, 13),
+        tuple(f"p<{node}>:+{axis}" for node in range(1, 5) for axis in "XYZ"),
+    )
     shape = len(result.measurements), len(bands) - 1, len(channels)
     gap = size ** rng.uniform(0.4, 1.1, shape) * rng.uniform(0.8, 1.25, shape)
     gap[0, 0, 3] = np.nan

@@ -6,7 +6,15 @@ import dataclasses
 
 import numpy as np
 
-from identify.results.explain import BoundTable, Curves, EffectTable, ExplainResult, StepTable, TargetResult, ValueTable
+from identify.results.explain import (
+    BoundTable,
+    Curves,
+    EffectTable,
+    ExplainResult,
+    StepTable,
+    TargetResult,
+    ValueTable,
+)
 from identify.results.file import LAYOUT
 from tests.reports.sample import frf_result
 
@@ -17,7 +25,11 @@ def explain_result() -> ExplainResult:
         layout=LAYOUT,
         kind="explained",
         name="made_up_explained",
-        verdict=("Friction explains most of the torque.", "The rest is 1.2 times the noise.", "One effect was not found."),
+        verdict=(
+            "Friction explains most of the torque.",
+            "The rest is 1.2 times the noise.",
+            "One effect was not found.",
+        ),
         notes=("the records are short",),
         unknown=("the payload was not moved",),
         conditioning=("low-pass filtered at 20 Hz",),
@@ -77,4 +89,12 @@ def _curves(name: str, use: str) -> Curves:
     t = np.linspace(0, 2, 201)
     known = np.stack([40 * np.cos(2 * np.pi * t), 15 * np.sin(4 * np.pi * t)], axis=1)
     explained = known + 5.0 * np.sign(np.sin(2 * np.pi * t))[:, None]
-    return Curves(name, use, t, explained + 0.1 * np.sin(50 * t)[:, None], known, explained, np.ones(known.shape, dtype=bool))
+    return Curves(
+        name,
+        use,
+        t,
+        explained + 0.1 * np.sin(50 * t)[:, None],
+        known,
+        explained,
+        np.ones(known.shape, dtype=bool),
+    )

@@ -1,4 +1,6 @@
-"""Joints identified from runs of their own, made up for the reports' tests: a stiffness and a friction curve."""
+"""Joints identified from runs of their own, made up for the reports' tests: a stiffness and a friction
+curve.
+"""
 
 from __future__ import annotations
 
@@ -49,9 +51,22 @@ def joints_result() -> JointsResult:
             {"measured": Series("noisy", speed, friction), "identified": Series("line", speed, friction)},
         ),
     )
-    rows = (("joint1 stiffness", "stiffness-static", "rad", stiffness), ("joint1 friction", "friction-constant-velocity", "N m", coulomb))
+    rows = (
+        ("joint1 stiffness", "stiffness-static", "rad", stiffness),
+        ("joint1 friction", "friction-constant-velocity", "N m", coulomb),
+    )
     curves = {
-        title: CurveResult(title, kind, unit, 1.5e-6, 21, values, {"curve": panel}, ("21 loads used.",), ("one load was left out",))
+        title: CurveResult(
+            title,
+            kind,
+            unit,
+            1.5e-6,
+            21,
+            values,
+            {"curve": panel},
+            ("21 loads used.",),
+            ("one load was left out",),
+        )
         for (title, kind, unit, values), panel in zip(rows, panels, strict=True)
     }
     return JointsResult(

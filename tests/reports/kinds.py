@@ -1,4 +1,6 @@
-"""One case a kind of report: what the tests that hold for every kind run over.  A new kind of report is one more row here."""
+"""One case a kind of report: what the tests that hold for every kind run over.  A new kind of report is one
+more row here.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +27,9 @@ from tests.reports.sample import frf_result, modal_result
 
 @dataclass(frozen=True)
 class Case:
-    """kind: of the report; make: the results whose files give it; kept: numbers that must be those of the (first) file, as
-    (beginning of a table's title, heading of a column, dataset or dataset:column, factor), where a fit that failed has no row;
-    shapes, frfs: whether it has moving shapes, a channel picker.
+    """kind: of the report; make: the results whose files give it; kept: numbers that must be those of the
+    (first) file, as (beginning of a table's title, heading of a column, dataset or dataset:column, factor),
+    where a fit that failed has no row; shapes, frfs: whether it has moving shapes, a channel picker.
     """
 
     name: str
@@ -41,11 +43,20 @@ class Case:
 def _two_runs() -> list[Any]:
     one = frf_result(60, 4)
     table = dataclasses.replace(one.parameters, value=one.parameters.value * 1.05)
-    other = dataclasses.replace(one, parameters=table, gap=2.5, cost_kind="frf-area", effects=(*one.effects, "compliance of the base (rx)"))
+    other = dataclasses.replace(
+        one,
+        parameters=table,
+        gap=2.5,
+        cost_kind="frf-area",
+        effects=(*one.effects, "compliance of the base (rx)"),
+    )
     return [one, other]
 
 
-_PARAMETERS = (("Parameters", "Fitted", "parameters/value", 1.0), ("Parameters", "Start", "parameters/initial", 1.0))
+_PARAMETERS = (
+    ("Parameters", "Fitted", "parameters/value", 1.0),
+    ("Parameters", "Start", "parameters/initial", 1.0),
+)
 
 _MOTION = (
     *_PARAMETERS,
@@ -79,7 +90,13 @@ _MAP = (
 
 CASES = (
     Case("fit", "fit", lambda: [frf_result(60, 4)], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0))),
-    Case("fit-of-modes", "fit", lambda: [modal_result()], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0)), frfs=False),
+    Case(
+        "fit-of-modes",
+        "fit",
+        lambda: [modal_result()],
+        (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0)),
+        frfs=False,
+    ),
     Case(
         "modes",
         "modes",
@@ -153,7 +170,9 @@ class Made:
 
 def make(case: Case, folder: Path) -> Made:
     """Write the results of a case and their reports into a folder."""
-    files = [folder / f"{name}.h5" for name, _ in zip(("first", "second", "third"), case.make(), strict=False)]
+    files = [
+        folder / f"{name}.h5" for name, _ in zip(("first", "second", "third"), case.make(), strict=False)
+    ]
     for file, result in zip(files, case.make(), strict=True):
         result_file.write(result, file)
     page, printed, exported = write_reports(*files, export=folder / "figures")

@@ -1,4 +1,6 @@
-"""A modal analysis made up for the reports' tests: two measurements, one without geometry, from the same closed forms as `sample`."""
+"""A modal analysis made up for the reports' tests: two measurements, one without geometry, from the same
+closed forms as `sample`.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,14 @@ import dataclasses
 import numpy as np
 
 from identify.results.file import LAYOUT
-from identify.results.modes import AnalysedMeasurement, ModesResult, ModeTable, Reciprocity, RejectedPoles, StabilisationDiagram
+from identify.results.modes import (
+    AnalysedMeasurement,
+    ModesResult,
+    ModeTable,
+    Reciprocity,
+    RejectedPoles,
+    StabilisationDiagram,
+)
 from identify.results.tables import Geometry
 from tests.reports.sample import DAMPING, HZ, frf_result
 
@@ -18,7 +27,9 @@ def modes_result() -> ModesResult:
     m = fitted.measurements["posture1"]
     assert m.frf is not None
     lines = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]])
-    geometry = dataclasses.replace(m.geometry, skeleton=np.zeros((0, 3)), point_links=("",) * 6, segments=lines)
+    geometry = dataclasses.replace(
+        m.geometry, skeleton=np.zeros((0, 3)), point_links=("",) * 6, segments=lines
+    )
     frf = dataclasses.replace(m.frf, initial=None, band_95=None, noise=None, gap=None)
     shapes = m.modes.point_shapes[:3]
     measurements = {

@@ -1,4 +1,6 @@
-"""A fitted motion made up for the reports' tests: one record with a recorded torque and position, and one of validation."""
+"""A fitted motion made up for the reports' tests: one record with a recorded torque and position, and one of
+validation.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,11 @@ def motion_result() -> MotionResult:
         key="made up",
         name="made_up_motion",
         seed=3,
-        verdict=("The motion was simulated.", "The residual is 1.04 times the noise.", "Friction explains the most."),
+        verdict=(
+            "The motion was simulated.",
+            "The residual is 1.04 times the noise.",
+            "Friction explains the most.",
+        ),
         notes=("the record <b> is short",),
         effects=("Coulomb friction of all joints",),
         joints=_JOINTS,

@@ -1,4 +1,6 @@
-"""Reading a PDF in tests, by poppler's tools; the test is skipped, saying so, where they are not installed."""
+"""Reading a PDF in tests, by poppler's tools; the test is skipped, saying so, where they are not
+installed.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +14,13 @@ import pytest
 def poppler(tool: str, *arguments: str) -> str:
     """The output of one of poppler's tools (pdftotext, pdffonts, pdfinfo)."""
     if shutil.which(tool) is None:
-        pytest.skip(f"{tool} (package poppler-utils; `make browser` installs it on Debian) is not here: the PDF is not read")
-    return subprocess.run([tool, *arguments], check=True, capture_output=True, text=True, encoding="utf-8").stdout
+        pytest.skip(
+            f"{tool} (package poppler-utils; `make browser` installs it on Debian) is not here: the PDF is"
+            " not read"
+        )
+    return subprocess.run(
+        [tool, *arguments], check=True, capture_output=True, text=True, encoding="utf-8"
+    ).stdout
 
 
 def lines(path: Path) -> list[str]:

@@ -1,4 +1,6 @@
-"""Results over many postures made up for the reports' tests: a batch of fits, one of which failed, and a map of a model."""
+"""Results over many postures made up for the reports' tests: a batch of fits, one of which failed, and a map
+of a model.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ HZ = np.array([11.5, 24.25, 52.125])
 
 
 def _postures() -> tuple[np.ndarray, np.ndarray]:
-    q = np.stack([np.linspace(-60, 60, _FITS), np.linspace(20, 70, _FITS)[::-1], 15.0 * np.arange(_FITS) % 40], axis=1)
+    q = np.stack(
+        [np.linspace(-60, 60, _FITS), np.linspace(20, 70, _FITS)[::-1], 15.0 * np.arange(_FITS) % 40], axis=1
+    )
     a, b = np.radians(q[:, 0]), np.radians(q[:, 1])
     reach = 0.8 + 0.9 * np.cos(b)
     return q, np.stack([reach * np.cos(a), reach * np.sin(a), 0.6 + 0.9 * np.sin(b)], axis=1)
@@ -33,7 +37,11 @@ def batch_result() -> BatchResult:
         layout=LAYOUT,
         kind="batch",
         name="made_up_batch",
-        verdict=("5 of 6 fits succeeded.", "One parameter depends on the posture.", "The gap is 1.02 to 1.10."),
+        verdict=(
+            "5 of 6 fits succeeded.",
+            "One parameter depends on the posture.",
+            "The gap is 1.02 to 1.10.",
+        ),
         notes=("the fit of posture5 failed",),
         workers="2 local processes",
         seconds=12.5,
@@ -106,7 +114,11 @@ def map_result() -> MapResult:
         layout=LAYOUT,
         kind="map",
         name="made_up_map",
-        verdict=("The first mode is between 11.5 and 12.6 Hz.", "The tool is softest at posture3.", "Six postures were computed."),
+        verdict=(
+            "The first mode is between 11.5 and 12.6 Hz.",
+            "The tool is softest at posture3.",
+            "Six postures were computed.",
+        ),
         notes=(),
         seconds=0.75,
         workers="this process",

@@ -1,6 +1,8 @@
-"""Results made up for the reports' tests: plausible numbers from closed forms, with everything awkward that a result may hold.
+"""Results made up for the reports' tests: plausible numbers from closed forms, with everything awkward that a
+result may hold.
 
-The FRFs are those of three modes with made-up shapes at points of a bent arm; nothing is computed by the package.
+The FRFs are those of three modes with made-up shapes at points of a bent arm; nothing is computed by the
+package.
 """
 
 from __future__ import annotations
@@ -11,18 +13,28 @@ from typing import Any
 import numpy as np
 
 from identify.results.file import LAYOUT
-from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ModePairs, ProfileCurve, PublishedValues
+from identify.results.fit import (
+    FitResult,
+    FrfComparison,
+    MeasurementResult,
+    ModePairs,
+    ProfileCurve,
+    PublishedValues,
+)
 from identify.results.tables import Geometry, Modes, ParameterTable, Provenance, SettingTable, StartTable
 
 HZ, DAMPING = np.array([12.05, 27.39, 61.5, 187.25]), np.array([0.041, 0.032, 0.0525, 0.081])
 CONFIG = (
-    'schema: identify/1\nname: made_up_arm\n# </script><script>alert("#config")</script> & *stars* $5$ {{ braces }}\nband_hz: [3, 80]\n'
+    'schema: identify/1\nname: made_up_arm\n# </script><script>alert("#config")</script> & *stars* $5$ {{'
+    " braces }}\nband_hz: [3, 80]\n"
 )
 _AXES = ("X", "Y", "Z")
 
 
 def frf_result(lines: int = 120, points: int = 6, **changes: Any) -> FitResult:
-    """A fit to FRFs: one posture for validation, one FRF that the model does not move, one parameter fixed, one at its bound."""
+    """A fit to FRFs: one posture for validation, one FRF that the model does not move, one parameter fixed,
+    one at its bound.
+    """
     rng = np.random.default_rng(7)
     measurements = {
         "posture1": _measurement(rng, "posture1", "fit", lines, points),
@@ -32,7 +44,9 @@ def frf_result(lines: int = 120, points: int = 6, **changes: Any) -> FitResult:
 
 
 def modal_result(**changes: Any) -> FitResult:
-    """A fit to a modal table: no FRFs, one measured mode without a pair, one damping ratio not measured, no validation."""
+    """A fit to a modal table: no FRFs, one measured mode without a pair, one damping ratio not measured, no
+    validation.
+    """
     rng = np.random.default_rng(8)
     geometry, modes = _geometry(8), _modes(rng, 8, 9)
     pairs = ModePairs(
@@ -45,10 +59,32 @@ def modal_result(**changes: Any) -> FitResult:
         measured_shapes=_measured_shapes(modes),
         origin="modal table modes.yaml",
     )
-    one = MeasurementResult("table", "fit", "modes.yaml", "ab" * 32, np.array([0.0, -90.0, 12.5]), np.nan, geometry, modes, None, pairs)
-    verdict = ("The fit ended at a cost of 0.00079 after 0.6 s; one start led there.", "Second sentence.", "Third sentence.")
+    one = MeasurementResult(
+        "table",
+        "fit",
+        "modes.yaml",
+        "ab" * 32,
+        np.array([0.0, -90.0, 12.5]),
+        np.nan,
+        geometry,
+        modes,
+        None,
+        pairs,
+    )
+    verdict = (
+        "The fit ended at a cost of 0.00079 after 0.6 s; one start led there.",
+        "Second sentence.",
+        "Third sentence.",
+    )
     base = _result({"table": one})
-    given = {"verdict": verdict, "notes": (), "gap": np.nan, "gap_validation": np.nan, "cost_kind": "eigenfrequency", **changes}
+    given = {
+        "verdict": verdict,
+        "notes": (),
+        "gap": np.nan,
+        "gap_validation": np.nan,
+        "cost_kind": "eigenfrequency",
+        **changes,
+    }
     return dataclasses.replace(base, **given)
 
 
@@ -60,12 +96,16 @@ def large_result(frfs: int = 3000, lines: int = 500) -> FitResult:
     return _result({name: _measurement(rng, name, "fit", lines, points, inputs=3) for name in names})
 
 
-def _measurement(rng: np.random.Generator, name: str, use: str, lines: int, points: int, inputs: int = 2) -> MeasurementResult:
+def _measurement(
+    rng: np.random.Generator, name: str, use: str, lines: int, points: int, inputs: int = 2
+) -> MeasurementResult:
     modes = _modes(rng, points, 5)
     frf = _frf(rng, modes, lines, points, inputs)
     gap = float(np.sqrt(np.mean(frf.gap**2))) if frf.gap is not None else float("nan")
     posture = np.array([-7.6, 12.8, 44.5, 12.5, 46.2, -34.1])
-    return MeasurementResult(name, use, f"{name}.uff", "cd" * 32, posture, gap, _geometry(points), modes, frf, None)
+    return MeasurementResult(
+        name, use, f"{name}.uff", "cd" * 32, posture, gap, _geometry(points), modes, frf, None
+    )
 
 
 def _geometry(points: int) -> Geometry:
@@ -76,7 +116,9 @@ def _geometry(points: int) -> Geometry:
     names = tuple(f"p<{i}>" for i in range(1, points + 1))
     turned = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     axes = np.tile(turned, (points, 1, 1))
-    return Geometry(np.arange(1, points + 1), names, links, along + np.array([0.05, 0.03, 0.02]), skeleton, axes=axes)
+    return Geometry(
+        np.arange(1, points + 1), names, links, along + np.array([0.05, 0.03, 0.02]), skeleton, axes=axes
+    )
 
 
 def _modes(rng: np.random.Generator, points: int, joints: int) -> Modes:
@@ -175,15 +217,27 @@ def _result(measurements: dict[str, MeasurementResult]) -> FitResult:
         starts=starts,
         history=_history(),
         measurements=measurements,
-        published=PublishedValues("Table 2 of a paper", np.array([1.9e6, np.nan, 5.0e7, np.nan, np.nan]), HZ[:2] * 1.01, DAMPING[:2]),
-        profiles={"joint1.rz.damping": ProfileCurve(np.linspace(1400, 2600, 7), np.linspace(-3, 3, 7) ** 2, 1575.5, 2371.25)},
+        published=PublishedValues(
+            "Table 2 of a paper", np.array([1.9e6, np.nan, 5.0e7, np.nan, np.nan]), HZ[:2] * 1.01, DAMPING[:2]
+        ),
+        profiles={
+            "joint1.rz.damping": ProfileCurve(
+                np.linspace(1400, 2600, 7), np.linspace(-3, 3, 7) ** 2, 1575.5, 2371.25
+            )
+        },
         provenance=_provenance(),
     )
 
 
 def _parameters() -> ParameterTable:
     return ParameterTable(
-        name=("joint1.rz.stiffness", "joint1.rz.damping", "joint2.rz.stiffness", "mass.link_3.mass", "offset.z"),
+        name=(
+            "joint1.rz.stiffness",
+            "joint1.rz.damping",
+            "joint2.rz.stiffness",
+            "mass.link_3.mass",
+            "offset.z",
+        ),
         unit=("N m/rad", "N m s/rad", "N m/rad", "kg", "m"),
         initial=np.array([1.0e6, 400.0, 2.0e5, 35.0, -0.02]),
         value=np.array([1834540.53, 1959.06259, 1.0e8, 35.0, 0.0123]),
@@ -199,7 +253,12 @@ def _parameters() -> ParameterTable:
 
 
 def _history() -> np.ndarray:
-    rows = [(start, stage, k, 30.0 / (1 + k) + 1.03, 0.01 * k) for start in range(2) for stage in range(2) for k in range(1, 30, 3)]
+    rows = [
+        (start, stage, k, 30.0 / (1 + k) + 1.03, 0.01 * k)
+        for start in range(2)
+        for stage in range(2)
+        for k in range(1, 30, 3)
+    ]
     return np.array(rows)
 
 
@@ -216,7 +275,15 @@ def _provenance() -> Provenance:
         input_files=("a/long/folder/with/many/parts/and/more/parts/of/it/robot.urdf", "points.csv"),
         input_sha256=("34" * 32, "56" * 32),
         settings=SettingTable(
-            ("name", "band_hz", "measurements.0.noise", "measurements.1.noise", "measurements.0.file", "measurements.1.file", "seed"),
+            (
+                "name",
+                "band_hz",
+                "measurements.0.noise",
+                "measurements.1.noise",
+                "measurements.0.file",
+                "measurements.1.file",
+                "seed",
+            ),
             ("made_up_arm", "[3, 80]", "coherence", "coherence", "null", "a < b.uff", "3"),
             (
                 "made_up_arm.yaml line 2",

@@ -1,4 +1,5 @@
-"""Pictures of reports for the README: `python -m tests.reports.screenshots RUN.h5 ...` writes `docs/<kind>_report.png` for each result.
+"""Pictures of reports for the README: `python -m tests.reports.screenshots RUN.h5 ...` writes
+`docs/<kind>_report.png` for each result.
 
 Several fits in one word, joined by `+`, are compared: `A.h5+B.h5`.
 """
@@ -22,8 +23,10 @@ _TALL = {"discovery": 2850}
 """Kinds whose picture is higher, because it tells a story."""
 _LARGEST = 200_000
 _LEFT_OUT = {
-    "discovery": "#added h3, #added h3 ~ *, #steps .note, #steps details, #options-0 ~ *, #parts-0-3, #parts-0-4, #parts-0-5, "
-    "#gap > .note, #gap > .note + h3, #gap > .scroll",
+    "discovery": (
+        "#added h3, #added h3 ~ *, #steps .note, #steps details, #options-0 ~ *, #parts-0-3, #parts-0-4,"
+        " #parts-0-5, #gap > .note, #gap > .note + h3, #gap > .scroll"
+    ),
     "modes": "#modes .block:not(:nth-of-type(1))",
     "compare": "#parameters .scroll, #parameters .note, #modes .block:not(:nth-of-type(1))",
 }
@@ -40,7 +43,10 @@ def shoot(page: Page, files: list[Path]) -> Path:
         page.open(html, width=_WIDTH, height=_TALL.get(result.KIND, _HEIGHT))
         page.run("drawAll()")
         page.wait("[...document.querySelectorAll('.plot')].every(plot => plot.querySelector('.main-svg'))")
-        page.run(f"document.querySelectorAll({_LEFT_OUT.get(result.KIND, 'none')!r}).forEach(part => part.remove())")
+        page.run(
+            f"document.querySelectorAll({_LEFT_OUT.get(result.KIND, 'none')!r}).forEach(part =>"
+            " part.remove())"
+        )
         page.run("$('robot-play') && $('robot-play').click()")
         page.run("new Promise(done => setTimeout(done, 600))")
         page.screenshot(raw)

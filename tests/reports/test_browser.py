@@ -49,14 +49,19 @@ def _picture(page: Page, canvas: str = "robot-model") -> str:
 def test_the_helper_sees_errors_and_requests(page: Page, tmp_path: Path) -> None:
     """Negative control of `test_kinds.test_everything_is_drawn_in_silence`."""
     broken = tmp_path / "broken.html"
-    broken.write_text("<img src='http://127.0.0.1:9/x.png'><script>document.documentElement.dataset.ready = 1; missing()</script>")
+    broken.write_text(
+        "<img src='http://127.0.0.1:9/x.png'><script>document.documentElement.dataset.ready = 1;"
+        " missing()</script>"
+    )
     page.console.clear()
     page.open(broken)
     assert any("missing is not defined" in said for said in page.console)
     assert "http://127.0.0.1:9/x.png" in page.requests
 
 
-def test_the_channel_picker_shows_the_measured_and_fitted_curves(page: Page, files: dict[str, Path], frf: FrfComparison) -> None:
+def test_the_channel_picker_shows_the_measured_and_fitted_curves(
+    page: Page, files: dict[str, Path], frf: FrfComparison
+) -> None:
     page.open(files["frf"])
     _choose(page, "frf-measurement", "posture2")
     _choose(page, "frf-output", "4:+Z")
@@ -67,19 +72,28 @@ def test_the_channel_picker_shows_the_measured_and_fitted_curves(page: Page, fil
     pair = list(zip(frf.output, frf.input, strict=True)).index(("4:+Z", "6:-Y"))
     title = page.run("$('frf-title').textContent")
     assert frf.gap is not None
-    assert title == f"posture2, accelerance 4:+Z / 6:-Y: gap {frf.gap[pair]:.3f}, relative error {100 * frf.relative_error[pair]:.3f} %"
+    assert (
+        title == f"posture2, accelerance 4:+Z / 6:-Y: gap {frf.gap[pair]:.3f}, relative error"
+        f" {100 * frf.relative_error[pair]:.3f} %"
+    )
     for name, curve in (("measured", frf.measured), ("fitted", frf.fitted), ("start model", frf.initial)):
         magnitude, phase = (_trace(page, name, axis) for axis in ("y", "y2"))
         assert magnitude == pytest.approx(np.abs(curve[:, pair]), rel=2e-4)
         shown = np.isfinite(phase)
         assert shown.sum() > 0.9 * len(phase)
-        assert np.abs(np.exp(1j * np.radians(phase[shown])) - np.exp(1j * np.angle(curve[shown, pair]))).max() < 2e-3
+        assert (
+            np.abs(np.exp(1j * np.radians(phase[shown])) - np.exp(1j * np.angle(curve[shown, pair]))).max()
+            < 2e-3
+        )
     assert frf.coherence is not None
     assert _trace(page, "coherence", "y3") == pytest.approx(frf.coherence[:, pair], abs=6e-4)
 
 
 def _trace(page: Page, name: str, axis: str) -> np.ndarray:
-    values = page.run(f"Array.from($('frf-plot').data.find(t => t.name === '{name}' && t.yaxis === '{axis}').y, v => isNaN(v) ? null : v)")
+    values = page.run(
+        f"Array.from($('frf-plot').data.find(t => t.name === '{name}' && t.yaxis === '{axis}').y, v =>"
+        " isNaN(v) ? null : v)"
+    )
     return np.array([np.nan if value is None else value for value in values])
 
 
@@ -106,7 +120,10 @@ def test_rows_and_cells_lead_to_their_frf(page: Page, files: dict[str, Path]) ->
     page.run(f"{row}.cells[2].click()")
     page.wait(f"$('frf-title').textContent.startsWith('posture2, accelerance {channels}:')")
     page.run("$('gap-plot').scrollIntoView()")
-    box = page.run("(b => [b.left, b.top, b.width, b.height])(document.querySelector('#gap-plot .nsewdrag').getBoundingClientRect())")
+    box = page.run(
+        "(b => [b.left, b.top, b.width, b.height])(document.querySelector('#gap-plot"
+        " .nsewdrag').getBoundingClientRect())"
+    )
     x, y = box[0] + box[2] / 2, box[1] + 0.5 * box[3] / 36
     page.mouse("mouseMoved", x, y)
     page.mouse("mouseMoved", x + 1, y)
@@ -139,11 +156,13 @@ def test_the_view_turns_and_points_tell_their_names(page: Page, files: dict[str,
     page.open(files["frf"])
     page.run("$('robot-play').click(); $('robot').scrollIntoView()")
     before = _picture(page)
-    x, y, width, height = page.run("(b => [b.left, b.top, b.width, b.height])($('robot-model').getBoundingClientRect())")
+    x, y, width, height = page.run(
+        "(b => [b.left, b.top, b.width, b.height])($('robot-model').getBoundingClientRect())"
+    )
     said = page.run(
         f"""(() => {{ for (let y = {y}; y < {y + height}; y += 6) for (let x = {x}; x < {x + width}; x += 6) {{
         $('robot-model').dispatchEvent(new PointerEvent('pointermove', {{clientX: x, clientY: y}}));
-        if (!$('robot-tip').hidden) return $('robot-tip').textContent; }} }})()"""
+        if (!$('robot-tip').hidden) return $('robot-tip').textContent; }} }})()"""  # noqa: E501
     )
     assert said.splitlines()[0].endswith(">") and said.splitlines()[1].startswith("on link_")
     page.mouse("mousePressed", x + width / 2, y + height / 2, button="left", buttons=1)
@@ -159,7 +178,10 @@ def test_the_view_turns_and_points_tell_their_names(page: Page, files: dict[str,
 
 def test_tables_sort(page: Page, files: dict[str, Path]) -> None:
     page.open(files["frf"])
-    column = "[...document.querySelector('table[data-sort=\"parameters\"] tbody').rows].map(r => r.cells[1].textContent)"
+    column = (
+        "[...document.querySelector('table[data-sort=\"parameters\"] tbody').rows].map(r =>"
+        " r.cells[1].textContent)"
+    )
     heading = "document.querySelector('table[data-sort=\"parameters\"]').tHead.rows[0].cells[1].click()"
     page.run(heading)
     assert [float(text) for text in page.run(column)] == [1e8, 1.835e6, 1959.0, 35.0, 0.0123]

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identify.reports.kit.cells import NONE, count, listed, number, percent, sentence, signed, unit
+from identify.core.text import count, listed
+from identify.reports.kit.cells import NONE, number, percent, sentence, signed, unit
 
 
 @pytest.mark.parametrize(
@@ -44,7 +45,12 @@ def test_a_number_has_four_significant_digits(value: float) -> None:
 
 
 def test_signs_and_percent() -> None:
-    assert (signed(0.00139, 3), signed(-2.0, 3), signed(0.0), signed(math.nan)) == ("+0.00139", "-2.00", "0", NONE)
+    assert (signed(0.00139, 3), signed(-2.0, 3), signed(0.0), signed(math.nan)) == (
+        "+0.00139",
+        "-2.00",
+        "0",
+        NONE,
+    )
     assert percent(0.0412) == "4.120"
     assert (number(306.7, 2), number(0.0046, 2), number(99999, 2)) == ("310", "0.0046", "1.0e5")
 

@@ -26,7 +26,9 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     result = discovery_result()
     path = tmp_path_factory.mktemp("discovery") / "report.pdf"
     path.write_bytes(discovery_pdf.document(result).compile(result))
-    page = html.unescape(re.sub(r"<[^>]+>", " ", discovery_html.page(result).partition("<main>")[2].partition("<script")[0]))
+    page = html.unescape(
+        re.sub(r"<[^>]+>", " ", discovery_html.page(result).partition("<main>")[2].partition("<script")[0])
+    )
     return {"page": " ".join(page.split()), "pdf": " ".join(" ".join(lines(path)).split())}
 
 
@@ -82,7 +84,9 @@ def test_gap_maps_stand_beside_each_other_in_the_same_colours() -> None:
     for row, ((title, panels), drawn) in enumerate(zip(gap_maps(result), data["sets"], strict=True)):
         assert title == ("posture1, fitted", "posture2, validation only")[row]
         assert [label for label, _ in panels] == [BEFORE, AFTER]
-        for (_, gap), kept, one in zip(panels, (result.map_before, result.map_after), drawn["maps"], strict=True):
+        for (_, gap), kept, one in zip(
+            panels, (result.map_before, result.map_after), drawn["maps"], strict=True
+        ):
             np.testing.assert_array_equal(gap, kept.gap[row])
             np.testing.assert_array_equal(one["gap"], kept.gap[row].T)
     assert data["reach"] == reach(result) == pytest.approx(np.nanmax(result.map_before.gap))

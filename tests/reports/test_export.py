@@ -51,7 +51,10 @@ def test_a_figure_without_data_of_its_own_is_read_back() -> None:
         made.figure(figure, "")
     rows = list(csv.reader(dict(contents(made))["figure01_some_plot.csv"].decode().splitlines()))
     assert rows[0] == ["Panel", "Curve", "Frequency (Hz)", "Magnitude (m)"]
-    assert [(row[1], float(row[2]), float(row[3])) for row in rows[1:]] == [("measured", 1.0, 1 / 3), ("measured", 2.0, 5.0)]
+    assert [(row[1], float(row[2]), float(row[3])) for row in rows[1:]] == [
+        ("measured", 1.0, 1 / 3),
+        ("measured", 2.0, 5.0),
+    ]
 
 
 def test_alike_titles_do_not_overwrite_each_other() -> None:
@@ -59,7 +62,10 @@ def test_alike_titles_do_not_overwrite_each_other() -> None:
     with figures.style():
         made.figure(Figure((1, 1)), "", table, table)
     assert [name for name, _ in contents(made)] == [
-        *(f"figure01_overview{ending}" for ending in (".svg", ".png", "_points_a_b_1.csv", "_points_a_b_2.csv"))
+        *(
+            f"figure01_overview{ending}"
+            for ending in (".svg", ".png", "_points_a_b_1.csv", "_points_a_b_2.csv")
+        )
     ]
 
 

@@ -48,7 +48,19 @@ def page() -> str:
 
 def test_sections(page: str) -> None:
     ids = {attrs.get("id") for _, attrs in Reader(page).elements}
-    wanted = {"verdict", "robot", "frf", "gap", "parameters", "modes", "errors", "convergence", "identifiability", "asked", "provenance"}
+    wanted = {
+        "verdict",
+        "robot",
+        "frf",
+        "gap",
+        "parameters",
+        "modes",
+        "errors",
+        "convergence",
+        "identifiability",
+        "asked",
+        "provenance",
+    }
     assert wanted <= ids
     links = {attrs["href"] for tag, attrs in Reader(page).elements if tag == "a"}
     assert links == {f"#{name}" for name in wanted}
@@ -62,12 +74,16 @@ def test_a_result_without_frfs_has_no_frf_sections() -> None:
 
 def test_nothing_is_loaded(page: str) -> None:
     reader = Reader(page)
-    loaded = [value for _, attrs in reader.elements for name, value in attrs.items() if name in _LOADS and value]
+    loaded = [
+        value for _, attrs in reader.elements for name, value in attrs.items() if name in _LOADS and value
+    ]
     assert all(value.startswith(("#", "data:")) for value in loaded), loaded
     style = reader.joined("style")
     assert "@import" not in style and "url(" not in style
     policy = next(
-        attrs["content"] for tag, attrs in reader.elements if tag == "meta" and attrs.get("http-equiv") == "Content-Security-Policy"
+        attrs["content"]
+        for tag, attrs in reader.elements
+        if tag == "meta" and attrs.get("http-equiv") == "Content-Security-Policy"
     )
     assert policy is not None and "default-src 'none'" in policy and "http" not in policy
 

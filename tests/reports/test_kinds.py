@@ -1,4 +1,6 @@
-"""What holds for every kind of report: it opens in a browser, prints, exports, and says the same numbers as its result file everywhere."""
+"""What holds for every kind of report: it opens in a browser, prints, exports, and says the same numbers as
+its result file everywhere.
+"""
 
 from __future__ import annotations
 
@@ -53,10 +55,14 @@ def test_everything_is_drawn_in_silence(page: Page, made: Made, dark: bool) -> N
     page.run("drawAll()")
     page.wait("[...document.querySelectorAll('.plot')].every(plot => plot.querySelector('.main-svg'))")
     drawn = ".scatterlayer .trace, .barlayer .trace, .heatmaplayer image"
-    empty = page.run(f"[...document.querySelectorAll('.plot')].filter(p => !p.querySelector('{drawn}')).map(p => p.id)")
+    empty = page.run(
+        f"[...document.querySelectorAll('.plot')].filter(p => !p.querySelector('{drawn}')).map(p => p.id)"
+    )
     assert empty == []
     assert page.run("document.querySelectorAll('.plot').length") >= 1
-    assert page.run("getComputedStyle(document.body).backgroundColor") == ("rgb(20, 24, 29)" if dark else "rgb(255, 255, 255)")
+    assert page.run("getComputedStyle(document.body).backgroundColor") == (
+        "rgb(20, 24, 29)" if dark else "rgb(255, 255, 255)"
+    )
     assert page.run("document.documentElement.scrollWidth <= innerWidth"), "nothing sticks out"
     assert page.run(_AXES_UNTOLD) == []
     assert page.console == []
@@ -70,9 +76,13 @@ def test_the_channel_picker_changes_the_plot(page: Page, made: Made) -> None:
         return
     page.run("drawAll()")
     page.wait("$('frf-plot').data !== undefined")
-    before, curve = page.run("$('frf-title').textContent"), page.run("JSON.stringify(Array.from($('frf-plot').data.at(-1).y))")
+    before, curve = (
+        page.run("$('frf-title').textContent"),
+        page.run("JSON.stringify(Array.from($('frf-plot').data.at(-1).y))"),
+    )
     page.run(
-        "{ const e = $('frf-output'); e.selectedIndex = (e.selectedIndex + 1) % e.options.length; e.dispatchEvent(new Event('change')); }"
+        "{ const e = $('frf-output'); e.selectedIndex = (e.selectedIndex + 1) % e.options.length;"
+        " e.dispatchEvent(new Event('change')); }"
     )
     page.wait(f"$('frf-title').textContent !== {before!r}")
     page.wait(f"JSON.stringify(Array.from($('frf-plot').data.at(-1).y)) !== {curve!r}")
@@ -108,7 +118,9 @@ def test_directions_are_drawn(page: Page, made: Made) -> None:
 def test_the_pdf_has_numbered_pages_with_something_on_each(made: Made, tmp_path: Path) -> None:
     pages = int(re.search(r"Pages:\s+(\d+)", poppler("pdfinfo", str(made.printed)))[1])  # type: ignore[index]
     text = "\n".join(lines(made.printed))
-    assert re.findall(rf"(\d+) ?/ ?{pages}$", text, re.MULTILINE) == [str(number) for number in range(1, pages + 1)]
+    assert re.findall(rf"(\d+) ?/ ?{pages}$", text, re.MULTILINE) == [
+        str(number) for number in range(1, pages + 1)
+    ]
     poppler("pdftoppm", "-r", "30", "-png", str(made.printed), str(tmp_path / "page"))
     pictures = sorted(tmp_path.glob("*.png"))
     assert len(pictures) == pages
@@ -120,8 +132,17 @@ def test_the_pdf_has_numbered_pages_with_something_on_each(made: Made, tmp_path:
 
 def test_page_and_pdf_say_what_the_result_says(made: Made) -> None:
     printed = re.sub(r"\s+", " ", " ".join(lines(made.printed)))
-    html = re.sub(r"\s+", " ", made.page.read_text("utf-8")).replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
-    for said in (*made.result.verdict, *(note[1:] for note in made.result.notes), *made.result.provenance.packages):
+    html = (
+        re.sub(r"\s+", " ", made.page.read_text("utf-8"))
+        .replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&amp;", "&")
+    )
+    for said in (
+        *made.result.verdict,
+        *(note[1:] for note in made.result.notes),
+        *made.result.provenance.packages,
+    ):
         assert said in printed
         assert said in html
 
@@ -139,8 +160,14 @@ def test_the_pdf_prints_the_same_numbers(made: Made) -> None:
     printed = [re.sub(r"\s+", " ", line).strip() for line in lines(made.printed)]
     for block in (block for block in made.document.blocks if block["kind"] == "table"):
         for row in block["rows"]:
-            numbers = [str(cell) for cell, column in zip(row, block["columns"], strict=True) if column["numeric"]]
-            assert not numbers or any(_in_order(numbers, line.split(" ")) for line in printed) or _wrapped(numbers, printed), row
+            numbers = [
+                str(cell) for cell, column in zip(row, block["columns"], strict=True) if column["numeric"]
+            ]
+            assert (
+                not numbers
+                or any(_in_order(numbers, line.split(" ")) for line in printed)
+                or _wrapped(numbers, printed)
+            ), row
 
 
 def _in_order(cells: list[str], words: list[str]) -> bool:
@@ -149,8 +176,13 @@ def _in_order(cells: list[str], words: list[str]) -> bool:
 
 
 def _wrapped(cells: list[str], printed: list[str]) -> bool:
-    """Whether the cells stand, in order of the line they begin on, in a row of up to three lines, some broken at a hyphen."""
-    return any(all(cell.replace(" ", "") in "".join(printed[i : i + 3]).replace(" ", "") for cell in cells) for i in range(len(printed)))
+    """Whether the cells stand, in order of the line they begin on, in a row of up to three lines, some broken
+    at a hyphen.
+    """
+    return any(
+        all(cell.replace(" ", "") in "".join(printed[i : i + 3]).replace(" ", "") for cell in cells)
+        for i in range(len(printed))
+    )
 
 
 def test_numbers_are_those_of_the_file(made: Made) -> None:
@@ -167,7 +199,11 @@ def test_numbers_are_those_of_the_file(made: Made) -> None:
             for cell, value in zip(cells, stored, strict=True):
                 assert isinstance(cell, Number)
                 assert cell.value == pytest.approx(value, rel=1e-12, nan_ok=True)
-                assert str(cell) == NONE if np.isnan(value) else float(cell) == pytest.approx(value, rel=5.001e-4)
+                assert (
+                    str(cell) == NONE
+                    if np.isnan(value)
+                    else float(cell) == pytest.approx(value, rel=5.001e-4)
+                )
 
 
 def _table(made: Made, title: str) -> Table:
@@ -183,12 +219,16 @@ def test_every_figure_is_exported_as_picture_and_drawing_with_its_data(made: Mad
         assert ElementTree.parse(made.exported / drawing).getroot().tag.endswith("svg")
         picture = matplotlib.image.imread(made.exported / f"{stem}.png")
         assert picture.shape[1] > 300 and picture[..., :3].std() > 0.01
-        assert any(name.startswith(stem) and name.endswith(".csv") for name in names), f"{drawing} without data"
+        assert any(name.startswith(stem) and name.endswith(".csv") for name in names), (
+            f"{drawing} without data"
+        )
 
 
 def test_every_csv_is_a_table_with_units(made: Made) -> None:
     for path in made.exported.glob("*.csv"):
-        read = list(csv.reader(line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")))
+        read = list(
+            csv.reader(line for line in path.read_text("utf-8").splitlines() if not line.startswith("#"))
+        )
         assert len({len(row) for row in read}) == 1, path.name
         assert all(read[0]), f"{path.name}: a column without a heading"
     units = {"Hz", "s", "%"}

@@ -27,7 +27,9 @@ def test_pages_are_numbered_and_named(made: tuple[FitResult, Path]) -> None:
     pages = int(re.search(r"Pages:\s+(\d+)", poppler("pdfinfo", str(path)))[1])  # type: ignore[index]
     text = "\n".join(lines(path))
     assert pages >= 3
-    assert re.findall(rf"(\d+) ?/ ?{pages}$", text, re.MULTILINE) == [str(page) for page in range(1, pages + 1)]
+    assert re.findall(rf"(\d+) ?/ ?{pages}$", text, re.MULTILINE) == [
+        str(page) for page in range(1, pages + 1)
+    ]
     assert text.count(result.name) >= pages
     assert "A4" in poppler("pdfinfo", str(path))
 
@@ -58,7 +60,9 @@ def test_it_says_what_the_result_says(made: tuple[FitResult, Path]) -> None:
 def test_six_of_many_postures_are_drawn(tmp_path: Path) -> None:
     result = modal_result()
     one = result.measurements["table"]
-    many = dataclasses.replace(result, measurements={f"p{i}": dataclasses.replace(one, name=f"p{i}") for i in range(8)})
+    many = dataclasses.replace(
+        result, measurements={f"p{i}": dataclasses.replace(one, name=f"p{i}") for i in range(8)}
+    )
     path = tmp_path / "many.pdf"
     path.write_bytes(pdf.document(many).compile(many))
     assert "The first 6 of 8 postures." in " ".join(lines(path))

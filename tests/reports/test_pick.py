@@ -29,8 +29,12 @@ def test_gap_map_is_the_gap_band_by_band(frf: FrfComparison) -> None:
     assert found.values.shape == (40, len(frf.output))
     assert frf.noise is not None and frf.gap is not None
     pair, band = 5, 7
-    lines = [i for i, hz in enumerate(frf.frequency_hz) if found.edges_hz[band] < hz < found.edges_hz[band + 1]]
-    squares = [abs(frf.fitted[i, pair] - frf.measured[i, pair]) ** 2 / frf.noise[i, pair] ** 2 / 2 for i in lines]
+    lines = [
+        i for i, hz in enumerate(frf.frequency_hz) if found.edges_hz[band] < hz < found.edges_hz[band + 1]
+    ]
+    squares = [
+        abs(frf.fitted[i, pair] - frf.measured[i, pair]) ** 2 / frf.noise[i, pair] ** 2 / 2 for i in lines
+    ]
     assert found.values[band, pair] == pytest.approx(np.sqrt(sum(squares) / len(lines)))
     # Bands of three lines each: their mean square is that of the whole.
     assert np.sqrt(np.mean(found.values**2, axis=0)) == pytest.approx(frf.gap)
@@ -44,7 +48,13 @@ def test_gap_map_without_noise_is_relative(frf: FrfComparison) -> None:
 
 def test_gap_map_of_few_lines(frf: FrfComparison) -> None:
     assert frf.noise is not None
-    few = dataclasses.replace(frf, frequency_hz=frf.frequency_hz[:3], fitted=frf.fitted[:3], measured=frf.measured[:3], noise=frf.noise[:3])
+    few = dataclasses.replace(
+        frf,
+        frequency_hz=frf.frequency_hz[:3],
+        fitted=frf.fitted[:3],
+        measured=frf.measured[:3],
+        noise=frf.noise[:3],
+    )
     assert pick.gap_map(few).values.shape == (3, len(frf.output))
 
 
@@ -64,7 +74,11 @@ def test_worst_first(frf: FrfComparison) -> None:
 
 def test_shown_frfs_are_drive_points_and_the_worst(frf: FrfComparison) -> None:
     shown = pick.shown_frfs(frf)
-    drive = [i for i, (o, e) in enumerate(zip(frf.output, frf.input, strict=True)) if o.replace("+", "") == e.replace("-", "")]
+    drive = [
+        i
+        for i, (o, e) in enumerate(zip(frf.output, frf.input, strict=True))
+        if o.replace("+", "") == e.replace("-", "")
+    ]
     assert len(drive) == 2
     assert shown[:2] == drive
     assert 3 in shown, "the FRF that was made wrong"
@@ -74,7 +88,9 @@ def test_shown_frfs_are_drive_points_and_the_worst(frf: FrfComparison) -> None:
 def test_few_modes_are_all_shown_and_many_up_to_the_band(measurement: MeasurementResult) -> None:
     assert pick.shown_modes(measurement) == 4
     assert pick.modes_in_band(measurement) == 3
-    many = dataclasses.replace(measurement, modes=dataclasses.replace(measurement.modes, frequency_hz=np.arange(1.0, 41) * 10))
+    many = dataclasses.replace(
+        measurement, modes=dataclasses.replace(measurement.modes, frequency_hz=np.arange(1.0, 41) * 10)
+    )
     assert pick.shown_modes(many) == 13, "up to 120 Hz, and the next"
 
 
@@ -82,7 +98,9 @@ def test_between_bounds_on_the_scale_of_the_search() -> None:
     table = frf_result().parameters
     middle = np.where(table.log, np.sqrt(np.abs(table.lower * table.upper)), (table.lower + table.upper) / 2)
     assert pick.between_bounds(table, middle) == pytest.approx(0.5)
-    assert pick.between_bounds(table, np.array([table.lower, table.upper])) == pytest.approx(np.array([[0] * 5, [1] * 5]))
+    assert pick.between_bounds(table, np.array([table.lower, table.upper])) == pytest.approx(
+        np.array([[0] * 5, [1] * 5])
+    )
 
 
 def test_half_interval() -> None:

@@ -29,7 +29,9 @@ def batch_result() -> BatchResult:
     """Made-up numbers: a parameter that rises with joint 2, one that is not usable twice, one failed fit."""
     rng = np.random.default_rng(11)
     q = rng.uniform(-60, 60, (COUNT, 3))
-    value = np.stack([2.0e5 * (1 + 0.002 * q[:, 1]), np.full(COUNT, 35.0)], axis=1) * (1 + 0.004 * rng.normal(size=(COUNT, 2)))
+    value = np.stack([2.0e5 * (1 + 0.002 * q[:, 1]), np.full(COUNT, 35.0)], axis=1) * (
+        1 + 0.004 * rng.normal(size=(COUNT, 2))
+    )
     usable = np.ones((COUNT, 2), dtype=bool)
     usable[:2, 1] = False
     for array in (value, q):
@@ -49,12 +51,24 @@ def batch_result() -> BatchResult:
         cost=gap**2,
         relative_error=0.02 * gap,
         posture_deg=q,
-        tool_m=np.stack([np.cos(np.deg2rad(q[:, 0])), np.sin(np.deg2rad(q[:, 0])), 0.8 + 0.005 * q[:, 1]], axis=1),
+        tool_m=np.stack(
+            [np.cos(np.deg2rad(q[:, 0])), np.sin(np.deg2rad(q[:, 0])), 0.8 + 0.005 * q[:, 1]], axis=1
+        ),
     )
     names, log = ("joint2.rz.stiffness", "joint2.rz.damping"), np.array([True, True])
     std = np.full((COUNT, 2), 0.004)
     parameters = ParametersByPosture(
-        names, ("N m/rad", "N m s/rad"), log, value, std, 0.992 * value, 1.008 * value, usable, None, None, None
+        names,
+        ("N m/rad", "N m s/rad"),
+        log,
+        value,
+        std,
+        0.992 * value,
+        1.008 * value,
+        usable,
+        None,
+        None,
+        None,
     )
     d = DependenceTable(
         parameter=names,
@@ -72,7 +86,10 @@ def batch_result() -> BatchResult:
         slope_p_value=np.array([1e-20, 1.0]),
         depends=np.array([True, False]),
     )
-    verdict, notes = ("23 of 24 fits ended well.", "The residuals are small.", "1 of 2 parameters depends."), ("a sign of something",)
+    verdict, notes = (
+        ("23 of 24 fits ended well.", "The residuals are small.", "1 of 2 parameters depends."),
+        ("a sign of something",),
+    )
     modes = ModesByPosture(hz, 0.03 + 0 * hz, 1.001 * hz, 0.031 + 0 * hz)
     head = (result_file.LAYOUT, "batch", "made_up", verdict, notes, "2 local workers", 12.5, "", float("nan"))
     return BatchResult(*head, jobs, parameters, modes, d, frf_result().provenance)
@@ -98,8 +115,22 @@ def map_result() -> MapResult:
         (0.05 * np.abs(full)).astype(np.float32),
         np.abs(full).max(axis=1)[:, range(3), range(3)].astype(float),
     )
-    said = ("30 postures were mapped.", "The first mode lies between 10 and 14 Hz.", "The tool is most compliant at p01.")
-    head = (result_file.LAYOUT, "map", "made_up", said, ("intervals say <what>",), 3.5, "2 local workers", "fit.h5", "tip on link3")
+    said = (
+        "30 postures were mapped.",
+        "The first mode lies between 10 and 14 Hz.",
+        "The tool is most compliant at p01.",
+    )
+    head = (
+        result_file.LAYOUT,
+        "map",
+        "made_up",
+        said,
+        ("intervals say <what>",),
+        3.5,
+        "2 local workers",
+        "fit.h5",
+        "tip on link3",
+    )
     return MapResult(*head, ("j1", "j2", "j3"), line, rows, frf_result().provenance)
 
 
@@ -117,7 +148,11 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def _tables(kind: str) -> list[Table]:
     if kind == "batch":
         result = batch_result()
-        made = [batch_tables.dependence_table(result), batch_tables.trend_table(result), batch_tables.failure_table(result)]
+        made = [
+            batch_tables.dependence_table(result),
+            batch_tables.trend_table(result),
+            batch_tables.failure_table(result),
+        ]
         return [table for table in (*made, batch_tables.job_table(result)) if table is not None]
     return [map_tables.mode_table(map_result())]
 
@@ -134,7 +169,9 @@ def test_page_and_document_print_the_same_tables(kind: str, files: dict[str, Pat
 
 
 def test_the_tables_say_what_the_file_says() -> None:
-    row = next(row for row in batch_tables.dependence_table(batch_result()).rows if row[0] == "joint2.rz.stiffness")
+    row = next(
+        row for row in batch_tables.dependence_table(batch_result()).rows if row[0] == "joint2.rz.stiffness"
+    )
     assert row[1:] == ("2.000e5", "N·m/rad", "0.50", NONE, "23", "5123", "22", "< 1e-9", "7.12", "depends")
     trend = batch_tables.trend_table(batch_result()).rows[0]
     assert trend[1] == "joint 2"
@@ -166,9 +203,14 @@ def test_pictures_are_drawn_and_follow_their_choices(kind: str, files: dict[str,
     assert first == ("joint2.rz.stiffness" if kind == "batch" else "frequency of mode 1")
     assert page.run("$('posture-over').selectedOptions[0].text") == "Joint 2 (°)"
     shown = page.run("Array.from($('trend-plot').data[0].y)")
-    expected = batch_result().parameters.value[:, 0] if kind == "batch" else map_result().rows.frequency_hz[:, 0]
+    expected = (
+        batch_result().parameters.value[:, 0] if kind == "batch" else map_result().rows.frequency_hz[:, 0]
+    )
     assert shown == pytest.approx(expected[np.isfinite(expected)], rel=1e-5)
-    page.run("$('posture-quantity').value = [...$('posture-quantity').options].find(o => o.text === 'frequency of mode 2').value")
+    page.run(
+        "$('posture-quantity').value = [...$('posture-quantity').options].find(o => o.text === 'frequency of"
+        " mode 2').value"
+    )
     page.run("$('posture-quantity').dispatchEvent(new Event('change'))")
     page.wait("$('posture-plot').layout.title.text === 'frequency of mode 2'")
     assert page.run("$('posture-over').selectedOptions[0].text") == "Joint 1 (°)"

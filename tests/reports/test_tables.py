@@ -89,7 +89,9 @@ def test_errors_without_known_noise() -> None:
     m = result.measurements["posture1"]
     assert m.frf is not None
     blind = dataclasses.replace(m, gap=np.nan, frf=dataclasses.replace(m.frf, gap=None, noise=None))
-    row = measurement_tables.error_table(dataclasses.replace(result, measurements={"posture1": blind})).rows[0]
+    row = measurement_tables.error_table(dataclasses.replace(result, measurements={"posture1": blind})).rows[
+        0
+    ]
     assert row[2:5] == (NONE, NONE, NONE)
     assert "gap" not in measurement_tables.pair_errors(blind.frf, 1)  # type: ignore[arg-type]
 
@@ -121,4 +123,9 @@ def test_profiles() -> None:
 
 def test_tiles() -> None:
     found = {what: value for what, value, _ in tables.tiles(frf_result())}
-    assert found == {"Gap, fitted data": "1.033", "Gap, validation": "1.063", "Parameters": "2 of 4", "Cost, frf-least-squares": "1.030"}
+    assert found == {
+        "Gap, fitted data": "1.033",
+        "Gap, validation": "1.063",
+        "Parameters": "2 of 4",
+        "Cost, frf-least-squares": "1.030",
+    }

@@ -54,12 +54,23 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 
 def test_numbers_are_those_of_the_file(run: Path) -> None:
-    rows = {row[0]: row for row in Tables(run.with_suffix(".html").read_text("utf-8")).rows if row and "." in row[0] and len(row) == 10}
+    rows = {
+        row[0]: row
+        for row in Tables(run.with_suffix(".html").read_text("utf-8")).rows
+        if row and "." in row[0] and len(row) == 10
+    }
     with h5py.File(run) as file:
         table = file["parameters"]
         names = [name.decode() for name in table["name"][()]]
         assert set(rows) == set(names)
-        for column, key in ((1, "value"), (3, "low_95"), (4, "high_95"), (6, "initial"), (7, "lower"), (8, "upper")):
+        for column, key in (
+            (1, "value"),
+            (3, "low_95"),
+            (4, "high_95"),
+            (6, "initial"),
+            (7, "lower"),
+            (8, "upper"),
+        ):
             for name, value in zip(names, table[key][()], strict=True):
                 text = rows[name][column]
                 assert text == NONE if np.isnan(value) else float(text) == pytest.approx(value, rel=5.001e-4)
@@ -68,11 +79,20 @@ def test_numbers_are_those_of_the_file(run: Path) -> None:
 def test_reports_again_are_the_same_bytes(run: Path) -> None:
     """In another process, which orders its sets otherwise and lives in another time zone."""
     before = [run.with_suffix(suffix).read_bytes() for suffix in (".html", ".pdf")]
-    script = "import sys, pathlib; from identify.reports.write import write_reports; write_reports(pathlib.Path(sys.argv[1]))"
+    script = (
+        "import sys, pathlib; from identify.reports.write import write_reports;"
+        " write_reports(pathlib.Path(sys.argv[1]))"
+    )
     elsewhere = {**os.environ, "PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"}
-    subprocess.run([sys.executable, "-c", script, str(run)], check=True, env=elsewhere, cwd=Path(__file__).parents[2])
+    subprocess.run(
+        [sys.executable, "-c", script, str(run)], check=True, env=elsewhere, cwd=Path(__file__).parents[2]
+    )
     assert [run.with_suffix(suffix).read_bytes() for suffix in (".html", ".pdf")] == before
-    assert sorted(path.name for path in run.parent.iterdir()) == ["arm.study.h5", "arm.study.html", "arm.study.pdf"]
+    assert sorted(path.name for path in run.parent.iterdir()) == [
+        "arm.study.h5",
+        "arm.study.html",
+        "arm.study.pdf",
+    ]
 
 
 def test_another_result_gives_other_bytes(run: Path, tmp_path: Path) -> None:
@@ -105,12 +125,16 @@ def test_a_result_without_points_or_shapes(tmp_path: Path) -> None:
     result = modal_result()
     m = result.measurements["table"]
     assert m.pairs is not None
-    geometry = dataclasses.replace(m.geometry, nodes=np.zeros(0, int), point_names=(), point_links=(), points=np.zeros((0, 3)))
+    geometry = dataclasses.replace(
+        m.geometry, nodes=np.zeros(0, int), point_names=(), point_links=(), points=np.zeros((0, 3))
+    )
     modes = dataclasses.replace(m.modes, point_shapes=np.zeros((4, 0, 3), complex))
     pairs = dataclasses.replace(m.pairs, mac=np.full(2, np.nan), mac_matrix=None, measured_shapes=None)
     bare = dataclasses.replace(m, geometry=geometry, modes=modes, pairs=pairs)
     path = tmp_path / "bare.h5"
-    result_file.write(dataclasses.replace(result, measurements={"table": bare}, profiles={}, published=None), path)
+    result_file.write(
+        dataclasses.replace(result, measurements={"table": bare}, profiles={}, published=None), path
+    )
     page, document = write_reports(path)
     assert "MAC NaN" not in page.read_text("utf-8")
     assert document.read_bytes().startswith(b"%PDF")

@@ -18,8 +18,17 @@ def random_table(seed: int, convention: str, joints: int = 6) -> Table:
     """A table with nothing aligned, every key in use."""
     rng = np.random.default_rng(seed)
     rows = [
-        {"name": f"joint{number}", "theta_offset_deg": angle, "d_m": d, "a_m": a, "alpha_deg": twist, "limits_deg": [-170, 170]}
-        for number, (angle, d, a, twist) in enumerate((rng.uniform(-1, 1, (joints, 4)) * [180, 0.5, 0.5, 180]).tolist(), start=1)
+        {
+            "name": f"joint{number}",
+            "theta_offset_deg": angle,
+            "d_m": d,
+            "a_m": a,
+            "alpha_deg": twist,
+            "limits_deg": [-170, 170],
+        }
+        for number, (angle, d, a, twist) in enumerate(
+            (rng.uniform(-1, 1, (joints, 4)) * [180, 0.5, 0.5, 180]).tolist(), start=1
+        )
     ]
     return {
         "name": f"table{seed}",
@@ -29,7 +38,9 @@ def random_table(seed: int, convention: str, joints: int = 6) -> Table:
         "base": _link(rng, "base"),
         "joints": rows,
         "links": [_link(rng, f"link{number}") for number in range(1, joints + 1)],
-        "frames": [{"name": "tool", "link": f"link{joints}", "xyz_m": [0.1, 0.2, 0.3], "rpy_deg": [10, 20, 30]}],
+        "frames": [
+            {"name": "tool", "link": f"link{joints}", "xyz_m": [0.1, 0.2, 0.3], "rpy_deg": [10, 20, 30]}
+        ],
     }
 
 
@@ -46,12 +57,18 @@ def link_transform(row: Table, convention: str, angle: float) -> Array:
     theta, alpha = angle + np.radians(row["theta_offset_deg"]), np.radians(row["alpha_deg"])
     a, d, ct, st, ca, sa = row["a_m"], row["d_m"], np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     if convention == "standard":
-        return np.array([[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]])
-    return np.array([[ct, -st, 0, a], [st * ca, ct * ca, -sa, -d * sa], [st * sa, ct * sa, ca, d * ca], [0, 0, 0, 1]])
+        return np.array(
+            [[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]]
+        )
+    return np.array(
+        [[ct, -st, 0, a], [st * ca, ct * ca, -sa, -d * sa], [st * sa, ct * sa, ca, d * ca], [0, 0, 0, 1]]
+    )
 
 
 def as_urdf(table: Table) -> str:
-    """The same arm as URDF, without gravity and base_pose: each link's frame sits on its joint axis, so inertias move to other frames."""
+    """The same arm as URDF, without gravity and base_pose: each link's frame sits on its joint axis, so
+    inertias move to other frames.
+    """
     parts, after = [_urdf_link(table["base"], np.eye(4))], np.eye(4)
     parent = table["base"]["name"]
     for row, link in zip(table["joints"], table["links"], strict=True):
@@ -64,15 +81,18 @@ def as_urdf(table: Table) -> str:
         lower, upper = np.radians(row["limits_deg"])
         parts.append(_urdf_link(link, mount))
         parts.append(
-            f'<joint name="{row["name"]}" type="revolute"><parent link="{parent}"/><child link="{link["name"]}"/>'
-            f'<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="0 0 2"/><limit lower="{lower}" upper="{upper}"/></joint>'
+            f'<joint name="{row["name"]}" type="revolute"><parent link="{parent}"/><child'
+            f' link="{link["name"]}"/><origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="0 0 2"/><limit'
+            f' lower="{lower}" upper="{upper}"/></joint>'
         )
         parent, after = link["name"], mount
     return "\n".join(['<robot name="same">', *parts, "</robot>"])
 
 
 def other_convention(table: Table) -> Table:
-    """A standard table as a modified one: alpha and a move one row down, so that frames, and inertial data, move to the near end."""
+    """A standard table as a modified one: alpha and a move one row down, so that frames, and inertial data,
+    move to the near end.
+    """
     joints = table["joints"]
     rows, links = [], []
     for number, (row, link) in enumerate(zip(joints, table["links"], strict=True)):
@@ -107,11 +127,14 @@ def _link(rng: np.random.Generator, name: str) -> Table:
 
 
 def _urdf_link(link: Table, mount: Array) -> str:
-    xyz, rpy = _origin(mount @ np.block([[np.eye(3), np.array(link["centre_m"])[:, None]], [np.zeros((1, 3)), 1]]))
+    xyz, rpy = _origin(
+        mount @ np.block([[np.eye(3), np.array(link["centre_m"])[:, None]], [np.zeros((1, 3)), 1]])
+    )
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = link["inertia_kg_m2"]
     return (
-        f'<link name="{link["name"]}"><inertial><origin xyz="{xyz}" rpy="{rpy}"/><mass value="{link["mass_kg"]}"/>'
-        f'<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="{xy}" ixz="{xz}" iyz="{yz}"/></inertial></link>'
+        f'<link name="{link["name"]}"><inertial><origin xyz="{xyz}" rpy="{rpy}"/><mass'
+        f' value="{link["mass_kg"]}"/><inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="{xy}" ixz="{xz}"'
+        f' iyz="{yz}"/></inertial></link>'
     )
 
 

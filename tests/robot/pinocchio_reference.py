@@ -1,6 +1,8 @@
-"""The second engine: the elastic mechanism of a URDF arm built in Pinocchio, from Pinocchio's own reading of the file.
+"""The second engine: the elastic mechanism of a URDF arm built in Pinocchio, from Pinocchio's own reading of
+the file.
 
-Every body hangs on six stacked one-coordinate joints (with JointModelComposite the gravity derivatives are silently wrong).
+Every body hangs on six stacked one-coordinate joints (with JointModelComposite the gravity derivatives are
+silently wrong).
 """
 
 from __future__ import annotations
@@ -21,7 +23,12 @@ class Reference:
 
     def __init__(self, urdf: str, posture: Array, base: str) -> None:
         self.rigid = pinocchio.buildModelFromXML(urdf)
-        self.posture = np.concatenate([_configuration(joint, angle) for joint, angle in zip(self.rigid.joints[1:], posture, strict=True)])
+        self.posture = np.concatenate(
+            [
+                _configuration(joint, angle)
+                for joint, angle in zip(self.rigid.joints[1:], posture, strict=True)
+            ]
+        )
         self.rigid_data = self.rigid.createData()
         pinocchio.computeJointJacobians(self.rigid, self.rigid_data, self.posture)
         pinocchio.updateFramePlacements(self.rigid, self.rigid_data)
@@ -29,7 +36,9 @@ class Reference:
         ground = self.rigid_data.oMf[self.rigid.getFrameId(base)]
         self.body_frames = [ground]  # pose of each body's joint frame in Pinocchio's world
         for joint in range(1, self.rigid.njoints):
-            self.body_frames.append(self.rigid_data.oMi[joint] * pinocchio.SE3(_z_to(self._axis(joint)), np.zeros(3)))
+            self.body_frames.append(
+                self.rigid_data.oMi[joint] * pinocchio.SE3(_z_to(self._axis(joint)), np.zeros(3))
+            )
         self.last = [0]  # Pinocchio's number of each body's last joint
         for number, frame in enumerate(self.body_frames):
             above = self.body_frames[number - 1].actInv(frame) if number else frame
@@ -76,7 +85,9 @@ class Reference:
 
 
 def _configuration(joint: pinocchio.JointModel, angle: float) -> Array:
-    return np.array([angle]) if joint.nq == 1 else np.array([np.cos(angle), np.sin(angle)])  # continuous joints
+    return (
+        np.array([angle]) if joint.nq == 1 else np.array([np.cos(angle), np.sin(angle)])
+    )  # continuous joints
 
 
 def _z_to(axis: Array) -> Array:

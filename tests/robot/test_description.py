@@ -25,9 +25,18 @@ POSTURE = random_posture(9)
 
 
 def test_a_payload_adds_its_mass_as_its_jacobian_says(arm: Robot) -> None:
-    """M grows by J^T m J for a body at its centre, whatever the link: an independent route to the merged inertia."""
-    mass, centre, inertia = 12.0, np.array([0.1, 0.2, -0.3]), np.array([[0.5, 0.1, 0], [0.1, 0.6, 0], [0, 0, 0.4]])
-    bare, loaded = (Engine(at_posture(robot, POSTURE)) for robot in (arm, arm.with_payload("link4", mass, centre, inertia)))
+    """M grows by J^T m J for a body at its centre, whatever the link: an independent route to the merged
+    inertia.
+    """
+    mass, centre, inertia = (
+        12.0,
+        np.array([0.1, 0.2, -0.3]),
+        np.array([[0.5, 0.1, 0], [0.1, 0.6, 0], [0, 0, 0.4]]),
+    )
+    bare, loaded = (
+        Engine(at_posture(robot, POSTURE))
+        for robot in (arm, arm.with_payload("link4", mass, centre, inertia))
+    )
     jacobian = bare.jacobian("link4", centre)
     added = mass * jacobian[:3].T @ jacobian[:3] + jacobian[3:].T @ inertia @ jacobian[3:]
     assert loaded.mass_matrix() - bare.mass_matrix() == pytest.approx(added, abs=1e-10)
@@ -49,7 +58,9 @@ def test_a_point_mass_is_a_payload(arm: Robot) -> None:
         ("link6", 5.0, np.diag([1.0, 1.0, 1000.0]), "the largest exceeds the sum"),
     ],
 )
-def test_payloads_that_cannot_be(arm: Robot, link: str, mass: float, inertia: np.ndarray, sentence: str) -> None:
+def test_payloads_that_cannot_be(
+    arm: Robot, link: str, mass: float, inertia: np.ndarray, sentence: str
+) -> None:
     with pytest.raises(InputError, match=sentence):
         arm.with_payload(link, mass, np.zeros(3), inertia, "payload")
 
@@ -115,7 +126,10 @@ def test_a_plate_and_rounded_tables_are_bodies() -> None:
 
 def test_a_payload_adds_the_gravity_stiffness_of_its_weight(arm: Robot) -> None:
     mass, centre = 12.0, np.array([0.1, 0.2, -0.3])
-    bare, loaded = (Engine(at_posture(robot, POSTURE)) for robot in (arm, arm.with_payload("link4", mass, centre, np.zeros((3, 3)))))
+    bare, loaded = (
+        Engine(at_posture(robot, POSTURE))
+        for robot in (arm, arm.with_payload("link4", mass, centre, np.zeros((3, 3))))
+    )
     added = loaded.gravity_stiffness() - bare.gravity_stiffness()
     assert mass * bare.weight_stiffness("link4", centre) == pytest.approx(added, abs=1e-5)
     assert np.abs(added).max() > 10

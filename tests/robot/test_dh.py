@@ -1,4 +1,6 @@
-"""Denavit-Hartenberg tables: against textbook transforms, a URDF of the same arm, a published robot; and every fault a file can have."""
+"""Denavit-Hartenberg tables: against textbook transforms, a URDF of the same arm, a published robot; and
+every fault a file can have.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ from tests.robot.random_arm import random_posture, write
 
 
 @settings(max_examples=40, deadline=None)
-@given(seed=st.integers(0, 10**6), convention=st.sampled_from(["standard", "modified"]), joints=st.integers(1, 7))
+@given(
+    seed=st.integers(0, 10**6), convention=st.sampled_from(["standard", "modified"]), joints=st.integers(1, 7)
+)
 def test_frames_are_where_textbook_transforms_put_them(seed: int, convention: str, joints: int) -> None:
     table, posture = random_table(seed, convention, joints), random_posture(seed, joints)
     with tempfile.TemporaryDirectory() as folder:
@@ -31,10 +35,16 @@ def test_frames_are_where_textbook_transforms_put_them(seed: int, convention: st
     frame, point = np.eye(4), np.array([0.1, -0.2, 0.3])
     for row, link, angle in zip(table["joints"], table["links"], posture, strict=True):
         frame = frame @ link_transform(row, convention, angle)
-        assert engine.position(link["name"], point) == pytest.approx(frame[:3, :3] @ point + frame[:3, 3], abs=1e-12)
+        assert engine.position(link["name"], point) == pytest.approx(
+            frame[:3, :3] @ point + frame[:3, 3], abs=1e-12
+        )
         drive = engine.mechanism.coordinate(f"{row['name']}.rz", "test")
         at_joint = engine.jacobian(link["name"], np.zeros(3))[:, drive]
-        axis = frame[:3, 2] if convention == "modified" else (frame @ np.linalg.inv(link_transform(row, convention, angle)))[:3, 2]
+        axis = (
+            frame[:3, 2]
+            if convention == "modified"
+            else (frame @ np.linalg.inv(link_transform(row, convention, angle)))[:3, 2]
+        )
         assert frame[:3, :3] @ at_joint[3:] == pytest.approx(axis, abs=1e-12)
 
 
@@ -76,8 +86,12 @@ links:  # The publication gives link 1 no mass and only its inertia about axis 1
   - {name: link4, mass_kg: 0.82, centre_m: [0, 0.019, 0], inertia_kg_m2: [1.8e-3, 1.3e-3, 1.8e-3, 0, 0, 0]}
   - {name: link5, mass_kg: 0.34, centre_m: [0, 0, 0], inertia_kg_m2: [0.3e-3, 0.4e-3, 0.3e-3, 0, 0, 0]}
   - {name: link6, mass_kg: 0.09, centre_m: [0, 0, 0.032], inertia_kg_m2: [0.15e-3, 0.15e-3, 0.04e-3, 0, 0, 0]}
-"""
-PUMA_ROTORS = np.array([62.6111, 107.815, 53.7063, 76.0364, 71.923, 76.686]) ** 2 * np.array([200, 200, 200, 33, 33, 33]) * 1e-6
+"""  # noqa: E501
+PUMA_ROTORS = (
+    np.array([62.6111, 107.815, 53.7063, 76.0364, 71.923, 76.686]) ** 2
+    * np.array([200, 200, 200, 33, 33, 33])
+    * 1e-6
+)
 PUMA_MASS = [
     [3.6594, -0.4044, 0.1006, -0.0025, 0, 0],
     [-0.4044, 4.4137, 0.3509, 0, 0.0024, 0],
@@ -89,7 +103,9 @@ PUMA_MASS = [
 
 
 def test_puma_560_has_its_published_pose_and_inertia(tmp_path: Path) -> None:
-    """Corke, Robotics, Vision and Control (2011), sections 7.2 and 9.2: fkine(qn) and inertia(qn), rotors behind their gears included."""
+    """Corke, Robotics, Vision and Control (2011), sections 7.2 and 9.2: fkine(qn) and inertia(qn), rotors
+    behind their gears included.
+    """
     path = tmp_path / "puma.yaml"
     path.write_text(PUMA, encoding="utf-8")
     robot = read_dh(path)
@@ -114,7 +130,9 @@ def test_the_described_example_is_read_as_described(tmp_path: Path) -> None:
     robot = read_dh(path)
     assert [link.name for link in robot.links] == ["base", "shoulder", "arm"]
     assert [joint.name for joint in robot.joints] == ["joint1", "joint2"]
-    assert (robot.joints[0].lower, robot.joints[0].upper) == pytest.approx((-np.radians(170), np.radians(170)))
+    assert (robot.joints[0].lower, robot.joints[0].upper) == pytest.approx(
+        (-np.radians(170), np.radians(170))
+    )
     assert robot.joints[1].upper == np.inf
     assert robot.links[2].inertia == pytest.approx(np.diag([0.4, 1.9, 1.9]))
     assert robot.frames["flange"][0] == "arm"
@@ -142,24 +160,43 @@ def test_a_base_without_inertia_is_allowed(tmp_path: Path) -> None:
 def test_six_numbers_are_the_same_inertia_as_the_matrix(tmp_path: Path) -> None:
     table = random_table(3, "standard")
     matrix = np.array(table["links"][0]["inertia_kg_m2"])
-    table["links"][0]["inertia_kg_m2"] = [matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]]
+    table["links"][0]["inertia_kg_m2"] = [
+        matrix[0, 0],
+        matrix[1, 1],
+        matrix[2, 2],
+        matrix[0, 1],
+        matrix[0, 2],
+        matrix[1, 2],
+    ]
     table["links"][0]["inertia_kg_m2"] = [float(entry) for entry in table["links"][0]["inertia_kg_m2"]]
     assert read_dh(write_table(tmp_path, table)).links[1].inertia == pytest.approx(matrix)
 
 
 FAULTS: list[tuple[dict[tuple[Any, ...], Any], str]] = [
-    ({("convention",): "classic"}, r"robot.yaml line \d+, convention: 'classic'; expected 'standard' or 'modified'"),
+    (
+        {("convention",): "classic"},
+        r"robot.yaml line \d+, convention: 'classic'; expected 'standard' or 'modified'",
+    ),
     ({("joints", 1, "d_m"): "0.3"}, r"line \d+, joints.1.d_m: '0.3'; expected a valid number"),
     ({("joints", 1, "d_m"): float("nan")}, r"joints.1.d_m: nan; expected a finite number"),
     ({("joints", 1, "alpha_rad"): 1.0}, r"line \d+, joints.1.alpha_rad: unknown key; remove it"),
     ({("joints", 0): {"name": "j"}}, r"joints.0.d_m: this key is missing; add it"),
     ({("joints", 2, "name"): "joint1"}, "joints.2.name: a second joint named 'joint1'"),
-    ({("joints", 2, "limits_deg"): [10, -10]}, "joints.2.limits_deg: limits 10, -10; expected lower <= upper"),
+    (
+        {("joints", 2, "limits_deg"): [10, -10]},
+        "joints.2.limits_deg: limits 10, -10; expected lower <= upper",
+    ),
     ({("joints",): []}, "joints: "),
     ({("links", 1, "mass_kg"): 0.0}, "links.1: link 'link2': mass 0 kg is not positive"),
-    ({("links", 1, "inertia_kg_m2"): [1.0, 1.0, 3.0, 0, 0, 0]}, "links.1: link 'link2': principal moments .* the largest exceeds the sum"),
+    (
+        {("links", 1, "inertia_kg_m2"): [1.0, 1.0, 3.0, 0, 0, 0]},
+        "links.1: link 'link2': principal moments .* the largest exceeds the sum",
+    ),
     ({("links", 1, "inertia_kg_m2"): [1.0, 1.0]}, r"links.1.inertia_kg_m2"),
-    ({("links", 1, "inertia_kg_m2"): [[1.0, 0.5, 0], [0, 1, 0], [0, 0, 1]]}, "link 'link2': inertia tensor is not symmetric"),
+    (
+        {("links", 1, "inertia_kg_m2"): [[1.0, 0.5, 0], [0, 1, 0], [0, 0, 1]]},
+        "link 'link2': inertia tensor is not symmetric",
+    ),
     ({("links", 5): None}, r"links.5"),
     ({("links", 0, "name"): "base"}, "links.0.name: a second link or frame named 'base'"),
     ({("links", 0, "name"): "ground"}, "links.0.name: a second link or frame named 'ground'"),
@@ -169,7 +206,9 @@ FAULTS: list[tuple[dict[tuple[Any, ...], Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "sentence"), FAULTS, ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    ("changes", "sentence"), FAULTS, ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_faults_are_named(tmp_path: Path, changes: dict[tuple[Any, ...], Any], sentence: str) -> None:
     table: Any = random_table(4, "standard")
     for key, value in changes.items():
@@ -183,11 +222,16 @@ def test_faults_are_named(tmp_path: Path, changes: dict[tuple[Any, ...], Any], s
 
 def test_all_faults_come_at_once_with_their_lines(tmp_path: Path) -> None:
     path = tmp_path / "robot.yaml"
-    path.write_text(example().replace("d_m: 0.5", "d_m: far").replace("mass_kg: 40", "mass: 40"), encoding="utf-8")
+    path.write_text(
+        example().replace("d_m: 0.5", "d_m: far").replace("mass_kg: 40", "mass: 40"), encoding="utf-8"
+    )
     with pytest.raises(InputErrors) as caught:
         read_dh(path)
     lines = example().splitlines()
-    row, link = (next(i for i, line in enumerate(lines, start=1) if f"name: {name}," in line) for name in ("joint1", "arm"))
+    row, link = (
+        next(i for i, line in enumerate(lines, start=1) if f"name: {name}," in line)
+        for name in ("joint1", "arm")
+    )
     assert [error.where for error in caught.value.errors] == [
         f"robot.yaml line {row}, joints.0.d_m",
         f"robot.yaml line {link}, links.1.mass_kg",

@@ -1,4 +1,6 @@
-"""The dynamics engine and the posture it is built from: closed forms, conventions, names, the ground and plates."""
+"""The dynamics engine and the posture it is built from: closed forms, conventions, names, the ground and
+plates.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +19,20 @@ from tests.robot.random_arm import general_arm, random_posture, write
 
 
 def pendulum(base_mass: float = 3.0) -> tuple[Robot, float, float, float]:
-    """A rod's mass (kg), centre distance (m) and inertia about the centre (kg m^2), hung on a horizontal axis along y."""
+    """A rod's mass (kg), centre distance (m) and inertia about the centre (kg m^2), hung on a horizontal axis
+    along y.
+    """
     mass, length, inertia = 2.0, 0.7, 0.11
     rod = Link("rod", mass, np.array([0, 0, -length]), np.diag([inertia, inertia, 0.02]))
     base = Link("base", base_mass, np.zeros(3), base_mass * np.eye(3))
-    return Robot("pendulum", (base, rod), (Joint("hinge", "base", "rod", np.eye(4), np.array([0.0, 1.0, 0.0])),)), mass, length, inertia
+    return (
+        Robot(
+            "pendulum", (base, rod), (Joint("hinge", "base", "rod", np.eye(4), np.array([0.0, 1.0, 0.0])),)
+        ),
+        mass,
+        length,
+        inertia,
+    )
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.6, np.pi])
@@ -30,18 +41,30 @@ def test_pendulum_has_its_closed_form(angle: float) -> None:
     engine = Engine(at_posture(robot, np.array([angle])))
     swing = engine.mechanism.coordinate("joint1.rz", "test")
     assert engine.mass_matrix()[swing, swing] == pytest.approx(inertia + mass * length**2, rel=1e-12)
-    assert engine.gravity_stiffness()[swing, swing] == pytest.approx(mass * 9.81 * length * np.cos(angle), rel=1e-8)
-    assert engine.jacobian("rod", np.array([0, 0, -length]))[:, swing] == pytest.approx([-length, 0, 0, 0, 1, 0], abs=1e-12)
-    assert engine.axes("rod") == pytest.approx(np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]))
-    assert engine.position("rod", np.array([0, 0, -length])) == pytest.approx([-length * np.sin(angle), 0, -length * np.cos(angle)])
+    assert engine.gravity_stiffness()[swing, swing] == pytest.approx(
+        mass * 9.81 * length * np.cos(angle), rel=1e-8
+    )
+    assert engine.jacobian("rod", np.array([0, 0, -length]))[:, swing] == pytest.approx(
+        [-length, 0, 0, 0, 1, 0], abs=1e-12
+    )
+    assert engine.axes("rod") == pytest.approx(
+        np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    )
+    assert engine.position("rod", np.array([0, 0, -length])) == pytest.approx(
+        [-length * np.sin(angle), 0, -length * np.cos(angle)]
+    )
 
 
 def test_z_of_a_joint_frame_is_the_joint_axis(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, general_arm(5)))
     engine = Engine(at_posture(robot, random_posture(5)))
     for number, joint in enumerate(robot.joints, start=1):
-        turn = engine.jacobian(joint.child, np.zeros(3))[:, engine.mechanism.coordinate(f"joint{number}.rz", "test")]
-        shift = engine.jacobian(joint.child, np.zeros(3))[:, engine.mechanism.coordinate(f"joint{number}.tz", "test")]
+        turn = engine.jacobian(joint.child, np.zeros(3))[
+            :, engine.mechanism.coordinate(f"joint{number}.rz", "test")
+        ]
+        shift = engine.jacobian(joint.child, np.zeros(3))[
+            :, engine.mechanism.coordinate(f"joint{number}.tz", "test")
+        ]
         assert turn[3:] == pytest.approx(joint.axis, abs=1e-12)
         assert turn[:3] == pytest.approx(np.zeros(3), abs=1e-12)
         assert shift[:3] == pytest.approx(joint.axis, abs=1e-12)
@@ -58,12 +81,22 @@ def test_opposite_axes_give_opposite_drive_directions() -> None:
 def test_coordinates_are_named_in_order_and_the_base_moves_everything() -> None:
     robot, *_ = pendulum()
     mechanism = at_posture(robot, np.array([0.3]))
-    assert mechanism.coordinates[:7] == ("base.tx", "base.ty", "base.tz", "base.rx", "base.ry", "base.rz", "joint1.tx")
+    assert mechanism.coordinates[:7] == (
+        "base.tx",
+        "base.ty",
+        "base.tz",
+        "base.rx",
+        "base.ry",
+        "base.rz",
+        "joint1.tx",
+    )
     assert Engine(mechanism).mass_matrix()[0, 0] == pytest.approx(5.0)
 
 
 def test_a_plate_keeps_its_inertia() -> None:
-    """The largest moment of a plate is the sum of the others: rounding must not make the engine replace them by their mean."""
+    """The largest moment of a plate is the sum of the others: rounding must not make the engine replace them
+    by their mean.
+    """
     robot, *_ = pendulum()
     rng = np.random.default_rng(1)
     for _ in range(20):
@@ -72,7 +105,9 @@ def test_a_plate_keeps_its_inertia() -> None:
         plate = turn @ np.diag([a, b, a + b]) @ turn.T
         plate = (plate + plate.T) / 2
         rod = replace(robot.links[1], centre=np.zeros(3), inertia=plate)
-        upright = replace(robot, links=(robot.links[0], rod), joints=(replace(robot.joints[0], axis=np.array([0, 0, 1.0])),))
+        upright = replace(
+            robot, links=(robot.links[0], rod), joints=(replace(robot.joints[0], axis=np.array([0, 0, 1.0])),)
+        )
         mass = Engine(at_posture(upright, np.zeros(1))).mass_matrix()
         assert mass[9:, 9:] == pytest.approx(plate, abs=1e-12)
 
@@ -82,7 +117,9 @@ def test_a_base_without_inertia_is_the_ground() -> None:
     assert fixed.mechanism.coordinates == loose.mechanism.coordinates[6:]
     assert fixed.mass_matrix() == pytest.approx(loose.mass_matrix()[6:, 6:], abs=1e-12)
     assert fixed.gravity_stiffness() == pytest.approx(loose.gravity_stiffness()[6:, 6:], abs=1e-8)
-    assert fixed.jacobian("rod", np.ones(3)) == pytest.approx(loose.jacobian("rod", np.ones(3))[:, 6:], abs=1e-12)
+    assert fixed.jacobian("rod", np.ones(3)) == pytest.approx(
+        loose.jacobian("rod", np.ones(3))[:, 6:], abs=1e-12
+    )
     assert not fixed.jacobian("base", np.ones(3)).any()
     assert fixed.position("base", np.ones(3)) == pytest.approx(np.ones(3))
     with pytest.raises(InputError, match=r"'base\.rx' moves the base, which has no inertia"):
@@ -90,13 +127,21 @@ def test_a_base_without_inertia_is_the_ground() -> None:
 
 
 def test_a_body_can_be_attached_to_a_ground_base() -> None:
-    mechanism = attach(at_posture(pendulum(0.0)[0], np.zeros(1)), "hose", "base", np.eye(4), Link("hose", 1.5, np.zeros(3), np.eye(3)))
+    mechanism = attach(
+        at_posture(pendulum(0.0)[0], np.zeros(1)),
+        "hose",
+        "base",
+        np.eye(4),
+        Link("hose", 1.5, np.zeros(3), np.eye(3)),
+    )
     assert Engine(mechanism).mass_matrix()[6:9, 6:9] == pytest.approx(1.5 * np.eye(3))
 
 
 def test_unknown_coordinate_and_bad_postures_are_refused() -> None:
     robot, *_ = pendulum()
-    with pytest.raises(InputError, match=r"unknown coordinate 'joint2.rz'; expected BODY.AXIS, BODY one of base, joint1"):
+    with pytest.raises(
+        InputError, match=r"unknown coordinate 'joint2.rz'; expected BODY.AXIS, BODY one of base, joint1"
+    ):
         at_posture(robot, np.zeros(1)).coordinate("joint2.rz", "effects[0]")
     with pytest.raises(InputError, match="posture_deg: 2 angles; expected 1, one per joint"):
         at_posture(robot, np.zeros(2))

@@ -29,10 +29,17 @@ def points_file(folder: Path, text: str) -> Path:
 
 
 def test_a_point_has_its_link_position_and_link_axes(tmp_path: Path) -> None:
-    points = read_points(points_file(tmp_path, f"{HEADER}\n12,wrist top,link5,0.1,-2e-1,3\n\n3,,base,0,0,0\n"))
+    points = read_points(
+        points_file(tmp_path, f"{HEADER}\n12,wrist top,link5,0.1,-2e-1,3\n\n3,,base,0,0,0\n")
+    )
     assert list(points) == [12, 3]
     wrist = points[12]
-    assert (wrist.node, wrist.name, wrist.link, wrist.where) == (12, "wrist top", "link5", "points.csv line 2")
+    assert (wrist.node, wrist.name, wrist.link, wrist.where) == (
+        12,
+        "wrist top",
+        "link5",
+        "points.csv line 2",
+    )
     assert wrist.position.tolist() == [0.1, -0.2, 3]
     assert np.array_equal(wrist.axes, np.eye(3))
 
@@ -46,7 +53,9 @@ def test_columns_may_come_in_any_order_with_spaces_and_a_byte_order_mark(tmp_pat
 def test_rows_of_axes_are_the_sensor_directions(tmp_path: Path) -> None:
     point = read_points(points_file(tmp_path, f"{TURNED}\n1,a,arm,0,0,0,0,0,90\n"))[1]
     assert point.axes == pytest.approx(np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]), abs=1e-15)
-    both = read_points(points_file(tmp_path, f"{TURNED}\n1,a,arm,0,0,0,90,0,90\n"))[1]  # first about x, then about the fixed z
+    both = read_points(points_file(tmp_path, f"{TURNED}\n1,a,arm,0,0,0,90,0,90\n"))[
+        1
+    ]  # first about x, then about the fixed z
     assert both.axes[0] == pytest.approx([0, 1, 0], abs=1e-15)
     assert both.axes[1] == pytest.approx([0, 0, 1], abs=1e-15)
 
@@ -57,7 +66,11 @@ finite = st.floats(-1e3, 1e3)
 @settings(max_examples=50, deadline=None)
 @given(
     rows=st.lists(
-        st.tuples(st.integers(1, 10**6), st.text(st.characters(exclude_categories=["C", "Z"]), max_size=8), *[finite] * 6),
+        st.tuples(
+            st.integers(1, 10**6),
+            st.text(st.characters(exclude_categories=["C", "Z"]), max_size=8),
+            *[finite] * 6,
+        ),
         min_size=1,
         max_size=8,
         unique_by=lambda row: row[0],
@@ -83,12 +96,18 @@ def test_what_is_written_is_read(rows: list[tuple[float | str, ...]]) -> None:
         ("", "points.csv: the file is empty"),
         ("\n\n", "points.csv: the file is empty"),
         (HEADER, "points.csv: no points"),
-        ("node,name,x_m,y_m,z_m\n", "line 1: no column link in 'node,name,x_m,y_m,z_m'; expected the columns node,name,link"),
+        (
+            "node,name,x_m,y_m,z_m\n",
+            "line 1: no column link in 'node,name,x_m,y_m,z_m'; expected the columns node,name,link",
+        ),
         ("node;name;link;x_m;y_m;z_m\n", "separated by commas"),
         (HEADER.replace("x_m", "x_mm"), "no column x_m"),
         (HEADER + ",rx_rad\n", "unknown or doubled columns"),
         (HEADER + ",x_m\n", "unknown or doubled columns"),
-        (HEADER + ",rz_deg\n", "only a part of the sensor's orientation; expected all of rx_deg,ry_deg,rz_deg, or none"),
+        (
+            HEADER + ",rz_deg\n",
+            "only a part of the sensor's orientation; expected all of rx_deg,ry_deg,rz_deg, or none",
+        ),
     ],
 )
 def test_a_bad_file_is_refused(tmp_path: Path, text: str, sentence: str) -> None:
@@ -120,8 +139,14 @@ def test_a_bad_line_is_refused(tmp_path: Path, row: str, sentence: str) -> None:
 
 def test_all_bad_lines_come_at_once(tmp_path: Path) -> None:
     with pytest.raises(InputErrors) as caught:
-        read_points(points_file(tmp_path, f"{HEADER}\nx,a,arm,0,0,0\n2,a,arm,0,0,0\n2,a,arm,0,0,0\n3,a,arm,0,0,-\n"))
-    assert [error.where for error in caught.value.errors] == ["points.csv line 2", "points.csv line 4", "points.csv line 5"]
+        read_points(
+            points_file(tmp_path, f"{HEADER}\nx,a,arm,0,0,0\n2,a,arm,0,0,0\n2,a,arm,0,0,0\n3,a,arm,0,0,-\n")
+        )
+    assert [error.where for error in caught.value.errors] == [
+        "points.csv line 2",
+        "points.csv line 4",
+        "points.csv line 5",
+    ]
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
@@ -131,9 +156,14 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 
 def test_points_on_links_and_frames_are_accepted_and_others_named(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, general_arm(0)))
-    check_links(read_points(points_file(tmp_path, f"{HEADER}\n1,a,link6,0,0,0\n2,b,tool,0,0,0\n3,c,world,0,0,0\n")), robot)
+    check_links(
+        read_points(points_file(tmp_path, f"{HEADER}\n1,a,link6,0,0,0\n2,b,tool,0,0,0\n3,c,world,0,0,0\n")),
+        robot,
+    )
     bad = read_points(points_file(tmp_path, f"{HEADER}\n1,a,link6,0,0,0\n2,b,link7,0,0,0\n3,c,Tool,0,0,0\n"))
-    with pytest.raises(InputErrors, match=r"points\.csv line 3: unknown link 'link7'; expected one of base_link, link1") as caught:
+    with pytest.raises(
+        InputErrors, match=r"points\.csv line 3: unknown link 'link7'; expected one of base_link, link1"
+    ) as caught:
         check_links(bad, robot)
     assert len(caught.value.errors) == 2
 

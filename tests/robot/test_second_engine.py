@@ -31,7 +31,9 @@ def relative(got: Array, expected: Array) -> float:
 def arm(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Engine, Reference]:
     make, seed = request.param
     text, posture = make(seed), random_posture(seed)
-    return Engine(at_posture(read_urdf(write(tmp_path, text)), posture)), Reference(text, posture, "base_link")
+    return Engine(at_posture(read_urdf(write(tmp_path, text)), posture)), Reference(
+        text, posture, "base_link"
+    )
 
 
 def in_reference_gravity(engine: Engine, reference: Reference) -> None:
@@ -52,17 +54,32 @@ def test_mass_gravity_and_jacobians_equal_the_second_engine(arm: tuple[Engine, R
 
 
 def test_frfs_equal_those_of_the_second_engine(arm: tuple[Engine, Reference]) -> None:
-    """All 42 coordinates on springs and dampers: Z^-1 by the other engine's matrices, assembled and inverted here."""
+    """All 42 coordinates on springs and dampers: Z^-1 by the other engine's matrices, assembled and inverted
+    here.
+    """
     engine, reference = arm
     rng, size = np.random.default_rng(5), 6 * len(engine.mechanism.bodies)
     stiffness, damping = 10 ** rng.uniform(5, 7, size), 10 ** rng.uniform(1, 3, size)
     frames, s = list(engine.mechanism.frames), 0.7 + 2j * np.pi * np.linspace(1, 100, 25)
     points = [(frames[-1], rng.uniform(-0.5, 0.5, 3)), (frames[len(frames) // 2], rng.uniform(-0.5, 0.5, 3))]
     ours, theirs = (np.vstack([side.jacobian(link, at)[:3] for link, at in points]) for side in arm)
-    found = frf(engine.mass_matrix(), np.diag(damping), np.diag(stiffness) + engine.gravity_stiffness(), s, ours, ours.T, 2)
+    found = frf(
+        engine.mass_matrix(),
+        np.diag(damping),
+        np.diag(stiffness) + engine.gravity_stiffness(),
+        s,
+        ours,
+        ours.T,
+        2,
+    )
     constant = np.diag(stiffness) + reference.gravity_stiffness()
     mass = reference.mass_matrix()
-    expected = np.array([line**2 * theirs @ np.linalg.inv(constant + line * np.diag(damping) + line**2 * mass) @ theirs.T for line in s])
+    expected = np.array(
+        [
+            line**2 * theirs @ np.linalg.inv(constant + line * np.diag(damping) + line**2 * mass) @ theirs.T
+            for line in s
+        ]
+    )
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
 
 
@@ -72,7 +89,9 @@ def test_drive_rotations_alone_are_the_rigid_arm(arm: tuple[Engine, Reference]) 
     assert relative(engine.mass_matrix()[np.ix_(drives, drives)], reference.rigid_mass_matrix()) < 1e-8
 
 
-def test_mass_is_symmetric_positive_definite_and_gravity_stiffness_symmetric(arm: tuple[Engine, Reference]) -> None:
+def test_mass_is_symmetric_positive_definite_and_gravity_stiffness_symmetric(
+    arm: tuple[Engine, Reference],
+) -> None:
     engine, _ = arm
     mass, gravity = engine.mass_matrix(), engine.gravity_stiffness()
     assert relative(mass, mass.T) < 1e-14

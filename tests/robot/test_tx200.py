@@ -1,4 +1,6 @@
-"""The estimated Staubli TX200 in data/: made by its script, posed as in the paper, and dynamically near it."""
+"""The estimated Staubli TX200 in data/: made by its script, posed as in the paper, and dynamically near
+it.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,10 @@ def script() -> ModuleType:
 def robot() -> Robot:
     gripper = YAML(typ="safe").load(FOLDER / "gripper.yaml")
     return read_dh(FOLDER / "robot.yaml").with_payload(
-        gripper["link"], gripper["mass_kg"], np.array(gripper["centre_m"]), np.diag(gripper["inertia_kg_m2"][:3])
+        gripper["link"],
+        gripper["mass_kg"],
+        np.array(gripper["centre_m"]),
+        np.diag(gripper["inertia_kg_m2"][:3]),
     )
 
 
@@ -47,11 +52,16 @@ def test_files_are_what_the_script_makes(script: ModuleType) -> None:
 
 def test_solids_have_their_closed_forms(script: ModuleType) -> None:
     """A tube is the outer cylinder less the inner one; a box and a cylinder by integration on a grid."""
-    tube, outer, inner = (script.cylinder(2, 0.5, size, 1000.0, (0, 0, 0), wall) for size, wall in ((0.3, 0.02), (0.3, None), (0.26, None)))
+    tube, outer, inner = (
+        script.cylinder(2, 0.5, size, 1000.0, (0, 0, 0), wall)
+        for size, wall in ((0.3, 0.02), (0.3, None), (0.26, None))
+    )
     assert tube[0] == pytest.approx(outer[0] - inner[0])
     assert tube[2] == pytest.approx(outer[2] - inner[2])
     size = np.array([0.2, 0.3, 0.4])
-    grid = (np.stack(np.meshgrid(*[np.arange(40) + 0.5] * 3, indexing="ij"), axis=-1).reshape(-1, 3) / 40 - 0.5) * size
+    grid = (
+        np.stack(np.meshgrid(*[np.arange(40) + 0.5] * 3, indexing="ij"), axis=-1).reshape(-1, 3) / 40 - 0.5
+    ) * size
     for solid, inside in (
         (script.box(tuple(size), 1000.0, (0, 0, 0)), np.full(len(grid), True)),
         (script.cylinder(2, 0.4, 0.2, 1000.0, (0, 0, 0)), np.hypot(grid[:, 0], grid[:, 1]) < 0.1),
@@ -73,7 +83,10 @@ def test_mass_and_reach_are_the_published_ones(robot: Robot) -> None:
 
 def test_posture_of_table_1_has_the_elbow_at_two_metres_and_a_level_tool(robot: Robot) -> None:
     engine = Engine(at_posture(robot, POSTURE))
-    elbow, wrist, flange = (engine.position(name, np.zeros(3)) + PEDESTAL for name in ("proximal_forearm", "wrist_housing", "flange"))
+    elbow, wrist, flange = (
+        engine.position(name, np.zeros(3)) + PEDESTAL
+        for name in ("proximal_forearm", "wrist_housing", "flange")
+    )
     assert elbow[2] == pytest.approx(2.08, abs=0.01)
     assert flange[2] == pytest.approx(wrist[2], abs=1e-3)
     assert [elbow[0], wrist[0], flange[0]] == pytest.approx([0, 0, 0], abs=1e-12)

@@ -20,11 +20,16 @@ from tests.shared import shared
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 BASE = f'<link name="base">{INERTIAL}</link>'
 ARM = f'<link name="arm">{INERTIAL}</link>'
-HINGE = '<joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>'
+HINGE = (
+    '<joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>'
+)
 
 
 def fixed(parent: str, child: str, origin: str = "") -> str:
-    return f'<joint name="{parent}_{child}" type="fixed"><parent link="{parent}"/><child link="{child}"/>{origin}</joint>'
+    return (
+        f'<joint name="{parent}_{child}" type="fixed"><parent link="{parent}"/><child'
+        f' link="{child}"/>{origin}</joint>'
+    )
 
 
 def robot(*parts: str) -> str:
@@ -33,22 +38,32 @@ def robot(*parts: str) -> str:
 
 def test_two_links_and_a_hinge(tmp_path: Path) -> None:
     arm = read_urdf(write(tmp_path, robot(BASE, ARM, HINGE)))
-    assert (arm.name, [link.name for link in arm.links], [joint.name for joint in arm.joints]) == ("test", ["base", "arm"], ["hinge"])
+    assert (arm.name, [link.name for link in arm.links], [joint.name for joint in arm.joints]) == (
+        "test",
+        ["base", "arm"],
+        ["hinge"],
+    )
     assert (arm.joints[0].lower, arm.joints[0].upper) == (-np.inf, np.inf)
     assert arm.gravity.tolist() == [0, 0, -9.81]
     assert arm.frames == {}
 
 
 def test_axis_is_normalised_and_x_by_default(tmp_path: Path) -> None:
-    assert read_urdf(write(tmp_path, robot(BASE, ARM, HINGE.replace("0 0 1", "0 -3 4")))).joints[0].axis == pytest.approx([0, -0.6, 0.8])
-    assert read_urdf(write(tmp_path, robot(BASE, ARM, HINGE.replace('<axis xyz="0 0 1"/>', "")))).joints[0].axis == pytest.approx([1, 0, 0])
+    assert read_urdf(write(tmp_path, robot(BASE, ARM, HINGE.replace("0 0 1", "0 -3 4")))).joints[
+        0
+    ].axis == pytest.approx([0, -0.6, 0.8])
+    assert read_urdf(write(tmp_path, robot(BASE, ARM, HINGE.replace('<axis xyz="0 0 1"/>', "")))).joints[
+        0
+    ].axis == pytest.approx([1, 0, 0])
 
 
 def test_limits_hold_for_revolute_joints_only(tmp_path: Path) -> None:
     limited = HINGE.replace("</joint>", '<limit lower="-1" upper="2"/></joint>')
     joint = read_urdf(write(tmp_path, robot(BASE, ARM, limited))).joints[0]
     assert (joint.lower, joint.upper) == (-1, 2)
-    endless = read_urdf(write(tmp_path, robot(BASE, ARM, limited.replace("revolute", "continuous")))).joints[0]
+    endless = read_urdf(write(tmp_path, robot(BASE, ARM, limited.replace("revolute", "continuous")))).joints[
+        0
+    ]
     assert (endless.lower, endless.upper) == (-np.inf, np.inf)
 
 
@@ -82,7 +97,9 @@ def test_rpy_turns_joint_origins_and_inertias(roll: float, pitch: float, yaw: fl
 
 def test_what_a_fixed_joint_holds_is_merged_and_stays_a_frame(tmp_path: Path) -> None:
     tool = f'<link name="tool">{INERTIAL}</link><link name="tip"/>'
-    joints = fixed("arm", "tool", '<origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/>') + fixed("tool", "tip", '<origin xyz="1 0 0"/>')
+    joints = fixed("arm", "tool", '<origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/>') + fixed(
+        "tool", "tip", '<origin xyz="1 0 0"/>'
+    )
     arm = read_urdf(write(tmp_path, robot(BASE, ARM, tool, HINGE, joints)))
     link = arm.links[1]
     assert (link.name, link.mass) == ("arm", 4)
@@ -98,15 +115,21 @@ def test_a_joint_may_leave_a_merged_link(tmp_path: Path) -> None:
         ARM,
         '<link name="flange"/>',
         fixed("base", "flange", '<origin xyz="0 0 1"/>'),
-        HINGE.replace('parent link="base"', 'parent link="flange"').replace("<axis", '<origin xyz="0 2 0"/><axis'),
+        HINGE.replace('parent link="base"', 'parent link="flange"').replace(
+            "<axis", '<origin xyz="0 2 0"/><axis'
+        ),
     )
     arm = read_urdf(write(tmp_path, text))
     assert (arm.joints[0].parent, arm.links[0].name) == ("base", "base")
     assert arm.joints[0].origin[:3, 3] == pytest.approx([0, 2, 1])
 
 
-@pytest.mark.parametrize("rpy, gravity", [("3.141592653589793 0 0", [0, 0, 9.81]), ("0 1.5707963267948966 0", [9.81, 0, 0])])
-def test_world_above_the_base_becomes_a_frame_and_turns_gravity(tmp_path: Path, rpy: str, gravity: list[float]) -> None:
+@pytest.mark.parametrize(
+    "rpy, gravity", [("3.141592653589793 0 0", [0, 0, 9.81]), ("0 1.5707963267948966 0", [9.81, 0, 0])]
+)
+def test_world_above_the_base_becomes_a_frame_and_turns_gravity(
+    tmp_path: Path, rpy: str, gravity: list[float]
+) -> None:
     stand = fixed("world", "base", f'<origin xyz="0 0 2" rpy="{rpy}"/>')
     arm = read_urdf(write(tmp_path, robot('<link name="world"/>', BASE, ARM, stand, HINGE)))
     assert arm.links[0].name == "base"
@@ -117,7 +140,9 @@ def test_world_above_the_base_becomes_a_frame_and_turns_gravity(tmp_path: Path, 
 
 
 def test_the_base_is_the_first_link_with_inertia(tmp_path: Path) -> None:
-    """As in the files of a well-known arm: world, base_link without inertia, and its inertia in a link of its own."""
+    """As in the files of a well-known arm: world, base_link without inertia, and its inertia in a link of its
+    own.
+    """
     hinge = HINGE.replace('"base"', '"base_inertia"')
     parts = [
         '<link name="world"/><link name="base_link"/><link name="side"/>',
@@ -134,13 +159,18 @@ def test_the_base_is_the_first_link_with_inertia(tmp_path: Path) -> None:
 
 
 def test_a_base_without_inertia_has_mass_zero(tmp_path: Path) -> None:
-    arm = read_urdf(write(tmp_path, robot('<link name="world"/><link name="base"/>', ARM, HINGE, fixed("world", "base"))))
+    arm = read_urdf(
+        write(tmp_path, robot('<link name="world"/><link name="base"/>', ARM, HINGE, fixed("world", "base")))
+    )
     assert (arm.links[0].name, arm.links[0].mass) == ("base", 0)
     assert Engine(at_posture(arm, np.zeros(1))).mass_matrix().shape == (6, 6)
 
 
 def test_massless_frames_with_a_zero_inertial_are_frames(tmp_path: Path) -> None:
-    tip = '<link name="tip"><inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    tip = (
+        '<link name="tip"><inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0"'
+        ' iyz="0"/></inertial></link>'
+    )
     arm = read_urdf(write(tmp_path, robot(BASE, ARM, tip, HINGE, fixed("arm", "tip"))))
     assert arm.links[1].mass == 2
 
@@ -163,56 +193,147 @@ def test_a_file_made_elsewhere_is_read() -> None:
 SECOND = HINGE.replace("hinge", "second")
 MOVED = '<joint name="slide" type="prismatic"><parent link="arm"/><child link="jaw"/></joint>'
 REFUSED = {
-    "prismatic": (robot(BASE, ARM, f'<link name="jaw">{INERTIAL}</link>', HINGE, MOVED),
-                  'line 6, <joint name="slide">: prismatic joints are not supported; expected revolute, continuous or fixed; write'),
-    "floating": (robot(BASE, ARM, HINGE.replace("revolute", "floating")), "floating joints are not supported"),
+    "prismatic": (
+        robot(BASE, ARM, f'<link name="jaw">{INERTIAL}</link>', HINGE, MOVED),
+        (
+            'line 6, <joint name="slide">: prismatic joints are not supported; expected revolute, continuous'
+            " or fixed; write"
+        ),
+    ),
+    "floating": (
+        robot(BASE, ARM, HINGE.replace("revolute", "floating")),
+        "floating joints are not supported",
+    ),
     "planar": (robot(BASE, ARM, HINGE.replace("revolute", "planar")), "planar joints are not supported"),
     "unknown type": (robot(BASE, ARM, HINGE.replace("revolute", "rotary")), 'unknown joint type "rotary"'),
-    "mimic": (robot(BASE, ARM, HINGE.replace("</joint>", '<mimic joint="x"/></joint>')), "mimic another are not supported"),
-    "branch": (robot(BASE, ARM, f'<link name="arm2">{INERTIAL}</link>', HINGE, SECOND.replace('"arm"', '"arm2"')),
-               "the arm branches into the joints 'hinge', 'second'; expected a serial arm"),
-    "unknown parent": (robot(BASE, ARM, HINGE.replace('"base"', '"bass"')), "unknown parent link 'bass'; expected one of base, arm"),
+    "mimic": (
+        robot(BASE, ARM, HINGE.replace("</joint>", '<mimic joint="x"/></joint>')),
+        "mimic another are not supported",
+    ),
+    "branch": (
+        robot(BASE, ARM, f'<link name="arm2">{INERTIAL}</link>', HINGE, SECOND.replace('"arm"', '"arm2"')),
+        "the arm branches into the joints 'hinge', 'second'; expected a serial arm",
+    ),
+    "unknown parent": (
+        robot(BASE, ARM, HINGE.replace('"base"', '"bass"')),
+        "unknown parent link 'bass'; expected one of base, arm",
+    ),
     "unknown child": (robot(BASE, ARM, HINGE.replace('"arm"', '"harm"')), "unknown child link 'harm'"),
-    "two parents": (robot(BASE, ARM, HINGE, SECOND), "link 'arm' is the child of joint 'hinge' already; expected a tree"),
-    "loop": (robot(BASE, ARM, HINGE, SECOND.replace('"base"', '"x"').replace('"arm"', '"base"').replace('"x"', '"arm"')),
-             "link 'base' is part of a loop"),
-    "loop aside": (robot(BASE, ARM, HINGE, '<link name="a"/><link name="b"/>', fixed("a", "b"), fixed("b", "a")),
-                   "link 'a' is part of a loop"),
-    "two roots": (robot(BASE, ARM, '<link name="lost"/>', HINGE), r"2 links have no parent \(base, lost\); expected one root link"),
+    "two parents": (
+        robot(BASE, ARM, HINGE, SECOND),
+        "link 'arm' is the child of joint 'hinge' already; expected a tree",
+    ),
+    "loop": (
+        robot(
+            BASE,
+            ARM,
+            HINGE,
+            SECOND.replace('"base"', '"x"').replace('"arm"', '"base"').replace('"x"', '"arm"'),
+        ),
+        "link 'base' is part of a loop",
+    ),
+    "loop aside": (
+        robot(BASE, ARM, HINGE, '<link name="a"/><link name="b"/>', fixed("a", "b"), fixed("b", "a")),
+        "link 'a' is part of a loop",
+    ),
+    "two roots": (
+        robot(BASE, ARM, '<link name="lost"/>', HINGE),
+        r"2 links have no parent \(base, lost\); expected one root link",
+    ),
     "no link": (robot(), "no link"),
     "no moving joint": (robot(BASE, ARM, HINGE.replace("revolute", "fixed")), "no moving joint"),
-    "no inertial": (robot(BASE, '<link name="arm"/>', HINGE),
-                    "line 3, <link name=\"arm\">: link 'arm' is moved by joint 'hinge' but has no mass or inertia"),
-    "tool frame that moves": (robot(BASE, ARM, '<link name="tool"/>', HINGE, SECOND.replace('"arm"', '"tool"').replace('"base"', '"arm"')),
-                              "link 'tool' is moved by joint 'second' but has no mass"),
-    "no mass": (robot(BASE, ARM.replace('<mass value="2"/>', ""), HINGE), "element <mass> is missing; add <mass .../> to link 'arm'"),
-    "no inertia": (robot(BASE, ARM.replace("<inertia ", "<inertias "), HINGE), "element <inertia> is missing"),
-    "no ixy": (robot(BASE, ARM.replace('ixy="0"', ""), HINGE), "<inertia> of link 'arm': attribute \"ixy\" is missing"),
-    "negative mass": (robot(BASE, ARM.replace('"2"', '"-2"'), HINGE), 'line 3, <link name="arm">: mass -2 kg is not positive'),
+    "no inertial": (
+        robot(BASE, '<link name="arm"/>', HINGE),
+        "line 3, <link name=\"arm\">: link 'arm' is moved by joint 'hinge' but has no mass or inertia",
+    ),
+    "tool frame that moves": (
+        robot(
+            BASE,
+            ARM,
+            '<link name="tool"/>',
+            HINGE,
+            SECOND.replace('"arm"', '"tool"').replace('"base"', '"arm"'),
+        ),
+        "link 'tool' is moved by joint 'second' but has no mass",
+    ),
+    "no mass": (
+        robot(BASE, ARM.replace('<mass value="2"/>', ""), HINGE),
+        "element <mass> is missing; add <mass .../> to link 'arm'",
+    ),
+    "no inertia": (
+        robot(BASE, ARM.replace("<inertia ", "<inertias "), HINGE),
+        "element <inertia> is missing",
+    ),
+    "no ixy": (
+        robot(BASE, ARM.replace('ixy="0"', ""), HINGE),
+        "<inertia> of link 'arm': attribute \"ixy\" is missing",
+    ),
+    "negative mass": (
+        robot(BASE, ARM.replace('"2"', '"-2"'), HINGE),
+        'line 3, <link name="arm">: mass -2 kg is not positive',
+    ),
     "zero mass": (robot(BASE, ARM.replace('"2"', '"0"'), HINGE), "mass 0 kg is not positive"),
-    "inertia too long": (robot(BASE, ARM.replace('ixx="1"', 'ixx="3"'), HINGE), r"\[1.0, 1.0, 3.0\] kg m\^2: the largest exceeds the sum"),
-    "inertia of the base": (robot(BASE.replace('ixx="1"', 'ixx="-1"'), ARM, HINGE), 'line 2, <link name="base">: principal moments'),
-    "inertia of a bracket": (robot(BASE, ARM, ARM.replace('"arm"', '"b"').replace('ixx="1"', 'ixx="3"'), HINGE, fixed("arm", "b")),
-                             'line 4, <link name="b">: principal moments'),
+    "inertia too long": (
+        robot(BASE, ARM.replace('ixx="1"', 'ixx="3"'), HINGE),
+        r"\[1.0, 1.0, 3.0\] kg m\^2: the largest exceeds the sum",
+    ),
+    "inertia of the base": (
+        robot(BASE.replace('ixx="1"', 'ixx="-1"'), ARM, HINGE),
+        'line 2, <link name="base">: principal moments',
+    ),
+    "inertia of a bracket": (
+        robot(BASE, ARM, ARM.replace('"arm"', '"b"').replace('ixx="1"', 'ixx="3"'), HINGE, fixed("arm", "b")),
+        'line 4, <link name="b">: principal moments',
+    ),
     "point mass that moves": (robot(BASE, ARM.replace('="1"', '="0"'), HINGE), "are not all positive"),
-    "mass of NaN": (robot(BASE, ARM.replace('"2"', '"nan"'), HINGE), "value=\"nan\"; expected 1 finite number"),
-    "mass of two": (robot(BASE, ARM.replace('"2"', '"2 kg"'), HINGE), "value=\"2 kg\"; expected 1 finite number"),
+    "mass of NaN": (robot(BASE, ARM.replace('"2"', '"nan"'), HINGE), 'value="nan"; expected 1 finite number'),
+    "mass of two": (
+        robot(BASE, ARM.replace('"2"', '"2 kg"'), HINGE),
+        'value="2 kg"; expected 1 finite number',
+    ),
     "xacro value": (robot(BASE, ARM.replace('"2"', '"${m}"'), HINGE), "expand the xacro macros first"),
-    "xacro element": (robot(BASE, '<xacro:arm/>'), "line 3, <xacro:arm>: this is a xacro file; expected a URDF file"),
-    "zero axis": (robot(BASE, ARM, HINGE.replace("0 0 1", "0 0 0")), "<axis> of joint 'hinge': the axis has no direction"),
+    "xacro element": (
+        robot(BASE, "<xacro:arm/>"),
+        "line 3, <xacro:arm>: this is a xacro file; expected a URDF file",
+    ),
+    "zero axis": (
+        robot(BASE, ARM, HINGE.replace("0 0 1", "0 0 0")),
+        "<axis> of joint 'hinge': the axis has no direction",
+    ),
     "axis of two": (robot(BASE, ARM, HINGE.replace("0 0 1", "0 1")), 'xyz="0 1"; expected 3 finite numbers'),
-    "axis without xyz": (robot(BASE, ARM, HINGE.replace('xyz="0 0 1"', "")), "<axis> of joint 'hinge': attribute \"xyz\" is missing"),
-    "joint without type": (robot(BASE, ARM, HINGE.replace('type="revolute"', "")), '<joint name="hinge">: attribute "type" is missing'),
-    "joint without parent": (robot(BASE, ARM, HINGE.replace('<parent link="base"/>', "")), "element <parent> is missing"),
-    "parent without link": (robot(BASE, ARM, HINGE.replace('parent link="base"', "parent")), "<parent> of joint 'hinge': attribute"),
+    "axis without xyz": (
+        robot(BASE, ARM, HINGE.replace('xyz="0 0 1"', "")),
+        "<axis> of joint 'hinge': attribute \"xyz\" is missing",
+    ),
+    "joint without type": (
+        robot(BASE, ARM, HINGE.replace('type="revolute"', "")),
+        '<joint name="hinge">: attribute "type" is missing',
+    ),
+    "joint without parent": (
+        robot(BASE, ARM, HINGE.replace('<parent link="base"/>', "")),
+        "element <parent> is missing",
+    ),
+    "parent without link": (
+        robot(BASE, ARM, HINGE.replace('parent link="base"', "parent")),
+        "<parent> of joint 'hinge': attribute",
+    ),
     "link without name": (robot("<link/>", ARM, HINGE), 'line 2, <link>: attribute "name" is missing'),
-    "limits crossed": (robot(BASE, ARM, HINGE.replace("</joint>", '<limit lower="1" upper="-1"/></joint>')), "lower limit 1 rad above"),
+    "limits crossed": (
+        robot(BASE, ARM, HINGE.replace("</joint>", '<limit lower="1" upper="-1"/></joint>')),
+        "lower limit 1 rad above",
+    ),
     "link twice": (robot(BASE, ARM, ARM, HINGE), "line 4, <link name=\"arm\">: a second link named 'arm'"),
-    "joint twice": (robot(BASE, ARM, HINGE, HINGE), "line 5, <joint name=\"hinge\">: a second joint named 'hinge'"),
-    "other format": ("<mujoco/>", "robot.urdf line 1, <mujoco>: the root element is <mujoco>; expected <robot>"),
+    "joint twice": (
+        robot(BASE, ARM, HINGE, HINGE),
+        "line 5, <joint name=\"hinge\">: a second joint named 'hinge'",
+    ),
+    "other format": (
+        "<mujoco/>",
+        "robot.urdf line 1, <mujoco>: the root element is <mujoco>; expected <robot>",
+    ),
     "broken": ("<robot>\n<link>\n</robot>", r"robot.urdf line 3: broken XML \(mismatched tag\)"),
     "empty": ("", "robot.urdf line 1: broken XML"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -244,7 +365,10 @@ def test_junk_in_place_of_any_number_is_refused(data: st.DataObject, junk: str) 
     numbers = [
         place
         for place, word in enumerate(words)
-        if place % 2 and word[:1] in "-0123456789." and "effort" not in words[place - 1] and "velocity" not in words[place - 1]
+        if place % 2
+        and word[:1] in "-0123456789."
+        and "effort" not in words[place - 1]
+        and "velocity" not in words[place - 1]
     ]
     words[data.draw(st.sampled_from(numbers))] = junk
     with tempfile.TemporaryDirectory() as folder, pytest.raises(InputError, match=r"robot\.urdf line"):

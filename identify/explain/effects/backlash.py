@@ -1,4 +1,6 @@
-"""Play of a joint: backlash goes with the sign of the torque in the gear, lost motion with the direction of travel."""
+"""Play of a joint: backlash goes with the sign of the torque in the gear, lost motion with the direction of
+travel.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 _SMOOTH = 0.004
 """Share of the largest torque over which the flank changes."""
@@ -25,14 +28,16 @@ class Backlash(MotionEffect):
         """What this instance is."""
         return f"backlash of joint {self.axis}: the deflection jumps where the torque changes its sign"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Sign of the torque in the gear."""
         load = scene.load[:, self.axis - 1]
         return scene.on(self.axis, np.tanh(load / max(_SMOOTH * float(np.abs(load).max()), 1e-12)))
 
 
 class LostMotion(MotionEffect):
-    """The motor side leads by half the lost motion in the direction of travel: friction behind the gear's compliance, or hysteresis."""
+    """The motor side leads by half the lost motion in the direction of travel: friction behind the gear's
+    compliance, or hysteresis.
+    """
 
     kind: ClassVar[str] = "lost-motion"
     positive: ClassVar[bool] = True
@@ -41,9 +46,12 @@ class LostMotion(MotionEffect):
 
     def sentence(self) -> str:
         """What this instance is."""
-        return f"lost motion (hysteresis) of joint {self.axis}: the deflection jumps where the direction of travel changes"
+        return (
+            f"lost motion (hysteresis) of joint {self.axis}: the deflection jumps where the direction of"
+            " travel changes"
+        )
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Direction of travel, which a standing joint keeps."""
         speed = scene.velocity[:, self.axis - 1]
         moving = np.abs(speed) > scene.slow

@@ -1,7 +1,8 @@
-"""What a motion effect is: a named contribution to a measured time history, with linear coefficients and, inside its columns, shapes.
+"""What a motion effect is: a named contribution to a measured time history, with linear coefficients and,
+inside its columns, shapes.
 
-The history it adds to is its target: the motor's `torque`, the `deflection` (motor-side minus link-side position) or the `tracking`
-error (command minus motor position).
+The history it adds to is its target: the motor's `torque`, the `deflection` (motor-side minus link-side
+position) or the `tracking` error (command minus motor position).
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from typing import ClassVar, Literal, Self
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.registry import Registry
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 Target = Literal["torque", "deflection", "tracking"]
 
@@ -89,9 +91,13 @@ class MotionEffect(ABC):
     in_gear: ClassVar[bool] = False
     """Whether its torque passes through the gear, so that it bends it."""
     positive: ClassVar[bool] = False
-    """Whether the first coefficient cannot be negative: friction that drives, a spring that leads, are something else."""
+    """Whether the first coefficient cannot be negative: friction that drives, a spring that leads, are
+    something else.
+    """
     wave: ClassVar[bool] = False
-    """Whether coefficients come as pairs of cosine and sine over an angle, whose phase is a matter of where the angle counts from."""
+    """Whether coefficients come as pairs of cosine and sine over an angle, whose phase is a matter of where
+    the angle counts from.
+    """
     of_load: ClassVar[bool] = False
     """Whether its columns are made of the torque in the gears, which must be known first."""
 
@@ -115,25 +121,29 @@ class MotionEffect(ABC):
         """What this instance is, as an engineer would say it."""
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """One instance for each place where the effect can sit: by default every examined joint."""
         for axis in scene.axes:
             yield cls(axis)
 
-    def parameters(self, scene: Scene) -> tuple[Shape, ...]:
+    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
         """The shapes, with the bounds that suit the place."""
         return self.shapes
 
     @abstractmethod
-    def columns(self, scene: Scene, shape: Array) -> Array:
-        """(samples, examined joints, coefficients): what one unit of each coefficient adds, with the shapes (s,) inside."""
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+        """(samples, examined joints, coefficients): what one unit of each coefficient adds, with the shapes
+        (s,) inside.
+        """
 
     def reading(self, values: Array) -> str:
         """What the coefficients and shapes (in this order) mean in the field's own terms, or nothing."""
         return ""
 
-    def starts(self, scene: Scene, residual: Array) -> Sequence[Array]:
-        """Shapes (s,) to search from, by default spread over the bounds; residual (samples, examined joints): what might be explained."""
+    def starts(self, scene: RecordedMotion, residual: Array) -> Sequence[Array]:
+        """Shapes (s,) to search from, by default spread over the bounds; residual (samples, examined joints):
+        what might be explained.
+        """
         shapes = self.parameters(scene)
         if not shapes:
             return [np.zeros(0)]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
 from identify.explain.effects.harmonics import waves
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 
 class EncoderEccentricity(MotionEffect):
@@ -20,6 +21,6 @@ class EncoderEccentricity(MotionEffect):
         """What this instance is."""
         return f"eccentric link-side encoder of joint {self.axis} (one wave per turn)"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Cosine and sine of the joint angle."""
         return scene.on(self.axis, *waves(scene.position[:, self.axis - 1], 1.0))

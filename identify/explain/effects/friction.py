@@ -1,6 +1,8 @@
-"""Friction of a joint, seen at its motor: Coulomb, viscous, Stribeck's fall at low speed, and friction that grows with the load.
+"""Friction of a joint, seen at its motor: Coulomb, viscous, Stribeck's fall at low speed, and friction that
+grows with the load.
 
-Stribeck: (F_s - F_c) exp(-(v / v_s)^2) sign(v) beside Coulomb and viscous friction (Armstrong-Helouvry, Dupont and Canudas de Wit 1994).
+Stribeck: (F_s - F_c) exp(-(v / v_s)^2) sign(v) beside Coulomb and viscous friction (Armstrong-Helouvry,
+Dupont and Canudas de Wit 1994).
 """
 
 from __future__ import annotations
@@ -9,8 +11,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 
 class CoulombFriction(MotionEffect):
@@ -25,7 +28,7 @@ class CoulombFriction(MotionEffect):
         """What this instance is."""
         return f"Coulomb friction of joint {self.axis}"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Direction of travel."""
         return scene.on(self.axis, scene.direction(self.axis))
 
@@ -42,7 +45,7 @@ class ViscousFriction(MotionEffect):
         """What this instance is."""
         return f"viscous friction of joint {self.axis}"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Speed of the joint."""
         return scene.on(self.axis, scene.velocity[:, self.axis - 1])
 
@@ -60,12 +63,12 @@ class StribeckFriction(MotionEffect):
         """What this instance is."""
         return f"Stribeck friction of joint {self.axis}: more friction at low speed"
 
-    def parameters(self, scene: Scene) -> tuple[Shape, ...]:
+    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
         """The Stribeck speed, between standing and half the top speed."""
         top = float(np.abs(scene.velocity[:, self.axis - 1]).max())
         return (Shape("speed", "rad/s", scene.slow, max(0.5 * top, 4 * scene.slow), log=True),)
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Direction of travel times the bell over speed."""
         bell = np.exp(-((scene.velocity[:, self.axis - 1] / shape[0]) ** 2))
         return scene.on(self.axis, scene.direction(self.axis) * bell)
@@ -84,7 +87,7 @@ class LoadDependentFriction(MotionEffect):
         """What this instance is."""
         return f"friction of joint {self.axis} that grows with the torque in its gear"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Direction of travel times the load at the motor."""
         load = np.abs(scene.load[:, self.axis - 1]) / scene.gear_ratio[self.axis - 1]
         return scene.on(self.axis, scene.direction(self.axis) * load)

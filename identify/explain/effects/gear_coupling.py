@@ -1,4 +1,6 @@
-"""Coupled wrist gears: a motor feels a share of the torque of its neighbour, as hollow-shaft wrists have it."""
+"""Coupled wrist gears: a motor feels a share of the torque of its neighbour, as hollow-shaft wrists have
+it.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 _WRIST = 4
 
@@ -23,7 +26,7 @@ class GearCoupling(MotionEffect):
     coefficients = (Coefficient("share", "1"),)
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Every pair of examined wrist joints."""
         wrist = [axis for axis in scene.axes if axis >= _WRIST]
         yield from (cls(axis, other) for axis in wrist for other in wrist if other != axis)
@@ -37,6 +40,6 @@ class GearCoupling(MotionEffect):
         """What this instance is."""
         return f"gear coupling: motor {self.axis} carries a share of the torque of joint {self.other}"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Load of the other joint at this motor."""
         return scene.on(self.axis, scene.load[:, self.other - 1] / scene.gear_ratio[self.axis - 1])

@@ -1,9 +1,9 @@
 """A balancer between the carousel (link 1) and the arm (link 2): a spring or gas cylinder beside joint 2.
 
-With anchors at distances A and B from the axis and psi the angle between them, the cylinder has length
-L = sqrt(A^2 + B^2 - 2 A B cos psi).  A pull F = F_0 + k (L - L_0) asks A B sin(psi) F / L of the drive, which is
-k A B sin(psi) + (F_0 - k L_0) B sin(psi) / sqrt(1 + r^2 - 2 r cos psi), r = B / A.  The first term is a sine of the joint angle
-whatever the geometry; the second, a preload, has the geometry inside.
+With anchors at distances A and B from the axis and psi the angle between them, the cylinder has length L =
+sqrt(A^2 + B^2 - 2 A B cos psi).  A pull F = F_0 + k (L - L_0) asks A B sin(psi) F / L of the drive, which is
+k A B sin(psi) + (F_0 - k L_0) B sin(psi) / sqrt(1 + r^2 - 2 r cos psi), r = B / A.  The first term is a sine
+of the joint angle whatever the geometry; the second, a preload, has the geometry inside.
 """
 
 from __future__ import annotations
@@ -13,14 +13,17 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 _JOINT = 2
 
 
 class GravityBalancer(MotionEffect):
-    """The part of the balancer that goes with a sine of the joint angle, as a stretched spring with no slack length has it."""
+    """The part of the balancer that goes with a sine of the joint angle, as a stretched spring with no slack
+    length has it.
+    """
 
     kind: ClassVar[str] = "gravity-balancer"
     target: ClassVar[Target] = "torque"
@@ -28,7 +31,7 @@ class GravityBalancer(MotionEffect):
     coefficients = (Coefficient("sine", "N m at the joint"), Coefficient("cosine", "N m at the joint"))
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Joint 2."""
         if _JOINT in scene.axes:
             yield cls(_JOINT)
@@ -40,9 +43,11 @@ class GravityBalancer(MotionEffect):
     def reading(self, values: Array) -> str:
         """Largest torque and the angle of none."""
         peak, zero = np.hypot(*values[:2]), np.degrees(np.arctan2(-values[1], values[0]))
-        return f"at most {peak:.4g} N m at the joint, none at {zero:.1f}° and {zero - np.sign(zero) * 180:.1f}°"
+        return (
+            f"at most {peak:.4g} N m at the joint, none at {zero:.1f}° and {zero - np.sign(zero) * 180:.1f}°"
+        )
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Sine and cosine of the joint angle over the gear ratio."""
         angle, ratio = scene.position[:, self.axis - 1], scene.gear_ratio[self.axis - 1]
         return scene.on(self.axis, np.sin(angle) / ratio, np.cos(angle) / ratio)
@@ -59,21 +64,28 @@ class BalancerPreload(MotionEffect):
     follows: ClassVar[str] = "gravity-balancer"
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Joint 2."""
         if _JOINT in scene.axes:
             yield cls(_JOINT)
 
     def sentence(self) -> str:
         """What this instance is."""
-        return f"preload of the balancer beside joint {self.axis}, whose lever changes with the cylinder's length"
+        return (
+            f"preload of the balancer beside joint {self.axis}, whose lever changes with the cylinder's"
+            " length"
+        )
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """sin(psi) / sqrt(1 + r^2 - 2 r cos psi) over the gear ratio, psi = q - angle."""
         angle, r = scene.position[:, self.axis - 1] - shape[0], shape[1]
         lever = np.sin(angle) / np.sqrt(1 + r**2 - 2 * r * np.cos(angle))
         return scene.on(self.axis, lever / scene.gear_ratio[self.axis - 1])
 
-    def starts(self, scene: Scene, residual: Array) -> list[Array]:
+    def starts(self, scene: RecordedMotion, residual: Array) -> list[Array]:
         """All round, with short and long levers."""
-        return [np.array([angle, ratio]) for angle in np.radians([-135.0, -45.0, 45.0, 135.0]) for ratio in (0.3, 0.7)]
+        return [
+            np.array([angle, ratio])
+            for angle in np.radians([-135.0, -45.0, 45.0, 135.0])
+            for ratio in (0.3, 0.7)
+        ]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial.legendre import legfit, legval
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Shape
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 _ORDERS = 2
 _SLOW = 12
@@ -21,7 +22,7 @@ def lags(count: int) -> list[float]:
     return [float(lag) for lag in np.linspace(-0.8 * _LAG, 0.8 * _LAG, count)]
 
 
-def late(scene: Scene, joint: int, lag: float) -> Array:
+def late(scene: RecordedMotion, joint: int, lag: float) -> Array:
     """Angle (samples,) of a joint (from 0) a lag (s) before each sample."""
     return np.asarray(scene.position[:, joint] - lag * scene.velocity[:, joint])
 
@@ -32,7 +33,8 @@ def waves(angle: Array, order: float) -> tuple[Array, Array]:
 
 
 def strongest_orders(angle: Array, residual: Array, lower: float, upper: float) -> list[float]:
-    """The orders (waves per turn) whose waves explain most of a residual (samples,), strongest first; none for a joint that stood.
+    """The orders (waves per turn) whose waves explain most of a residual (samples,), strongest first; none
+    for a joint that stood.
 
     What is slow is taken out first.
     The grid is fine against the resolution 2 pi / travel, so that a search from there stays on the same peak.
@@ -44,7 +46,10 @@ def strongest_orders(angle: Array, residual: Array, lower: float, upper: float) 
     time = np.linspace(-1.0, 1.0, len(residual))
     centred = residual - legval(time, legfit(time, residual, _SLOW))
     power = np.concatenate(
-        [np.abs(np.exp(1j * np.outer(part, angle)) @ centred) for part in np.array_split(orders, len(orders) // 500 + 1)]
+        [
+            np.abs(np.exp(1j * np.outer(part, angle)) @ centred)
+            for part in np.array_split(orders, len(orders) // 500 + 1)
+        ]
     )
     found: list[float] = []
     while len(found) < _ORDERS and power.max() > 0:

@@ -1,4 +1,6 @@
-"""The gear as a spring: compliance, and compliance that falls with load (Nagoya Eq. 8: torque = k1 d + k3 d^3)."""
+"""The gear as a spring: compliance, and compliance that falls with load (Nagoya Eq. 8: torque = k1 d + k3
+d^3).
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 
 class JointCompliance(MotionEffect):
@@ -26,13 +29,15 @@ class JointCompliance(MotionEffect):
         """Stiffness."""
         return f"stiffness {1 / values[0]:.4g} N m/rad"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """The torque in the gear."""
         return scene.on(self.axis, scene.load[:, self.axis - 1])
 
 
 class HardeningStiffness(MotionEffect):
-    """A spring that hardens: torque = d / c + k3 d^3, with c the compliance at no load and `torque` where k3 has doubled its stiffness."""
+    """A spring that hardens: torque = d / c + k3 d^3, with c the compliance at no load and `torque` where k3
+    has doubled its stiffness.
+    """
 
     kind: ClassVar[str] = "hardening-stiffness"
     positive: ClassVar[bool] = True
@@ -44,7 +49,7 @@ class HardeningStiffness(MotionEffect):
         """What this instance is."""
         return f"stiffness of joint {self.axis} that hardens with load (cubic)"
 
-    def parameters(self, scene: Scene) -> tuple[Shape, ...]:
+    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
         """The torque at which linear and cubic part are alike, both k1 d."""
         top = float(np.abs(scene.load[:, self.axis - 1]).max())
         return (Shape("torque", "N m", 0.05 * top, 20 * top, log=True),)
@@ -54,7 +59,7 @@ class HardeningStiffness(MotionEffect):
         k1 = 1 / values[0]
         return f"k1 {k1:.4g} N m/rad, k3 {k1**3 / values[1] ** 2:.4g} N m/rad^3"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """The d of d + d^3 / T^2 = torque, by Cardano's formula (one real root)."""
         u = scene.load[:, self.axis - 1] / shape[0]
         root = np.cbrt(np.abs(u) / 2 + np.sqrt(u**2 / 4 + 1 / 27))

@@ -1,4 +1,6 @@
-"""Errors of the rigid bodies: the payload's mass, and first moments and inertias of links; all joints feel them."""
+"""Errors of the rigid bodies: the payload's mass, and first moments and inertias of links; all joints feel
+them.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +9,15 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 from identify.robot.description import Link
 
 _REAL = 1e-9
-"""Share of the load's torque below which a column is rounding: the first link's first moment along a vertical axis."""
+"""Share of the load's torque below which a column is rounding: the first link's first moment along a vertical
+axis.
+"""
 
 
 class PayloadMass(MotionEffect):
@@ -24,7 +29,7 @@ class PayloadMass(MotionEffect):
     coefficients = (Coefficient("mass", "kg"),)
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """The last joint, which carries the payload."""
         yield cls(len(scene.gear_ratio))
 
@@ -37,7 +42,7 @@ class PayloadMass(MotionEffect):
         """What this instance is."""
         return "payload heavier or lighter than stated"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Torque of a kilogram at the payload's centre."""
         link, centre = scene.payload
         if self not in scene.cache:
@@ -53,7 +58,7 @@ class _OfLink(MotionEffect):
     in_gear: ClassVar[bool] = True
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """The links that the examined joints move."""
         yield from (cls(axis) for axis in scene.axes)
 
@@ -64,14 +69,18 @@ class _OfLink(MotionEffect):
 
 
 class LinkFirstMoment(_OfLink):
-    """Mass times centre of a link, in its plane across the joint axis; a joint upright on the ground does not feel its weight."""
+    """Mass times centre of a link, in its plane across the joint axis; a joint upright on the ground does not
+    feel its weight.
+    """
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """The links that the examined joints move, but for the first on an upright axis."""
         robot = scene.arm.robot
         first = robot.joints[0]
-        upright = np.linalg.norm(np.cross(first.origin[:3, :3] @ first.axis, robot.gravity)) < 1e-6 * np.linalg.norm(robot.gravity)
+        upright = np.linalg.norm(
+            np.cross(first.origin[:3, :3] @ first.axis, robot.gravity)
+        ) < 1e-6 * np.linalg.norm(robot.gravity)
         yield from (cls(axis) for axis in scene.axes if axis > 1 or not upright)
 
     kind: ClassVar[str] = "link-first-moment"
@@ -79,9 +88,11 @@ class LinkFirstMoment(_OfLink):
 
     def sentence(self) -> str:
         """What this instance is."""
-        return f"centre of mass of link {self.axis} elsewhere than stated (first moment across the joint axis)"
+        return (
+            f"centre of mass of link {self.axis} elsewhere than stated (first moment across the joint axis)"
+        )
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Torque of a kg m along two directions across the joint axis."""
         if self not in scene.cache:
             joint = scene.arm.robot.joints[self.axis - 1]
@@ -90,7 +101,9 @@ class LinkFirstMoment(_OfLink):
             moments = np.stack([scene.arm.first_moment(link, direction) for direction in range(3)], axis=2)
             across = np.linalg.svd(along[None])[2][1:]
             found = scene.on_all(*(moments @ direction for direction in across))
-            scene.cache[self] = np.where(np.abs(found).max(axis=(0, 1)) > _REAL * np.abs(scene.load).max(), found, 0.0)
+            scene.cache[self] = np.where(
+                np.abs(found).max(axis=(0, 1)) > _REAL * np.abs(scene.load).max(), found, 0.0
+            )
         return scene.cache[self]
 
 
@@ -104,7 +117,7 @@ class LinkInertia(_OfLink):
         """What this instance is."""
         return f"inertia of link {self.axis} about its joint other than stated"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Torque of a kg m^2 about the joint axis."""
         if self not in scene.cache:
             joint = scene.arm.robot.joints[self.axis - 1]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 
 class RotorInertia(MotionEffect):
@@ -19,6 +20,6 @@ class RotorInertia(MotionEffect):
         """What this instance is."""
         return f"inertia of the rotor of joint {self.axis} beyond what is known"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Acceleration of the motor."""
         return scene.on(self.axis, scene.gear_ratio[self.axis - 1] * scene.acceleration[:, self.axis - 1])

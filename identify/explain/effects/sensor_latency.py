@@ -1,11 +1,14 @@
-"""The link-side encoder is read later than the motor-side one: a moving joint looks deflected by speed times latency."""
+"""The link-side encoder is read later than the motor-side one: a moving joint looks deflected by speed times
+latency.
+"""
 
 from __future__ import annotations
 
 from typing import ClassVar
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 
 class SensorLatency(MotionEffect):
@@ -23,6 +26,6 @@ class SensorLatency(MotionEffect):
         """Milliseconds."""
         return f"{1e3 * values[0]:.3g} ms"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Speed."""
         return scene.on(self.axis, scene.velocity[:, self.axis - 1])

@@ -1,8 +1,9 @@
-"""What a servo loop leaves of a command: the tracking error (command minus motor position) of position P, velocity PI control.
+"""What a servo loop leaves of a command: the tracking error (command minus motor position) of position P,
+velocity PI control.
 
-With K_v the position gain, K the velocity gain and T_i its integral time, torque = K (K_v e - v) + K / T_i * integral(K_v e - v), so
-e = v / K_v + torque / (K K_v) - integral(e - v / K_v) / T_i; a feed-forward of speed or torque that is only partly right leaves the
-first or the second term with other factors.
+With K_v the position gain, K the velocity gain and T_i its integral time, torque = K (K_v e - v) + K / T_i *
+integral(K_v e - v), so e = v / K_v + torque / (K K_v) - integral(e - v / K_v) / T_i; a feed-forward of speed
+or torque that is only partly right leaves the first or the second term with other factors.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from typing import ClassVar
 
 from scipy.integrate import cumulative_trapezoid
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 
 class PositionLag(MotionEffect):
@@ -26,7 +28,7 @@ class PositionLag(MotionEffect):
         """What this instance is."""
         return f"position loop of joint {self.axis}: error in proportion to speed"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Speed."""
         return scene.on(self.axis, scene.velocity[:, self.axis - 1])
 
@@ -40,9 +42,12 @@ class AccelerationLag(MotionEffect):
 
     def sentence(self) -> str:
         """What this instance is."""
-        return f"servo loop of joint {self.axis}: error in proportion to acceleration (no or partial feed-forward of inertia)"
+        return (
+            f"servo loop of joint {self.axis}: error in proportion to acceleration (no or partial"
+            " feed-forward of inertia)"
+        )
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Acceleration."""
         return scene.on(self.axis, scene.acceleration[:, self.axis - 1])
 
@@ -59,7 +64,7 @@ class ServoCompliance(MotionEffect):
         """What this instance is."""
         return f"servo loop of joint {self.axis} as a spring: error in proportion to the motor's torque"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Torque of the motor."""
         return scene.on(self.axis, scene.motor_torque[:, self.axis - 1])
 
@@ -76,7 +81,7 @@ class IntegralAction(MotionEffect):
         """What this instance is."""
         return f"integral action of the velocity loop of joint {self.axis}"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Minus the integral of the error, and the angle travelled."""
         if scene.error is None:
             raise ValueError("a tracking error without a command")

@@ -1,4 +1,6 @@
-"""Torque that waves with the motor's angle: cogging and the poles and slots of the motor, a whole number of waves per turn."""
+"""Torque that waves with the motor's angle: cogging and the poles and slots of the motor, a whole number of
+waves per turn.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +10,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
 from identify.explain.effects.harmonics import LAG, lags, late, waves
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 ORDERS = (4, 6, 8, 12, 16)
 """Waves per turn of the motor that are tried: the usual numbers of poles and their multiples."""
@@ -18,7 +21,9 @@ ORDERS = (4, 6, 8, 12, 16)
 
 @dataclass(frozen=True)
 class TorqueRipple(MotionEffect):
-    """A wave of `order` per motor turn whose size may change with speed, as the servo loop lets more or less of it through."""
+    """A wave of `order` per motor turn whose size may change with speed, as the servo loop lets more or less
+    of it through.
+    """
 
     order: int = 1
     kind: ClassVar[str] = "torque-ripple"
@@ -33,7 +38,7 @@ class TorqueRipple(MotionEffect):
     shapes = (LAG,)
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Every order at every examined joint."""
         yield from (cls(axis, order) for axis in scene.axes for order in ORDERS)
 
@@ -49,15 +54,18 @@ class TorqueRipple(MotionEffect):
     def reading(self, values: Array) -> str:
         """Amplitude over speed."""
         still, rising = np.hypot(*values[:2]), np.hypot(*values[2:4])
-        return f"amplitude {still:.3g} N m and {rising * np.pi / 180:.3g} N m per deg/s, {1e3 * values[4]:.3g} ms late"
+        return (
+            f"amplitude {still:.3g} N m and {rising * np.pi / 180:.3g} N m per deg/s, {1e3 * values[4]:.3g}"
+            " ms late"
+        )
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Waves over the motor's angle, and times speed."""
         joint = self.axis - 1
         cosine, sine = waves(scene.gear_ratio[joint] * late(scene, joint, shape[0]), self.order)
         speed = np.abs(scene.velocity[:, joint])
         return scene.on(self.axis, cosine, sine, speed * cosine, speed * sine)
 
-    def starts(self, scene: Scene, residual: Array) -> list[Array]:
+    def starts(self, scene: RecordedMotion, residual: Array) -> list[Array]:
         """Every lag that a wave can tell apart."""
         return [np.array([lag]) for lag in lags(9)]

@@ -6,8 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 
 class TorqueOffset(MotionEffect):
@@ -19,15 +20,20 @@ class TorqueOffset(MotionEffect):
 
     def sentence(self) -> str:
         """What this instance is."""
-        return f"constant torque at motor {self.axis} (a sensing offset, or friction that differs with direction)"
+        return (
+            f"constant torque at motor {self.axis} (a sensing offset, or friction that differs with"
+            " direction)"
+        )
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Ones."""
         return scene.on(self.axis, np.ones(len(scene.time_s)))
 
 
 class TorqueConstant(MotionEffect):
-    """The torque is stated too high or too low by a share: a wrong torque constant, or all masses wrong by it."""
+    """The torque is stated too high or too low by a share: a wrong torque constant, or all masses wrong by
+    it.
+    """
 
     kind: ClassVar[str] = "torque-constant"
     of_load: ClassVar[bool] = True
@@ -38,6 +44,6 @@ class TorqueConstant(MotionEffect):
         """What this instance is."""
         return f"torque constant of motor {self.axis} off by a share"
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """The load at the motor."""
         return scene.on(self.axis, scene.load[:, self.axis - 1] / scene.gear_ratio[self.axis - 1])

@@ -1,4 +1,6 @@
-"""Angular transmission error: the gear's output waves about its input, so many waves per turn of the joint (Nagoya Eq. 9)."""
+"""Angular transmission error: the gear's output waves about its input, so many waves per turn of the joint
+(Nagoya Eq. 9).
+"""
 
 from __future__ import annotations
 
@@ -8,12 +10,15 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
 from identify.explain.effects.harmonics import LAG, lags, late, strongest_orders, waves
-from identify.explain.effects.scene import Array, Scene
+from identify.explain.recorded_motion import RecordedMotion
 
 _LEAST, _MOST = 0.5, 4.2
-"""Orders that are searched, as waves per turn of the motor: half a turn to four; slower waves look like anything else that is slow."""
+"""Orders that are searched, as waves per turn of the motor: half a turn to four; slower waves look like
+anything else that is slow.
+"""
 WAVES = 3
 
 
@@ -28,7 +33,7 @@ class AngularTransmissionError(MotionEffect):
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
 
     @classmethod
-    def places(cls, scene: Scene) -> Iterator[Self]:
+    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Up to three waves on every examined joint."""
         yield from (cls(axis, number) for axis in scene.axes for number in range(1, WAVES + 1))
 
@@ -48,18 +53,21 @@ class AngularTransmissionError(MotionEffect):
 
     def reading(self, values: Array) -> str:
         """Amplitude and order."""
-        return f"amplitude {np.degrees(np.hypot(*values[:2])) * 3600:.3g} arcsec, {values[2]:.4g} waves per joint turn"
+        return (
+            f"amplitude {np.degrees(np.hypot(*values[:2])) * 3600:.3g} arcsec, {values[2]:.4g} waves per"
+            " joint turn"
+        )
 
-    def parameters(self, scene: Scene) -> tuple[Shape, ...]:
+    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
         """The order, waves per turn of the joint, and the lag of its reading."""
         ratio = float(scene.gear_ratio[self.axis - 1])
         return (Shape("order", "1/turn", _LEAST * ratio, _MOST * ratio), LAG)
 
-    def columns(self, scene: Scene, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Waves over the joint's angle."""
         return scene.on(self.axis, *waves(late(scene, self.axis - 1, shape[1]), shape[0]))
 
-    def starts(self, scene: Scene, residual: Array) -> list[Array]:
+    def starts(self, scene: RecordedMotion, residual: Array) -> list[Array]:
         """The orders that the residual shows most, for several lags."""
         order = self.parameters(scene)[0]
         joint = scene.axes.index(self.axis)

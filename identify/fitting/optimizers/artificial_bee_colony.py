@@ -1,26 +1,29 @@
-"""Artificial bee colony (Karaboga, TR06, Erciyes University 2005; Karaboga and Basturk, J. Global Optim. 39, 2007)."""
+"""Artificial bee colony (Karaboga, TR06, Erciyes University 2005; Karaboga and Basturk, J. Global Optim. 39,
+2007).
+"""
 
 from __future__ import annotations
 
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array, Index
 from identify.fitting.optimizers.base import Outcome, Search
 from identify.fitting.optimizers.population import PopulationOptimizer
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int_]
-
 
 class ArtificialBeeColony(PopulationOptimizer):
-    """Employed bees search around each source, onlookers around the good ones, scouts replace exhausted ones; stops at its budget."""
+    """Employed bees search around each source, onlookers around the good ones, scouts replace exhausted ones;
+    stops at its budget.
+    """
 
     kind: Literal["artificial-bee-colony"] = "artificial-bee-colony"
     limit: int | None = Field(
-        None, ge=1, description="failed trials after which a source is given up; default: population x parameters / 2"
+        None,
+        ge=1,
+        description="failed trials after which a source is given up; default: population x parameters / 2",
     )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
@@ -37,8 +40,12 @@ class ArtificialBeeColony(PopulationOptimizer):
                 costs[tired], failures[tired] = search.costs(sources[tired : tired + 1])[0], 0
 
     @staticmethod
-    def _visit(search: Search, sources: Array, costs: Array, failures: Index, picked: Index, rng: np.random.Generator) -> None:
-        """Try one neighbour of each picked source, v_j = x_j + phi (x_j - partner_j) in one coordinate; keep the better of the two."""
+    def _visit(
+        search: Search, sources: Array, costs: Array, failures: Index, picked: Index, rng: np.random.Generator
+    ) -> None:
+        """Try one neighbour of each picked source, v_j = x_j + phi (x_j - partner_j) in one coordinate; keep
+        the better of the two.
+        """
         count, size = len(picked), sources.shape[1]
         coordinate = rng.integers(size, size=count)
         partner = (picked + rng.integers(1, len(sources), size=count)) % len(sources)

@@ -1,7 +1,8 @@
 """What an optimizer is, what it sees of a problem, and the registry of all kinds.
 
-An optimizer holds settings only.  It sees a `Search`: bounds, costs of whole populations, residuals with gradients; the
-search counts evaluations, keeps the best point ever seen and ends the run when the budget is spent or the target is met.
+An optimizer holds settings only.  It sees a `Search`: bounds, costs of whole populations, residuals with
+gradients; the search counts evaluations, keeps the best point ever seen and ends the run when the budget is
+spent or the target is met.
 """
 
 from __future__ import annotations
@@ -12,16 +13,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
 from identify.vibration.costs.base import Cost, parse_cost
-
-Array = NDArray[np.float64]
 
 OPTIMIZERS = Registry(
     "optimizer",
@@ -40,7 +39,9 @@ OPTIMIZERS = Registry(
 
 
 class Ended(Exception):
-    """Raised by a search inside an optimizer when there is nothing more to evaluate; `reason` is a sentence."""
+    """Raised by a search inside an optimizer when there is nothing more to evaluate; `reason` is a
+    sentence.
+    """
 
     def __init__(self, reason: str, *, reached: bool) -> None:
         super().__init__(reason)
@@ -57,10 +58,11 @@ class Outcome:
 
 @dataclass
 class Search:
-    """One stage of one start: the objective over scaled free parameters, with its budget and the best point so far.
+    """One stage of one start: the objective over scaled free parameters, with its budget and the best point
+    so far.
 
-    watch is called after every evaluation with the number of evaluations so far and the best cost; journal remembers
-    costs, so that an interrupted run can be replayed without computing them again.
+    watch is called after every evaluation with the number of evaluations so far and the best cost; journal
+    remembers costs, so that an interrupted run can be replayed without computing them again.
     """
 
     objective: Objective
@@ -84,7 +86,9 @@ class Search:
         return Search(self.objective, self.scale, budget, self.target_cost, journal=self.journal, whole=self)
 
     def costs(self, x: Array) -> Array:
-        """(m,) costs of a population x (m, free) within the bounds; raises Ended when the budget is spent or the target met."""
+        """(m,) costs of a population x (m, free) within the bounds; raises Ended when the budget is spent or
+        the target met.
+        """
         if self.evaluations >= self.budget:
             raise Ended(f"the budget of {self.budget} evaluations is spent", reached=False)
         costs = self._evaluate(x) if self.whole is None else self.whole.costs(x)
@@ -106,7 +110,9 @@ class Search:
         return costs
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
-        """Residuals (free + 1,) and their derivatives with respect to x (free + 1, free), compressed; counts as one evaluation."""
+        """Residuals (free + 1,) and their derivatives with respect to x (free + 1, free), compressed; counts
+        as one evaluation.
+        """
         self.evaluations += 1
         size = len(x) + 1
         rows = self.journal.replay(size * size) if self.objective.dear else None
@@ -120,7 +126,8 @@ class Search:
 
 
 def _compressed(residuals: Array, slopes: Array) -> Array:
-    """[J r] in as few rows as there are columns, with the same r'r, J'r and J'J: all that least squares use of thousands of rows.
+    """[J r] in as few rows as there are columns, with the same r'r, J'r and J'J: all that least squares use
+    of thousands of rows.
 
     Infinite residuals without slopes where any number is not finite.
     """
@@ -139,12 +146,20 @@ class Optimizer(BaseModel, ABC):
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str
     evaluations: int = Field(1000, ge=1, description="budget of cost evaluations of this stage, per start")
-    cost: Cost | None = Field(None, description="another cost for this stage, such as a robust first one; default: the study's")
+    cost: Cost | None = Field(
+        None, description="another cost for this stage, such as a robust first one; default: the study's"
+    )
     parameters: list[str] | None = Field(
-        None, min_length=1, description="what this stage moves, `*` for any part of a name, such as joint1.*; default: all that are free"
+        None,
+        min_length=1,
+        description=(
+            "what this stage moves, `*` for any part of a name, such as joint1.*; default: all that are free"
+        ),
     )
     measurements: list[str] | None = Field(
-        None, min_length=1, description="names of the measurements that this stage compares; default: all that are fitted"
+        None,
+        min_length=1,
+        description="names of the measurements that this stage compares; default: all that are fitted",
     )
 
     @field_validator("cost", mode="before")
@@ -158,7 +173,9 @@ class Optimizer(BaseModel, ABC):
 
 
 def parse_optimizer(data: Any) -> Optimizer:
-    """An optimizer from its name or mapping in the config; raises ValueError for pydantic to report with its key."""
+    """An optimizer from its name or mapping in the config; raises ValueError for pydantic to report with its
+    key.
+    """
     if isinstance(data, Optimizer):
         return data
     optimizer: Optimizer = parse_kind(OPTIMIZERS, {"kind": data} if isinstance(data, str) else data)

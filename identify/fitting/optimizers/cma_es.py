@@ -25,4 +25,6 @@ class CmaEs(PopulationOptimizer):
         span = float(np.mean(search.upper - search.lower))
         first = np.clip(start, search.lower, search.upper)
         sigma = min(0.3, np.log(self.spread) / 2 / span)
-        return drive(CMAES(x0=first, sigma=sigma, pop_size=self.population, restarts=self.restarts), search, rng)
+        return drive(
+            CMAES(x0=first, sigma=sigma, pop_size=self.population, restarts=self.restarts), search, rng
+        )

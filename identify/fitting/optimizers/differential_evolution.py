@@ -20,9 +20,13 @@ class DifferentialEvolution(PopulationOptimizer):
     variant: Literal["DE/rand/1/bin", "DE/best/1/bin"] = Field(
         "DE/best/1/bin", description="whether differences are added to any or the best"
     )
-    crossover: float = Field(0.9, ge=0, le=1, description="probability that a coordinate comes from the mutant")
+    crossover: float = Field(
+        0.9, ge=0, le=1, description="probability that a coordinate comes from the mutant"
+    )
 
     def minimize(self, search: Search, start: NDArray[np.float64], rng: np.random.Generator) -> Outcome:
         """Search from a population around the start."""
         first = self.first_population(search, start, rng)
-        return drive(DE(pop_size=self.population, sampling=first, variant=self.variant, CR=self.crossover), search, rng)
+        return drive(
+            DE(pop_size=self.population, sampling=first, variant=self.variant, CR=self.crossover), search, rng
+        )

@@ -1,25 +1,29 @@
-"""Gauss-Newton with exact gradients and bounds: scipy's trust-region reflective least squares (Branch, Coleman and Li 1999)."""
+"""Gauss-Newton with exact gradients and bounds: scipy's trust-region reflective least squares (Branch,
+Coleman and Li 1999).
+"""
 
 from __future__ import annotations
 
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from scipy.optimize import OptimizeResult, least_squares
 
+from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
-
-Array = NDArray[np.float64]
 
 
 class GaussNewton(Optimizer):
-    """Minimises the sum of squared residuals of the cost; steps are damped as in Levenberg-Marquardt, so it never moves uphill."""
+    """Minimises the sum of squared residuals of the cost; steps are damped as in Levenberg-Marquardt, so it
+    never moves uphill.
+    """
 
     kind: Literal["gauss-newton"] = "gauss-newton"
     evaluations: int = Field(400, ge=1, description="budget of evaluations, per start; a step takes two")
-    tolerance: float = Field(1e-10, gt=0, description="relative change of the sum of squares, or of x, below which it is done")
+    tolerance: float = Field(
+        1e-10, gt=0, description="relative change of the sum of squares, or of x, below which it is done"
+    )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
         """Needs the cost's residuals; draws nothing from rng."""

@@ -1,4 +1,6 @@
-"""Genetic algorithm, by pymoo: tournament selection, simulated binary crossover, polynomial mutation (Kobe uses one, section 4.1)."""
+"""Genetic algorithm, by pymoo: tournament selection, simulated binary crossover, polynomial mutation (Kobe
+uses one, section 4.1).
+"""
 
 from __future__ import annotations
 
@@ -21,4 +23,6 @@ class GeneticAlgorithm(PopulationOptimizer):
 
     def minimize(self, search: Search, start: NDArray[np.float64], rng: np.random.Generator) -> Outcome:
         """Search from a population around the start."""
-        return drive(GA(pop_size=self.population, sampling=self.first_population(search, start, rng)), search, rng)
+        return drive(
+            GA(pop_size=self.population, sampling=self.first_population(search, start, rng)), search, rng
+        )

@@ -1,4 +1,6 @@
-"""A global search, then Gauss-Newton from its best points: for problems with many minima and costs with exact gradients."""
+"""A global search, then Gauss-Newton from its best points: for problems with many minima and costs with exact
+gradients.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,14 @@ from identify.fitting.optimizers.population import PopulationOptimizer
 
 
 class Hybrid(PopulationOptimizer):
-    """Alternates: a share of the budget for the global method, then Gauss-Newton from the best point, until a round gains nothing."""
+    """Alternates: a share of the budget for the global method, then Gauss-Newton from the best point, until a
+    round gains nothing.
+    """
 
     kind: Literal["hybrid"] = "hybrid"
-    evaluations: int = Field(16_000, ge=1, description="budget of cost evaluations, per start; each round has an equal share")
+    evaluations: int = Field(
+        16_000, ge=1, description="budget of cost evaluations, per start; each round has an equal share"
+    )
     rounds: int = Field(3, ge=1, description="at most this many rounds; the spread doubles in each")
     method: str = Field("differential-evolution", description="kind of the global method")
 
@@ -39,7 +45,9 @@ class Hybrid(PopulationOptimizer):
                 break
         return outcome
 
-    def _round(self, search: Search, start: NDArray[np.float64], rng: np.random.Generator, spread: float) -> Outcome:
+    def _round(
+        self, search: Search, start: NDArray[np.float64], rng: np.random.Generator, spread: float
+    ) -> Outcome:
         optimizer = parse_optimizer({"kind": self.method, "population": self.population, "spread": spread})
         inner = search.part(max(1, self.evaluations // (self.rounds + 1)))
         try:

@@ -1,7 +1,7 @@
 """Nelder-Mead simplex search (Computer Journal 7, 1965), by scipy; UMONS uses it on eigenfrequencies.
 
-A simplex may collapse where the cost has kinks, so the search starts again from its best point with a new, smaller or
-larger simplex until a restart gains nothing.
+A simplex may collapse where the cost has kinks, so the search starts again from its best point with a new,
+smaller or larger simplex until a restart gains nothing.
 """
 
 from __future__ import annotations
@@ -9,13 +9,11 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from scipy.optimize import minimize
 
+from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
-
-Array = NDArray[np.float64]
 
 
 class NelderMead(Optimizer):
@@ -23,8 +21,12 @@ class NelderMead(Optimizer):
 
     kind: Literal["nelder-mead"] = "nelder-mead"
     evaluations: int = Field(5000, ge=1, description="budget of cost evaluations, per start")
-    size: float = Field(0.3, gt=0, description="edge of the first simplex on the search scale (0.3: 35 % on a log scale)")
-    tolerance: float = Field(1e-6, gt=0, description="spread of cost and x below which it is done, and least gain of a restart")
+    size: float = Field(
+        0.3, gt=0, description="edge of the first simplex on the search scale (0.3: 35 % on a log scale)"
+    )
+    tolerance: float = Field(
+        1e-6, gt=0, description="spread of cost and x below which it is done, and least gain of a restart"
+    )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
         """Restarts with simplices of random orientation drawn from rng."""

@@ -12,23 +12,25 @@ from typing import Literal
 from unittest import mock
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Outcome, Search
 from identify.fitting.optimizers.population import WORST, PopulationOptimizer, global_generator
 
-Array = NDArray[np.float64]
-
 
 class ParticleSwarm(PopulationOptimizer):
-    """Global-best swarm with constriction coefficients (Clerc and Kennedy 2002); it stops at its budget or when it has stalled."""
+    """Global-best swarm with constriction coefficients (Clerc and Kennedy 2002); it stops at its budget or
+    when it has stalled.
+    """
 
     kind: Literal["particle-swarm"] = "particle-swarm"
     inertia: float = Field(0.729, gt=0, lt=1, description="share of its velocity that a particle keeps")
     cognitive: float = Field(1.494, ge=0, description="pull towards its own best point")
     social: float = Field(1.494, ge=0, description="pull towards the swarm's best point")
-    patience: int = Field(60, ge=1, description="iterations with a relative gain of less than 1e-9 after which it stops")
+    patience: int = Field(
+        60, ge=1, description="iterations with a relative gain of less than 1e-9 after which it stops"
+    )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
         """Search from a swarm around the start; particles stay at the bounds they hit."""

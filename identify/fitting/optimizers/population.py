@@ -1,4 +1,6 @@
-"""What all population methods share: where the first population lies, and driving a pymoo algorithm by ask and tell."""
+"""What all population methods share: where the first population lies, and driving a pymoo algorithm by ask
+and tell.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +9,13 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination
 
+from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
 
-Array = NDArray[np.float64]
 WORST = 1e100
 """What a candidate without a solution costs where a library cannot take infinity."""
 
@@ -24,10 +25,16 @@ class PopulationOptimizer(Optimizer):
 
     evaluations: int = Field(20_000, ge=1, description="budget of cost evaluations of this stage, per start")
     population: int = Field(50, ge=4, description="candidates per generation")
-    spread: float = Field(5.0, gt=1, description="the first population lies within this factor of the start (log) or a fifth of the range")
+    spread: float = Field(
+        5.0,
+        gt=1,
+        description="the first population lies within this factor of the start (log) or a fifth of the range",
+    )
 
     def first_population(self, search: Search, start: Array, rng: np.random.Generator) -> Array:
-        """(population, free): the start and uniform draws around it, on the search scale, within the bounds."""
+        """(population, free): the start and uniform draws around it, on the search scale, within the
+        bounds.
+        """
         reach = np.log(self.spread)
         draws = start + rng.uniform(-reach, reach, size=(self.population - 1, len(start)))
         return np.clip(np.vstack([start, draws]), search.lower, search.upper)

@@ -1,4 +1,6 @@
-"""Universal files as a row of datasets of text, with the fixed columns their numbers stand in; binary functions (58b) are passed over."""
+"""Universal files as a row of datasets of text, with the fixed columns their numbers stand in; binary
+functions (58b) are passed over.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.uff.cursor import EXPORT, Cursor
 from identify.measured.uff.values import Form, binary_values
 
-Float = NDArray[np.float64]
-
 
 @dataclass
 class Block:
-    """One dataset: its number, its lines, and where its first line is in the file; `at` is the line to be read next."""
+    """One dataset: its number, its lines, and where its first line is in the file; `at` is the line to be
+    read next.
+    """
 
     number: int
     lines: list[str]
@@ -50,13 +52,15 @@ class Block:
         line = self.line().rstrip()
         return [int(field) for field in self._fields(line, 10, r" *[+-]?\d+", least, "I10")]
 
-    def reals(self, count: int, width: int = 13) -> Float:
+    def reals(self, count: int, width: int = 13) -> Array:
         """Exactly `count` numbers of that width, over as many lines as needed, (count,)."""
         per_line = 6 if width == 13 else 3
         found: list[str] = []
         while len(found) < count:
             least = min(per_line, count - len(found))
-            fields = self._fields(self.line().rstrip(), width, r" *[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", least, f"E{width}")
+            fields = self._fields(
+                self.line().rstrip(), width, r" *[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", least, f"E{width}"
+            )
             found += fields[:least]
         values = np.array([float(field.upper().replace("D", "E")) for field in found])
         if not np.isfinite(values).all():
@@ -67,12 +71,20 @@ class Block:
         """The next line as two blocks, up to that column and from it on."""
         line = self.line()
         place = self.first and self.first + self.at - 1
-        return Block(self.number, [line[:column]], self.name, place), Block(self.number, [line[column:]], self.name, place)
+        return Block(self.number, [line[:column]], self.name, place), Block(
+            self.number, [line[column:]], self.name, place
+        )
 
     def _fields(self, line: str, width: int, pattern: str, least: int, form: str) -> list[str]:
-        """The fields of a line, right-justified; a lost or added character shifts them, and that is an error."""
+        """The fields of a line, right-justified; a lost or added character shifts them, and that is an
+        error.
+        """
         fields = [line[i : i + width] for i in range(0, len(line), width)]
-        if len(fields) < least or len(line) % width or not all(re.fullmatch(pattern, field) for field in fields):
+        if (
+            len(fields) < least
+            or len(line) % width
+            or not all(re.fullmatch(pattern, field) for field in fields)
+        ):
             raise InputError(self.where, f"{line[:60]!r}", f"at least {least} numbers {form}", EXPORT)
         return fields
 
@@ -82,12 +94,19 @@ def blocks(path: Path) -> Iterator[Block]:
     try:
         cursor = Cursor(path.read_bytes(), str(path))
     except OSError as error:
-        raise InputError(str(path), f"the file cannot be read ({error.strerror})", "a universal file", "check the path") from error
+        raise InputError(
+            str(path), f"the file cannot be read ({error.strerror})", "a universal file", "check the path"
+        ) from error
     while cursor.opens_dataset():
         head = cursor.text()
         match = re.match(r" {0,5}(\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)
         if match is None:
-            raise InputError(cursor.where, f"{head[:20]!r} in place of a dataset number", "a number in columns 1 to 6", EXPORT)
+            raise InputError(
+                cursor.where,
+                f"{head[:20]!r} in place of a dataset number",
+                "a number in columns 1 to 6",
+                EXPORT,
+            )
         if match[2]:
             _pass_binary(cursor, head)
             continue
@@ -105,5 +124,7 @@ def _pass_binary(cursor: Cursor, head: str) -> None:
     try:
         kind, count, spacing = (int(header[6][i : i + 10]) for i in (0, 10, 20))
     except ValueError as error:
-        raise InputError(cursor.where, f"record 7 {header[6][:30]!r} of a binary function", "3I10", EXPORT) from error
+        raise InputError(
+            cursor.where, f"record 7 {header[6][:30]!r} of a binary function", "3I10", EXPORT
+        ) from error
     binary_values(cursor, Form(count, kind in (5, 6), kind in (4, 6), spacing == 1), head)

@@ -1,4 +1,6 @@
-"""A place in the bytes of a universal file: lines, the `-1` between datasets, and where in the file an error is."""
+"""A place in the bytes of a universal file: lines, the `-1` between datasets, and where in the file an error
+is.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ EXPORT = "export the file again as UFF 58"
 
 
 class Cursor:
-    """Reads `data` forward; dataset counts datasets from 1, line lines, and is 0 once binary data made counting them pointless."""
+    """Reads `data` forward; dataset counts datasets from 1, line lines, and is 0 once binary data made
+    counting them pointless.
+    """
 
     def __init__(self, data: bytes, name: str) -> None:
         self.data, self.name = data.removeprefix(b"\xef\xbb\xbf"), name
@@ -29,7 +33,12 @@ class Cursor:
         """The next line without its end (LF, CR LF or CR); InputError at the end of the file."""
         match = _LINE.match(self.data, self.at)
         if match is None or self.at >= len(self.data):
-            raise InputError(self.where, "the file ends inside a dataset", "a dataset closed by -1", "transfer or export it again")
+            raise InputError(
+                self.where,
+                "the file ends inside a dataset",
+                "a dataset closed by -1",
+                "transfer or export it again",
+            )
         self.at = match.end()
         self.line += self._counting
         return match[1]
@@ -47,14 +56,21 @@ class Cursor:
         self.at, self.line, self._counting = end, 0, False
 
     def opens_dataset(self) -> bool:
-        """Move behind the next opening `-1`; False at the end of the file; InputError where anything else stands there."""
+        """Move behind the next opening `-1`; False at the end of the file; InputError where anything else
+        stands there.
+        """
         while self.at < len(self.data):
             line = self.next().strip(b" \t\x1a\x00")
             if line == b"-1":
                 self.dataset += 1
                 return True
             if line:
-                raise InputError(self.where, f"{line[:40].decode('latin-1')!r} between datasets", "-1, which opens a dataset", EXPORT)
+                raise InputError(
+                    self.where,
+                    f"{line[:40].decode('latin-1')!r} between datasets",
+                    "-1, which opens a dataset",
+                    EXPORT,
+                )
         return False
 
     def rest(self) -> list[str]:

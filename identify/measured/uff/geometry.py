@@ -1,7 +1,9 @@
-"""Measurement points, coordinate systems and trace lines of universal files: datasets 15, 2411, 18, 2420, 82 and the units 164.
+"""Measurement points, coordinate systems and trace lines of universal files: datasets 15, 2411, 18, 2420, 82
+and the units 164.
 
-Formats: SDRC universal datasets 15, 18, 82 (1987), 2411 (1987), 2420 (1994).  Lengths are in the file's unit: dataset 164
-says which; a file without it needs `length_unit`.  Positions stand in the definition system, channels in the displacement system.
+Formats: SDRC universal datasets 15, 18, 82 (1987), 2411 (1987), 2420 (1994).  Lengths are in the file's unit:
+dataset 164 says which; a file without it needs `length_unit`.  Positions stand in the definition system,
+channels in the displacement system.
 """
 
 from __future__ import annotations
@@ -10,15 +12,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.geometry import Geometry
 from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.cursor import EXPORT
 
-Float = NDArray[np.float64]
-System = tuple[Float, Float]
+System = tuple[Array, Array]
 
 LENGTH_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048}
 """Units of length a user can name, in m."""
@@ -26,10 +27,12 @@ LENGTH_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048}
 
 @dataclass
 class _Found:
-    """What the datasets said so far: node -> (definition, displacement, coordinates); system -> (reference, axes, origin)."""
+    """What the datasets said so far: node -> (definition, displacement, coordinates); system -> (reference,
+    axes, origin).
+    """
 
-    nodes: dict[int, tuple[int, int, Float]] = field(default_factory=dict)
-    systems: dict[int, tuple[int, Float, Float]] = field(default_factory=dict)
+    nodes: dict[int, tuple[int, int, Array]] = field(default_factory=dict)
+    systems: dict[int, tuple[int, Array, Array]] = field(default_factory=dict)
     lines: list[tuple[int, ...]] = field(default_factory=list)
     length: float | None = None
 
@@ -37,11 +40,19 @@ class _Found:
 def read_geometry(path: Path, length_unit: str | None = None) -> Geometry:
     """Nodes, channel directions and trace lines of a universal file, in m.
 
-    length_unit (m, mm, cm, in, ft) is for files without dataset 164.  InputError where there are no nodes, no unit, or one
-    too many, a system that is missing or not Cartesian, or a line to a node that is not there; a node is taken once.
+    length_unit (m, mm, cm, in, ft) is for files without dataset 164.  InputError where there are no nodes, no
+    unit, or one too many, a system that is missing or not Cartesian, or a line to a node that is not there; a
+    node is taken once.
     """
     found = _Found()
-    readers = {15: _nodes15, 2411: _nodes2411, 18: _systems18, 2420: _systems2420, 82: _lines82, 164: _units164}
+    readers = {
+        15: _nodes15,
+        2411: _nodes2411,
+        18: _systems18,
+        2420: _systems2420,
+        82: _lines82,
+        164: _units164,
+    }
     for block in blocks(path):
         if block.number in readers:
             readers[block.number](block, found)
@@ -57,7 +68,9 @@ def read_geometry(path: Path, length_unit: str | None = None) -> Geometry:
         axes[n] = _global(displacement, found, str(path), ())[0]
     for node in (node for line in found.lines for node in line):
         if node not in found.nodes:
-            raise InputError(str(path), f"a trace line (dataset 82) through node {node}", "a node of dataset 15 or 2411")
+            raise InputError(
+                str(path), f"a trace line (dataset 82) through node {node}", "a node of dataset 15 or 2411"
+            )
     return Geometry(nodes, position, axes, tuple(found.lines))
 
 
@@ -65,20 +78,32 @@ def _scale(name: str, length: float | None, unit: str | None) -> float:
     if unit is not None and unit not in LENGTH_M:
         raise InputError("length_unit", f"{unit!r}", "one of " + ", ".join(LENGTH_M))
     if length is None and unit is None:
-        raise InputError(name, "no units (dataset 164)", "the unit of length", "set length_unit to " + ", ".join(LENGTH_M))
+        raise InputError(
+            name, "no units (dataset 164)", "the unit of length", "set length_unit to " + ", ".join(LENGTH_M)
+        )
     if length is not None and unit is not None and not np.isclose(length, LENGTH_M[unit]):
-        raise InputError("length_unit", f"{unit!r} although the file says {length:g} m (dataset 164)", fix="leave length_unit out")
+        raise InputError(
+            "length_unit",
+            f"{unit!r} although the file says {length:g} m (dataset 164)",
+            fix="leave length_unit out",
+        )
     return length if length is not None else LENGTH_M[str(unit)]
 
 
 def _global(number: int, found: _Found, name: str, seen: tuple[int, ...]) -> System:
-    """Axes (rows) and origin of a coordinate system in the common frame; 0 and 1 are that frame where not defined."""
+    """Axes (rows) and origin of a coordinate system in the common frame; 0 and 1 are that frame where not
+    defined.
+    """
     if number not in found.systems:
         if number in (0, 1):
             return np.eye(3), np.zeros(3)
-        raise InputError(name, f"coordinate system {number} is used and not defined", "dataset 18 or 2420", EXPORT)
+        raise InputError(
+            name, f"coordinate system {number} is used and not defined", "dataset 18 or 2420", EXPORT
+        )
     if number in seen:
-        raise InputError(name, f"coordinate system {number} refers to itself", "a chain that ends at 0", EXPORT)
+        raise InputError(
+            name, f"coordinate system {number} refers to itself", "a chain that ends at 0", EXPORT
+        )
     reference, axes, origin = found.systems[number]
     turn, start = _global(reference, found, name, (*seen, number))
     return axes @ turn, origin @ turn + start
@@ -99,7 +124,7 @@ def _nodes2411(block: Block, found: _Found) -> None:
         _add_node(block, found, node, (definition, displacement, block.reals(3, 25)))
 
 
-def _add_node(block: Block, found: _Found, node: int, value: tuple[int, int, Float]) -> None:
+def _add_node(block: Block, found: _Found, node: int, value: tuple[int, int, Array]) -> None:
     old = found.nodes.setdefault(node, value)
     if old[:2] != value[:2] or not np.allclose(old[2], value[2]):
         raise InputError(block.where, f"node {node} a second time, elsewhere", "each node once")
@@ -115,13 +140,17 @@ def _systems18(block: Block, found: _Found) -> None:
         x, across = values[1] - values[0], values[2] - values[0]
         y = np.cross(across, x)
         if min(np.linalg.norm(x), np.linalg.norm(y)) <= 1e-9 * max(float(np.abs(values).max()), 1e-300):
-            raise InputError(block.where, f"coordinate system {number} has its three points on a line", "a plane", EXPORT)
+            raise InputError(
+                block.where, f"coordinate system {number} has its three points on a line", "a plane", EXPORT
+            )
         z = np.cross(x, y)
         found.systems[number] = (reference, np.stack([v / np.linalg.norm(v) for v in (x, y, z)]), values[0])
 
 
 def _systems2420(block: Block, found: _Found) -> None:
-    """Part number, part name; then 3I10 (number, kind), a name and 4 rows 1P3D25.16: the three axes and the origin."""
+    """Part number, part name; then 3I10 (number, kind), a name and 4 rows 1P3D25.16: the three axes and the
+    origin.
+    """
     block.line()
     block.line()
     while not block.done:
@@ -130,13 +159,22 @@ def _systems2420(block: Block, found: _Found) -> None:
         rows = block.reals(12, 25).reshape(4, 3)
         _cartesian(block, number, kind)
         if not np.allclose(rows[:3] @ rows[:3].T, np.eye(3), atol=1e-4):
-            raise InputError(block.where, f"coordinate system {number} has axes that are not perpendicular unit vectors", fix=EXPORT)
+            raise InputError(
+                block.where,
+                f"coordinate system {number} has axes that are not perpendicular unit vectors",
+                fix=EXPORT,
+            )
         found.systems[number] = (0, rows[:3], rows[3])
 
 
 def _cartesian(block: Block, number: int, kind: int) -> None:
     if kind != 0:
-        raise InputError(block.where, f"coordinate system {number} is of kind {kind}", "0, Cartesian", "export Cartesian systems")
+        raise InputError(
+            block.where,
+            f"coordinate system {number} is of kind {kind}",
+            "0, Cartesian",
+            "export Cartesian systems",
+        )
 
 
 def _lines82(block: Block, found: _Found) -> None:
@@ -161,7 +199,9 @@ def _units164(block: Block, found: _Found) -> None:
     block.line()
     factor = float(block.reals(3, 25)[0])
     if factor <= 0:
-        raise InputError(block.where, f"unit of length {factor:g} in dataset 164", "a positive number", EXPORT)
+        raise InputError(
+            block.where, f"unit of length {factor:g} in dataset 164", "a positive number", EXPORT
+        )
     found.length = 1 / factor
 
 
@@ -172,23 +212,30 @@ def geometry_text(geometry: Geometry) -> str:
     parts = ["".join(f"{value:25.17E}" for value in (1.0, 1.0, 1.0)) + f"\n{273.15:25.17E}\n"]
     text = f"    -1\n   164\n{1:10d}{'SI: Meter (newton)':20s}{2:10d}\n{parts[0]}    -1\n"
     if systems:
-        text += "    -1\n    18\n" + "".join(_system_text(number, geometry.axes[n]) for n, number in systems.items()) + "    -1\n"
+        text += (
+            "    -1\n    18\n"
+            + "".join(_system_text(number, geometry.axes[n]) for n, number in systems.items())
+            + "    -1\n"
+        )
     text += "    -1\n    15\n"
     for n, node in enumerate(geometry.nodes):
         text += f"{node:10d}{0:10d}{systems.get(n, 0):10d}{1:10d}" + reals_text(geometry.position_m[n])
     text += "    -1\n"
     for number, line in enumerate(geometry.lines, start=1):
-        nodes = "".join("".join(f"{node:10d}" for node in line[start : start + 8]) + "\n" for start in range(0, len(line), 8))
+        nodes = "".join(
+            "".join(f"{node:10d}" for node in line[start : start + 8]) + "\n"
+            for start in range(0, len(line), 8)
+        )
         text += f"    -1\n    82\n{number:10d}{len(line):10d}{1:10d}\nNONE\n{nodes}    -1\n"
     return text
 
 
-def _system_text(number: int, axes: Float) -> str:
+def _system_text(number: int, axes: Array) -> str:
     points = np.concatenate([np.zeros(3), axes[0], axes[2]])
     return f"{number:10d}{0:10d}{0:10d}{1:10d}{1:10d}\nSYS{number}\n" + reals_text(points)
 
 
-def reals_text(values: Float) -> str:
+def reals_text(values: Array) -> str:
     """Numbers 6E13.5, as many lines as needed."""
     numbers = [f"{value:13.5E}" for value in values.tolist()]
     return "".join("".join(numbers[i : i + 6]) + "\n" for i in range(0, len(numbers), 6))

@@ -1,7 +1,8 @@
 """Universal files (58, 58b) read as FRFs with their coherences, or as time histories.
 
-Function type 4 is an FRF, 6 its coherence, 1 a time response; other functions and datasets are passed over.  Axis-unit labels win
-over type codes; where there is no label, dataset 164 says the units, and where there is none either, the user is asked.
+Function type 4 is an FRF, 6 its coherence, 1 a time response; other functions and datasets are passed over.
+Axis-unit labels win over type codes; where there is no label, dataset 164 says the units, and where there is
+none either, the user is asked.
 """
 
 from __future__ import annotations
@@ -11,36 +12,58 @@ from pathlib import Path
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
-from identify.measured.frf_set import Float, Quantity
+from identify.measured.frf_set import Quantity
 from identify.measured.time_history import Signal, Units, asked_unit, sample_rate
 from identify.measured.uff.records import Axis, Record58, UffFile, read_records
-from identify.measured.units import QUANTITY_OF_KIND, FrfUnit, Kind, SignalUnit, parse_frf_unit, parse_signal_unit, ratio
+from identify.measured.units import (
+    QUANTITY_OF_KIND,
+    FrfUnit,
+    Kind,
+    SignalUnit,
+    parse_frf_unit,
+    parse_signal_unit,
+    ratio,
+)
 
 _TIME, _FRF, _COHERENCE = 1, 4, 6
-_KIND_OF_CODE: dict[int, Kind] = {8: "displacement", 9: "force", 11: "velocity", 12: "acceleration", 13: "force"}
+_KIND_OF_CODE: dict[int, Kind] = {
+    8: "displacement",
+    9: "force",
+    11: "velocity",
+    12: "acceleration",
+    13: "force",
+}
 _HERTZ = {"": 1.0, "hz": 1.0, "khz": 1e3, "1/s": 1.0, "rad/s": 1 / (2 * pi), "rpm": 1 / 60}
 _SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3}
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
-    """The FRFs and coherences of a universal file; InputError as `read_records`, and where axes differ or an FRF is not complex."""
+    """The FRFs and coherences of a universal file; InputError as `read_records`, and where axes differ or an
+    FRF is not complex.
+    """
     del options  # a universal file names its channels and variables itself
     file = read_records(path)
     chosen = [record for record in file.records if record.function in (_FRF, _COHERENCE)]
     if not any(record.function == _FRF for record in chosen):
         types = sorted({record.function for record in file.records})
-        raise InputError(str(path), f"no FRF among the function types {types} of its datasets 58", "function type 4")
-    frequency_hz = common_axis(((record.where, _abscissa(record, 18, _HERTZ, "frequency")) for record in chosen), "frequency")
+        raise InputError(
+            str(path), f"no FRF among the function types {types} of its datasets 58", "function type 4"
+        )
+    frequency_hz = common_axis(
+        ((record.where, _abscissa(record, 18, _HERTZ, "frequency")) for record in chosen), "frequency"
+    )
     coherences = _coherences(chosen)
     records = [_frf_record(record, file, coherences) for record in chosen if record.function == _FRF]
     return FrfRecords(frequency_hz, records)
 
 
 def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
-    """Sample rate (Hz) and time responses (function type 1) of a universal file; a signal that comes again is the next block.
+    """Sample rate (Hz) and time responses (function type 1) of a universal file; a signal that comes again is
+    the next block.
 
     units says what files without labels leave open; InputError where it is silent too.
     """
@@ -48,38 +71,64 @@ def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
     chosen = [record for record in file.records if record.function == _TIME]
     if not chosen:
         types = sorted({record.function for record in file.records})
-        raise InputError(str(path), f"no time response among the function types {types} of its datasets 58", "function type 1")
-    time_s = common_axis(((record.where, _abscissa(record, 17, _SECONDS, "time")) for record in chosen), "time")
+        raise InputError(
+            str(path),
+            f"no time response among the function types {types} of its datasets 58",
+            "function type 1",
+        )
+    time_s = common_axis(
+        ((record.where, _abscissa(record, 17, _SECONDS, "time")) for record in chosen), "time"
+    )
     return sample_rate(time_s, str(path)), [_signal(record, file, units) for record in chosen]
 
 
-def _abscissa(record: Record58, code: int, factors: dict[str, float], what: str) -> Float:
+def _abscissa(record: Record58, code: int, factors: dict[str, float], what: str) -> Array:
     """The abscissa in Hz or s, by its label or else its type code."""
     label = record.abscissa.unit.lower()
     if label not in factors or (not label and record.abscissa.code != code):
-        found = f"an abscissa with type code {record.abscissa.code} and unit {record.abscissa.unit or 'NONE'!r}"
-        raise InputError(record.where, found, f"{what} (code {code}) in one of " + ", ".join(filter(None, factors)))
+        found = (
+            f"an abscissa with type code {record.abscissa.code} and unit {record.abscissa.unit or 'NONE'!r}"
+        )
+        raise InputError(
+            record.where, found, f"{what} (code {code}) in one of " + ", ".join(filter(None, factors))
+        )
     return factors[label] * record.x
 
 
-def _coherences(records: list[Record58]) -> dict[tuple[Channel, Channel], Float]:
+def _coherences(records: list[Record58]) -> dict[tuple[Channel, Channel], Array]:
     """Coherence by (response, reference); one that comes twice must be the same twice."""
-    coherences: dict[tuple[Channel, Channel], Float] = {}
+    coherences: dict[tuple[Channel, Channel], Array] = {}
     for record in records:
         if record.function == _COHERENCE:
             if np.any(record.values.imag):
-                raise InputError(record.where, "a coherence with imaginary part", "a real function", "export the file again")
+                raise InputError(
+                    record.where,
+                    "a coherence with imaginary part",
+                    "a real function",
+                    "export the file again",
+                )
             pair = (record.response, record.reference)
             values = coherences.setdefault(pair, record.values.real)
             if not np.array_equal(values, record.values.real):
-                raise InputError(record.where, f"coherence {pair[0]}/{pair[1]} stands there again with other values", "each pair once")
+                raise InputError(
+                    record.where,
+                    f"coherence {pair[0]}/{pair[1]} stands there again with other values",
+                    "each pair once",
+                )
     return coherences
 
 
-def _frf_record(record: Record58, file: UffFile, coherences: dict[tuple[Channel, Channel], Float]) -> FrfRecord:
+def _frf_record(
+    record: Record58, file: UffFile, coherences: dict[tuple[Channel, Channel], Array]
+) -> FrfRecord:
     """One FRF with its unit and coherence, where it has them."""
     if not np.iscomplexobj(record.values):
-        raise InputError(record.where, f"FRF {record.response}/{record.reference} is real", "a complex function", "export the file again")
+        raise InputError(
+            record.where,
+            f"FRF {record.response}/{record.reference} is real",
+            "a complex function",
+            "export the file again",
+        )
     unit, quantity = _unit(record, file)
     return FrfRecord(
         output=record.response,
@@ -98,13 +147,17 @@ def _unit(record: Record58, file: UffFile) -> tuple[FrfUnit | None, Quantity | N
     if _is_ratio(ordinate.unit):
         if not ordinate.unit.strip("() ").endswith(denominator.unit.strip("() ")):
             found = f"unit {ordinate.unit!r} with the denominator {denominator.unit!r}"
-            raise InputError(record.where, found, "a ratio and nothing, or a motion and a force", "export the file again")
+            raise InputError(
+                record.where, found, "a ratio and nothing, or a motion and a force", "export the file again"
+            )
         return parse_frf_unit(ordinate.unit, record.where), None
     response = _signal_unit(ordinate, record.response, file, record.where)
     force = _signal_unit(denominator, record.reference, file, record.where)
     if response is not None and force is not None:
         return ratio(response, force, record.where), None
-    return None, QUANTITY_OF_KIND.get(response.kind if response is not None else _KIND_OF_CODE.get(ordinate.code, "force"))
+    return None, QUANTITY_OF_KIND.get(
+        response.kind if response is not None else _KIND_OF_CODE.get(ordinate.code, "force")
+    )
 
 
 def _is_ratio(label: str) -> bool:
@@ -132,7 +185,12 @@ def _signal_unit(axis: Axis, channel: Channel, file: UffFile, where: str) -> Sig
 def _signal(record: Record58, file: UffFile, units: Units) -> Signal:
     """One block of one signal."""
     if np.iscomplexobj(record.values):
-        raise InputError(record.where, f"time response {record.response} is complex", "a real function", "export the file again")
+        raise InputError(
+            record.where,
+            f"time response {record.response} is complex",
+            "a real function",
+            "export the file again",
+        )
     unit = _signal_unit(record.ordinate, record.response, file, record.where)
     if unit is None:
         unit = asked_unit(_KIND_OF_CODE.get(record.ordinate.code), units, record.where)

@@ -1,8 +1,9 @@
-"""Datasets 58, 58b and 164 of universal files, taken apart; what they mean is said in `uff`, how numbers stand there in `uff_values`.
+"""Datasets 58, 58b and 164 of universal files, taken apart; what they mean is said in `uff`, how numbers
+stand there in `uff_values`.
 
-Formats: SDRC universal dataset 58 (23-Apr-1993), 58b (UC-SDRL) and 164 (19-Aug-1987).  pyuff is not used for them because it
-takes a short record for a whole one, loses a last set without its end, and cuts binary data at a chance `    -1`; the tests read
-the same files by both.
+Formats: SDRC universal dataset 58 (23-Apr-1993), 58b (UC-SDRL) and 164 (19-Aug-1987).  pyuff is not used for
+them because it takes a short record for a whole one, loses a last set without its end, and cuts binary data
+at a chance `    -1`; the tests read the same files by both.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.frf_set import Complex, Float
 from identify.measured.uff.cursor import EXPORT, Cursor
 from identify.measured.uff.values import Form, ascii_values, binary_values, numbers
 
@@ -34,15 +35,17 @@ class Axis:
 
 @dataclass(frozen=True)
 class Record58:
-    """One function at nodal degrees of freedom in the file's units: x (n,), values (n,) real or complex; where names it in the file."""
+    """One function at nodal degrees of freedom in the file's units: x (n,), values (n,) real or complex;
+    where names it in the file.
+    """
 
     where: str
     function: int
     response: Channel
     reference: Channel
-    x: Float
+    x: Array
     even: bool
-    values: Float | Complex
+    values: Array | Complex
     abscissa: Axis
     ordinate: Axis
     denominator: Axis
@@ -50,7 +53,9 @@ class Record58:
 
 @dataclass(frozen=True)
 class UffFile:
-    """The records of type 58 in the order of the file, and what one unit of length (m) and force (N) is by dataset 164, or None."""
+    """The records of type 58 in the order of the file, and what one unit of length (m) and force (N) is by
+    dataset 164, or None.
+    """
 
     records: list[Record58]
     length: float | None = None
@@ -69,7 +74,12 @@ def read_records(path: Path) -> UffFile:
         head = cursor.text()
         match = re.match(r"( {0,5}\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)
         if match is None or len(match[1]) != 6:
-            raise InputError(cursor.where, f"{head[:20]!r} in place of a dataset number", "a number in columns 1 to 6", EXPORT)
+            raise InputError(
+                cursor.where,
+                f"{head[:20]!r} in place of a dataset number",
+                "a number in columns 1 to 6",
+                EXPORT,
+            )
         if int(match[1]) == 58:
             records.append(_record58(cursor, head if match[2] else ""))
         else:
@@ -82,18 +92,26 @@ def read_records(path: Path) -> UffFile:
 
 
 def _units164(lines: list[str], where: str) -> tuple[float, float]:
-    """One unit of length in m and of force in N: `to convert from universal file units to SI divide by` what stands in record 2."""
+    """One unit of length in m and of force in N: `to convert from universal file units to SI divide by` what
+    stands in record 2.
+    """
     try:
         length, force = (float(lines[1][i : i + 25].upper().replace("D", "E")) for i in (0, 25))
     except (IndexError, ValueError) as error:
-        raise InputError(where, "units (dataset 164) that cannot be read", "3D25.17 in the second line", EXPORT) from error
+        raise InputError(
+            where, "units (dataset 164) that cannot be read", "3D25.17 in the second line", EXPORT
+        ) from error
     if not (0 < length < np.inf and 0 < force < np.inf):
-        raise InputError(where, f"unit factors {length:g} and {force:g} in dataset 164", "positive numbers", EXPORT)
+        raise InputError(
+            where, f"unit factors {length:g} and {force:g} in dataset 164", "positive numbers", EXPORT
+        )
     return 1 / length, 1 / force
 
 
 def _record58(cursor: Cursor, binary_head: str) -> Record58:
-    """The dataset behind its number line, up to and with the closing -1; binary_head is that line, or "" for ASCII."""
+    """The dataset behind its number line, up to and with the closing -1; binary_head is that line, or "" for
+    ASCII.
+    """
     where = cursor.where
     header = [cursor.text() for _ in range(_HEADER_LINES)]
     function, response, reference = _dofs(header[5], where)
@@ -103,10 +121,15 @@ def _record58(cursor: Cursor, binary_head: str) -> Record58:
     else:
         table = ascii_values(cursor, form)
         if cursor.next().strip() != b"-1":
-            raise InputError(cursor.where, f"more than the announced {form.count} values, or no -1 behind them", "-1", EXPORT)
+            raise InputError(
+                cursor.where,
+                f"more than the announced {form.count} values, or no -1 behind them",
+                "-1",
+                EXPORT,
+            )
     if form.even:
         start, step = _start_and_step(cursor, header[6][30:].rstrip(), where)
-        x: Float = start + step * np.arange(form.count, dtype=np.float64)
+        x: Array = start + step * np.arange(form.count, dtype=np.float64)
     else:
         x, table = table[:, 0].copy(), table[:, 1:]
     return Record58(
@@ -133,7 +156,9 @@ def _form(line: str, where: str) -> Form:
 
 
 def _start_and_step(cursor: Cursor, text: str, where: str) -> tuple[float, float]:
-    """First abscissa and its step from the end of record 7, 3E13.5; the last field, which is not used, shows that nothing is shifted."""
+    """First abscissa and its step from the end of record 7, 3E13.5; the last field, which is not used, shows
+    that nothing is shifted.
+    """
     try:
         fields = np.frombuffer(text.encode("ascii"), np.uint8).reshape(-1, 13)
         start, step, *rest = numbers(cursor, fields, 0).tolist()
@@ -147,12 +172,16 @@ def _start_and_step(cursor: Cursor, text: str, where: str) -> tuple[float, float
 def _integer(field: str, where: str, width: int) -> int:
     """A right-justified integer that fills its columns."""
     if len(field) != width or _INTEGER.fullmatch(field) is None:
-        raise InputError(where, f"{field!r} in the header", f"an integer that ends in the last of {width} columns", EXPORT)
+        raise InputError(
+            where, f"{field!r} in the header", f"an integer that ends in the last of {width} columns", EXPORT
+        )
     return int(field)
 
 
 def _dofs(line: str, where: str) -> tuple[int, Channel, Channel]:
-    """Function type, response and reference of record 6, 2(I5,I10),2(1X,10A1,I10,I4); names beyond ten letters shift what follows."""
+    """Function type, response and reference of record 6, 2(I5,I10),2(1X,10A1,I10,I4); names beyond ten
+    letters shift what follows.
+    """
     line = line.rstrip()
     extra = len(line) - 80
     for first in range(extra + 1):
@@ -160,7 +189,11 @@ def _dofs(line: str, where: str) -> tuple[int, Channel, Channel]:
         fields = [line[a:b] for a, b in pairwise(accumulate(widths, initial=0))]
         names_fit = all(len(name) == 10 or name == name.strip() for name in (fields[5], fields[9]))
         integers = [fields[i] for i in (0, 1, 2, 3, 6, 7, 10, 11)]
-        if names_fit and fields[4] == fields[8] == " " and all(_INTEGER.fullmatch(field) for field in integers):
+        if (
+            names_fit
+            and fields[4] == fields[8] == " "
+            and all(_INTEGER.fullmatch(field) for field in integers)
+        ):
             return int(integers[0]), _channel(integers[4:6], where), _channel(integers[6:], where)
     raise InputError(where, f"record 6 {line!r} is not in its columns", "2(I5,I10),2(1X,10A1,I10,I4)", EXPORT)
 
@@ -169,7 +202,11 @@ def _channel(fields: list[str], where: str) -> Channel:
     """Node and direction code."""
     node, direction = (int(field) for field in fields)
     if node < 0 or abs(direction) > 6:
-        raise InputError(where, f"node {node} with direction {direction}", "a node of 0 or more and a direction from -6 to 6")
+        raise InputError(
+            where,
+            f"node {node} with direction {direction}",
+            "a node of 0 or more and a direction from -6 to 6",
+        )
     return Channel(node, direction)
 
 
@@ -177,6 +214,8 @@ def _axis(line: str, where: str) -> Axis:
     """Records 8 to 10, I10,3I5,2(1X,20A1)."""
     code = _integer(line[:10], where, 10)
     if line[25:26].strip() or line[46:47].strip():
-        raise InputError(where, f"axis record {line.rstrip()!r} is not in its columns", "I10,3I5,2(1X,20A1)", EXPORT)
+        raise InputError(
+            where, f"axis record {line.rstrip()!r} is not in its columns", "I10,3I5,2(1X,20A1)", EXPORT
+        )
     unit = line[47:67].strip()
     return Axis(code, "" if unit.upper() == "NONE" else unit)

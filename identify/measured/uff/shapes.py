@@ -1,8 +1,10 @@
-"""Mode shapes in and out: universal datasets 55 and 2414 read as a modal table, 55 written with the geometry (15, 18, 82).
+"""Mode shapes in and out: universal datasets 55 and 2414 read as a modal table, 55 written with the geometry
+(15, 18, 82).
 
-Formats: SDRC universal datasets 55 (1987) and 2414 (3-Oct-1994), analysis types 2 (normal mode), 3 and 7 (complex eigenvalue).
-The format has a place for every direction of a node, measured or not: a component that is exactly 0 in every mode is
-taken as not measured.  Channels are positive here; one measured against its axis is written with its sign turned.
+Formats: SDRC universal datasets 55 (1987) and 2414 (3-Oct-1994), analysis types 2 (normal mode), 3 and 7
+(complex eigenvalue). The format has a place for every direction of a node, measured or not: a component that
+is exactly 0 in every mode is taken as not measured.  Channels are positive here; one measured against its
+axis is written with its sign turned.
 """
 
 from __future__ import annotations
@@ -12,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.geometry import Geometry
@@ -22,8 +24,6 @@ from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.cursor import EXPORT
 from identify.measured.uff.geometry import geometry_text, reals_text
 
-Complex = NDArray[np.complex128]
-
 _NORMAL, _COMPLEX = (2,), (3, 7)
 _VALUES = {(1, 1): 1, (2, 3): 3, (3, 6): 6}
 _POWER = {8: 0, 11: 1, 12: 2}
@@ -31,7 +31,9 @@ _POWER = {8: 0, 11: 1, 12: 2}
 
 @dataclass(frozen=True)
 class _Mode:
-    """One dataset: pole (rad/s; damping NaN in its real part where the file has none) and values by node, (values of a node,)."""
+    """One dataset: pole (rad/s; damping NaN in its real part where the file has none) and values by node,
+    (values of a node,).
+    """
 
     frequency_hz: float
     damping_ratio: float
@@ -42,17 +44,26 @@ class _Mode:
 def read_shapes(path: Path) -> ModalTable:
     """The modes of a universal file, by frequency, with their shapes; damping NaN where the file gives none.
 
-    Shapes stored as velocity or acceleration become displacement.  InputError for a file without modes, for modes at different
-    nodes, and for anything out of its columns, with the line.
+    Shapes stored as velocity or acceleration become displacement.  InputError for a file without modes, for
+    modes at different nodes, and for anything out of its columns, with the line.
     """
-    modes = [mode for block in blocks(path) if block.number in (55, 2414) and (mode := _mode(block)) is not None]
+    modes = [
+        mode for block in blocks(path) if block.number in (55, 2414) and (mode := _mode(block)) is not None
+    ]
     if not modes:
         raise InputError(str(path), "no mode shapes", "datasets 55 or 2414 with analysis type 2, 3 or 7")
     modes.sort(key=lambda mode: mode.frequency_hz)
     size = len(next(iter(modes[0].values.values())))
     for mode in modes:
-        if mode.values.keys() != modes[0].values.keys() or any(len(value) != size for value in mode.values.values()):
-            raise InputError(mode.where, "a shape at other nodes or with other directions than the first", "the same for all modes", EXPORT)
+        if mode.values.keys() != modes[0].values.keys() or any(
+            len(value) != size for value in mode.values.values()
+        ):
+            raise InputError(
+                mode.where,
+                "a shape at other nodes or with other directions than the first",
+                "the same for all modes",
+                EXPORT,
+            )
     nodes = sorted(modes[0].values)
     shapes = np.array([[mode.values[node] for node in nodes] for mode in modes]).reshape(len(modes), -1)
     channels = [Channel(node, 0 if size == 1 else k + 1) for node in nodes for k in range(size)]
@@ -88,7 +99,12 @@ def _mode(block: Block) -> _Mode | None:
     if not frequency > 0:
         raise InputError(where, f"a mode at {frequency:g} Hz", "a positive frequency", EXPORT)
     factor = pole ** -_POWER.get(quantity, 0)
-    return _Mode(frequency, damping, {node: factor * v for node, v in _values(block, size, kind in (5, 6)).items()}, where)
+    return _Mode(
+        frequency,
+        damping,
+        {node: factor * v for node, v in _values(block, size, kind in (5, 6)).items()},
+        where,
+    )
 
 
 def _pole55(block: Block, analysis: int) -> tuple[float, float, complex]:
@@ -96,7 +112,12 @@ def _pole55(block: Block, analysis: int) -> tuple[float, float, complex]:
     _, reals = block.integers(2)[:2]
     values = block.reals(reals)
     if len(values) < (3 if analysis in _NORMAL else 2):
-        raise InputError(block.where, f"{len(values)} numbers in record 8", "frequency, mass and damping, or an eigenvalue", EXPORT)
+        raise InputError(
+            block.where,
+            f"{len(values)} numbers in record 8",
+            "frequency, mass and damping, or an eigenvalue",
+            EXPORT,
+        )
     if analysis in _NORMAL:
         return _normal(values[0], values[2], values[3] if len(values) > 3 else 0.0)
     return _eigenvalue(complex(values[0], values[1]))
@@ -113,7 +134,9 @@ def _pole2414(block: Block, analysis: int) -> tuple[float, float, complex]:
 
 
 def _normal(frequency: float, viscous: float, hysteretic: float) -> tuple[float, float, complex]:
-    """No mode has no damping, so 0 means that it is not known; a loss factor is twice a damping ratio at resonance."""
+    """No mode has no damping, so 0 means that it is not known; a loss factor is twice a damping ratio at
+    resonance.
+    """
     damping = viscous or hysteretic / 2 or np.nan
     return float(frequency), float(damping), 2j * np.pi * float(frequency)
 
@@ -142,11 +165,20 @@ def write_shapes(path: Path, table: ModalTable, geometry: Geometry | None = None
     InputError where the table has no shapes or unknown damping, which the format cannot say.
     """
     if table.shapes is None or not np.isfinite(table.shapes).all():
-        raise InputError(str(path), "a modal table without shapes, or with unknown components", "shapes at all channels")
+        raise InputError(
+            str(path), "a modal table without shapes, or with unknown components", "shapes at all channels"
+        )
     if not np.isfinite(table.damping_ratio).all():
-        raise InputError(str(path), "a mode with unknown damping", "a damping ratio for every mode", "complete the modal table")
+        raise InputError(
+            str(path),
+            "a mode with unknown damping",
+            "a damping ratio for every mode",
+            "complete the modal table",
+        )
     text = "" if geometry is None else geometry_text(geometry)
-    path.write_text(text + "".join(_dataset55(table, r) for r in range(len(table))), encoding="ascii", newline="\n")
+    path.write_text(
+        text + "".join(_dataset55(table, r) for r in range(len(table))), encoding="ascii", newline="\n"
+    )
 
 
 def _dataset55(table: ModalTable, r: int) -> str:

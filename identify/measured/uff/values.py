@@ -1,6 +1,7 @@
 """The numbers of a dataset 58: ASCII in fixed columns, or binary (58b).
 
-Columns are taken at their word: a lost or added character shifts them, and that is an error here, not another number.
+Columns are taken at their word: a lost or added character shifts them, and that is an error here, not another
+number.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.measured.frf_set import Float
 from identify.measured.uff.cursor import EXPORT, Cursor
 
 _BINARY_END = re.compile(rb"(?:\r\n|\r|\n)?    -1 *(?:\r\n|\r|\n|\Z)")
@@ -23,7 +24,9 @@ _EXPONENT = bytes.maketrans(b"Dd", b"Ee")
 
 @dataclass(frozen=True)
 class Form:
-    """What record 7 announces: count points of a real or complex function, in single or double precision, even or uneven."""
+    """What record 7 announces: count points of a real or complex function, in single or double precision,
+    even or uneven.
+    """
 
     count: int
     complex: bool
@@ -36,7 +39,9 @@ class Form:
         return (1 - self.even) + (1 + self.complex)
 
     def layouts(self) -> list[tuple[int, ...]]:
-        """Widths of the numbers on a line: that of the standard (record 12) first, then what some writers use for double uneven data."""
+        """Widths of the numbers on a line: that of the standard (record 12) first, then what some writers use
+        for double uneven data.
+        """
         if not self.double:
             return [(13,) * 6]
         if self.even:
@@ -44,22 +49,29 @@ class Form:
         return [(13, 20, 20) if self.complex else (13, 20, 13, 20), (20,) * 4, (20,) * self.columns]
 
     def dtypes(self, order: str) -> list[np.dtype[np.void]]:
-        """One binary point: all numbers alike or, with double uneven data of some writers, a single-precision abscissa."""
+        """One binary point: all numbers alike or, with double uneven data of some writers, a single-precision
+        abscissa.
+        """
         real = order + ("f8" if self.double else "f4")
         heads = [real, order + "f4"] if self.double and not self.even else [real]
-        return [np.dtype([(f"c{i}", head if i == 0 else real) for i in range(self.columns)]) for head in heads]
+        return [
+            np.dtype([(f"c{i}", head if i == 0 else real) for i in range(self.columns)]) for head in heads
+        ]
 
 
-def binary_values(cursor: Cursor, form: Form, head: str) -> Float:
+def binary_values(cursor: Cursor, form: Form, head: str) -> Array:
     """The values behind a 58b header as (count, columns); head is its dataset line.
 
-    The number of bytes is computed, not read: some writers announce half of a complex record, or count a line end behind it.
-    Which of several layouts it is shows by where the closing -1 stands; InputError where it stands nowhere.
+    The number of bytes is computed, not read: some writers announce half of a complex record, or count a line
+    end behind it. Which of several layouts it is shows by where the closing -1 stands; InputError where it
+    stands nowhere.
     """
     fields = head[7:].split()[:3]
     if fields not in (["1", "2", "11"], ["2", "2", "11"]):
         found = f"58b with byte order, number format and header lines {fields}"
-        raise InputError(cursor.where, found, "order 1 or 2, format 2 (IEEE 754), 11 lines", "export the file as ASCII")
+        raise InputError(
+            cursor.where, found, "order 1 or 2, format 2 (IEEE 754), 11 lines", "export the file as ASCII"
+        )
     for dtype in form.dtypes("<" if fields[0] == "1" else ">"):
         end = _BINARY_END.match(cursor.data, cursor.at + form.count * dtype.itemsize)
         if end is not None:
@@ -67,18 +79,26 @@ def binary_values(cursor: Cursor, form: Form, head: str) -> Float:
             table = np.stack([raw[name].astype(float) for name in dtype.names or ()], axis=1)
             good = np.isfinite(table).all(axis=1)
             if not good.all():
-                raise InputError(cursor.where, f"value {int(np.argmin(good)) + 1} is not finite", "a number", EXPORT)
+                raise InputError(
+                    cursor.where, f"value {int(np.argmin(good)) + 1} is not finite", "a number", EXPORT
+                )
             cursor.skip_binary(end.end())
             return table
     found = f"{form.count} binary values are not followed by -1"
-    raise InputError(cursor.where, found, "that many values", "transfer the file in binary mode or export it again")
+    raise InputError(
+        cursor.where, found, "that many values", "transfer the file in binary mode or export it again"
+    )
 
 
-def ascii_values(cursor: Cursor, form: Form) -> Float:
-    """The values of record 12 as (count, columns); InputError naming the line where they are not in their columns."""
+def ascii_values(cursor: Cursor, form: Form) -> Array:
+    """The values of record 12 as (count, columns); InputError naming the line where they are not in their
+    columns.
+    """
     total, first_line = form.count * form.columns, cursor.line + 1
     first = cursor.next().rstrip()
-    layout = next((widths for widths in form.layouts() if sum(widths[:total]) == len(first)), form.layouts()[0])
+    layout = next(
+        (widths for widths in form.layouts() if sum(widths[:total]) == len(first)), form.layouts()[0]
+    )
     rows = -(-total // len(layout))
     lines = [first, *(cursor.next().rstrip() for _ in range(rows - 1))]
     last = total - (rows - 1) * len(layout)
@@ -95,8 +115,12 @@ def ascii_values(cursor: Cursor, form: Form) -> Float:
     return _table(cursor, block, layout, (total, first_line)).reshape(form.count, form.columns)
 
 
-def _table(cursor: Cursor, block: NDArray[np.uint8], layout: tuple[int, ...], extent: tuple[int, int]) -> Float:
-    """The first `total` numbers of a block of characters (rows, width), row by row; extent: total and number of the first line."""
+def _table(
+    cursor: Cursor, block: NDArray[np.uint8], layout: tuple[int, ...], extent: tuple[int, int]
+) -> Array:
+    """The first `total` numbers of a block of characters (rows, width), row by row; extent: total and number
+    of the first line.
+    """
     total, first_line = extent
     if len(set(layout)) == 1:
         return numbers(cursor, block.reshape(-1, layout[0])[:total], first_line, len(layout))
@@ -107,7 +131,7 @@ def _table(cursor: Cursor, block: NDArray[np.uint8], layout: tuple[int, ...], ex
     return table.reshape(-1)[:total]
 
 
-def numbers(cursor: Cursor, fields: NDArray[np.uint8], first_line: int, per_line: int = 1) -> Float:
+def numbers(cursor: Cursor, fields: NDArray[np.uint8], first_line: int, per_line: int = 1) -> Array:
     """Numbers (n,) from right-justified characters (n, width), exponents with E or D.
 
     per_line of them stand on a line; InputError naming the line of the first that is no number.
@@ -119,10 +143,20 @@ def numbers(cursor: Cursor, fields: NDArray[np.uint8], first_line: int, per_line
         try:
             return np.asarray(texts.astype(np.float64))
         except ValueError:
-            bad = np.array([re.fullmatch(rb" *[+-]?(\d+\.?\d*|\.\d+)(E[+-]?\d+)?", text.upper()) is None for text in texts])
+            bad = np.array(
+                [
+                    re.fullmatch(rb" *[+-]?(\d+\.?\d*|\.\d+)(E[+-]?\d+)?", text.upper()) is None
+                    for text in texts
+                ]
+            )
     index = int(np.argmax(bad))
     found = f"{texts[index].decode('latin-1')!r} in the columns of a number"
-    raise InputError(_at(cursor, first_line + index // per_line), found, "a right-justified number", f"{EXPORT}, without NaN")
+    raise InputError(
+        _at(cursor, first_line + index // per_line),
+        found,
+        "a right-justified number",
+        f"{EXPORT}, without NaN",
+    )
 
 
 def _at(cursor: Cursor, line: int) -> str:

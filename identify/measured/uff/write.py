@@ -1,4 +1,5 @@
-"""FRF sets written as universal files: ASCII double precision (58) or binary (58b), each FRF followed by its coherence.
+"""FRF sets written as universal files: ASCII double precision (58) or binary (58b), each FRF followed by its
+coherence.
 
 What the format has no place for (averages, window decay) goes into the ID lines as text and is not read back.
 """
@@ -10,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from identify.core.arrays import Array, Complex
 from identify.measured.channel import Channel
-from identify.measured.frf_set import POWER, Complex, Float, FrfSet
+from identify.measured.frf_set import POWER, FrfSet
 
 _CODES = (8, 11, 12)
 _LABELS = ("Displacement", "Velocity", "Acceleration")
@@ -20,7 +22,8 @@ _LABELS = ("Displacement", "Velocity", "Acceleration")
 def write_uff58(path: Path, frf_set: FrfSet, binary: bool = False) -> None:
     """Write all measured pairs in SI units.
 
-    Binary files keep every bit.  ASCII keeps 13 digits of the values (E20.12), and about 10 of the frequencies, as 13 columns allow.
+    Binary files keep every bit.  ASCII keeps 13 digits of the values (E20.12), and about 10 of the
+    frequencies, as 13 columns allow.
     """
     parts: list[bytes] = []
     for i, j in product(range(len(frf_set.outputs)), range(len(frf_set.inputs))):
@@ -31,18 +34,24 @@ def write_uff58(path: Path, frf_set: FrfSet, binary: bool = False) -> None:
     path.write_bytes(b"".join(parts))
 
 
-def _dataset(frf_set: FrfSet, pair: tuple[int, int], values: Float | Complex, binary: bool) -> bytes:
+def _dataset(frf_set: FrfSet, pair: tuple[int, int], values: Array | Complex, binary: bool) -> bytes:
     """One dataset with its opening and closing -1."""
     frequency_hz, is_frf = frf_set.frequency_hz, np.iscomplexobj(values)
     step = float(frequency_hz[1] - frequency_hz[0]) if len(frequency_hz) > 1 else 1.0
     start_text, step_text = _thirteen(float(frequency_hz[0])), _thirteen(step)
     rebuilt = float(start_text) + float(step_text) * np.arange(len(frequency_hz))
-    even = np.array_equal(rebuilt, frequency_hz) if binary else np.allclose(rebuilt, frequency_hz, rtol=1e-9, atol=0)
+    even = (
+        np.array_equal(rebuilt, frequency_hz)
+        if binary
+        else np.allclose(rebuilt, frequency_hz, rtol=1e-9, atol=0)
+    )
     if not even:
         start_text = step_text = _thirteen(0.0)
     columns = ([] if even else [frequency_hz]) + ([values.real, values.imag] if is_frf else [values.real])
     table = np.stack(columns, axis=1)
-    spacing = f"{6 if is_frf else 4:10d}{len(values):10d}{int(even):10d}{start_text}{step_text}{_thirteen(0.0)}"
+    spacing = (
+        f"{6 if is_frf else 4:10d}{len(values):10d}{int(even):10d}{start_text}{step_text}{_thirteen(0.0)}"
+    )
     ids = [line.ljust(80) for line in _ids(frf_set, pair, is_frf)]
     header = "\n".join([*ids, _dofs(frf_set, pair, is_frf), spacing, *_axes(frf_set, pair, is_frf)]) + "\n"
     if binary:
@@ -61,7 +70,10 @@ def _ids(frf_set: FrfSet, pair: tuple[int, int], is_frf: bool) -> list[str]:
 
 def _dofs(frf_set: FrfSet, pair: tuple[int, int], is_frf: bool) -> str:
     """Record 6, 2(I5,I10),2(1X,10A1,I10,I4)."""
-    ends = "".join(f" {'NONE':10s}{c.node:10d}{c.direction:4d}" for c in (frf_set.outputs[pair[0]], frf_set.inputs[pair[1]]))
+    ends = "".join(
+        f" {'NONE':10s}{c.node:10d}{c.direction:4d}"
+        for c in (frf_set.outputs[pair[0]], frf_set.inputs[pair[1]])
+    )
     return f"{4 if is_frf else 6:5d}{0:10d}{0:5d}{0:10d}{ends}"
 
 
@@ -81,19 +93,23 @@ def _turns(channel: Channel) -> bool:
     return abs(channel.direction) > 3
 
 
-def _ascii(table: Float, even: bool) -> str:
+def _ascii(table: Array, even: bool) -> str:
     """Record 12 in double precision: 4E20.12, 2(E13.5,E20.12) or E13.5,2E20.12."""
     if even:
         numbers = [f"{value:20.12E}" for value in table.ravel().tolist()]
         per_line = 4
     else:
-        numbers = [_thirteen(row[0]) + "".join(f"{value:20.12E}" for value in row[1:]) for row in table.tolist()]
+        numbers = [
+            _thirteen(row[0]) + "".join(f"{value:20.12E}" for value in row[1:]) for row in table.tolist()
+        ]
         per_line = 2 if table.shape[1] == 2 else 1
     return "".join("".join(numbers[i : i + per_line]) + "\n" for i in range(0, len(numbers), per_line))
 
 
 def _thirteen(value: float) -> str:
-    """A number of at least 0 in 13 columns: E13.5 where that is exact, else as many digits as leave a blank before it."""
+    """A number of at least 0 in 13 columns: E13.5 where that is exact, else as many digits as leave a blank
+    before it.
+    """
     text = f"{value:13.5E}"
     digits = 12
     while float(text) != value and digits > 6:

@@ -1,1 +1,3 @@
-"""Effects: named physical contributions to the model, one small file per kind; the registry of them is in `base`."""
+"""Effects: named physical contributions to the model, one small file per kind; the registry of them is in
+`base`.
+"""

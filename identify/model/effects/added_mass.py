@@ -33,7 +33,11 @@ class AddedMass(AttachedMass):
         for link in robot.links[1:]:
             if link.mass > 0:
                 reach = (-round(link.mass / 2, 3), round(link.mass + 0.1 * whole, 3))
-                yield cls(link=link.name, extent="body", mass=Values(initial=round(0.02 * link.mass, 6), bounds=reach))
+                yield cls(
+                    link=link.name,
+                    extent="body",
+                    mass=Values(initial=round(0.02 * link.mass, 6), bounds=reach),
+                )
 
     def forms(self) -> list[Self]:
         """A point at the link's centre of mass."""

@@ -1,4 +1,6 @@
-"""A small body on a spring that slides along one axis of a link: a hose, a cable package, a gripper finger, a local mode."""
+"""A small body on a spring that slides along one axis of a link: a hose, a cable package, a gripper finger, a
+local mode.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +24,12 @@ _SHARE = 0.02
 
 
 class AppendedResonator(AttachedMass):
-    """A point mass or a rigid body with one coordinate u of its own, along an axis of the link; otherwise it goes with the link.
+    """A point mass or a rigid body with one coordinate u of its own, along an axis of the link; otherwise it
+    goes with the link.
 
-    A point's inertia is m (J_a + e_u)' (J_a + e_u) + m sum of J_b' J_b over the two other axes b, with J the rows of the link point's
-    Jacobian and e_u the row that picks u; the weight's gravity stiffness includes the coupling of u with the link's rotations.
+    A point's inertia is m (J_a + e_u)' (J_a + e_u) + m sum of J_b' J_b over the two other axes b, with J the
+    rows of the link point's Jacobian and e_u the row that picks u; the weight's gravity stiffness includes
+    the coupling of u with the link's rotations.
     """
 
     kind: Literal["appended-resonator"] = "appended-resonator"
@@ -36,11 +40,16 @@ class AppendedResonator(AttachedMass):
 
     def sentence(self) -> str:
         """For example: appended resonator on link3 along y."""
-        return f"appended resonator{'' if self.extent == 'point' else ' (mass, centre, inertia)'} on {self.link} along {self.axis}"
+        return (
+            f"appended resonator{'' if self.extent == 'point' else ' (mass, centre, inertia)'} on {self.link}"
+            f" along {self.axis}"
+        )
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """Along each axis of every moving link, as a body: a point at the centre of mass is rarely where it sits."""
+        """Along each axis of every moving link, as a body: a point at the centre of mass is rarely where it
+        sits.
+        """
         axes: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
         for link in robot.links[1:]:
             for axis in axes:

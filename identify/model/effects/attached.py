@@ -1,4 +1,6 @@
-"""What is fixed to a point of a link: the common part of added masses, resonators and springs to the ground."""
+"""What is fixed to a point of a link: the common part of added masses, resonators and springs to the
+ground.
+"""
 
 from __future__ import annotations
 
@@ -9,23 +11,32 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.model.effects.base import Contribution, Effect
-from identify.model.effects.site import Array, Site
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 
 _PAIRS = tuple(combinations_with_replacement(range(3), 2))
-MOMENTS = ("mass", *(f"moment_{x}" for x in "xyz"), *(f"second_moment_{'xyz'[i]}{'xyz'[j]}" for i, j in _PAIRS))
+MOMENTS = (
+    "mass",
+    *(f"moment_{x}" for x in "xyz"),
+    *(f"second_moment_{'xyz'[i]}{'xyz'[j]}" for i, j in _PAIRS),
+)
 """What the inertia of a rigid body is linear in."""
 _REACH = {"moment": 0.05, "second_moment": 0.01}
-"""Default bounds per mass of the whole arm, m and m^2: a twentieth of it on a lever of 1 m, a quarter of it on one of 0.2 m."""
+"""Default bounds per mass of the whole arm, m and m^2: a twentieth of it on a lever of 1 m, a quarter of it
+on one of 0.2 m.
+"""
 
 
 class Attached(Effect, ABC):
     """An effect at one point of a link."""
 
     link: str = Field(description="link or frame that carries it")
-    at_m: tuple[float, float, float] | None = Field(None, description="position in the link's frame; default: the link's centre of mass")
+    at_m: tuple[float, float, float] | None = Field(
+        None, description="position in the link's frame; default: the link's centre of mass"
+    )
 
     @property
     def where(self) -> str:
@@ -50,16 +61,25 @@ class Attached(Effect, ABC):
 
 
 class AttachedMass(Attached, ABC):
-    """A point mass at a place that is known, or a rigid body whose centre and inertia are identified too; both with their weight.
+    """A point mass at a place that is known, or a rigid body whose centre and inertia are identified too;
+    both with their weight.
 
-    A body adds, about `at_m`, its first moments int r dm (its centre is `at_m` + moment / mass) and its second moments int r r' dm,
-    in which its inertia matrix is linear.  Bounds below zero let it correct what is stated too large; nothing else keeps it physical.
+    A body adds, about `at_m`, its first moments int r dm (its centre is `at_m` + moment / mass) and its
+    second moments int r r' dm, in which its inertia matrix is linear.  Bounds below zero let it correct what
+    is stated too large; nothing else keeps it physical.
     """
 
-    extent: Literal["point", "body"] = Field("point", description="`body`: nine more parameters, for centre and inertia")
+    extent: Literal["point", "body"] = Field(
+        "point", description="`body`: nine more parameters, for centre and inertia"
+    )
     mass: Values = Field(Values(), description="kg")
-    moment: Values = Field(Values(initial=0.0), description="first moments x, y, z, kg m; default bounds from the arm's mass")
-    second_moment: Values = Field(Values(initial=0.0), description="second moments xx, xy, xz, yy, yz, zz, kg m^2; default bounds likewise")
+    moment: Values = Field(
+        Values(initial=0.0), description="first moments x, y, z, kg m; default bounds from the arm's mass"
+    )
+    second_moment: Values = Field(
+        Values(initial=0.0),
+        description="second moments xx, xy, xz, yy, yz, zz, kg m^2; default bounds likewise",
+    )
 
     def moments(self, robot: Robot, name: str, where: str) -> list[Parameter]:
         """First and second moments of a body; nothing for a point."""
@@ -69,17 +89,25 @@ class AttachedMass(Attached, ABC):
         seconds = ["xyz"[i] + "xyz"[j] for i, j in _PAIRS]
         for what, axes, unit in (("moment", ["x", "y", "z"], "kg m"), ("second_moment", seconds, "kg m^2")):
             values: Values = getattr(self, what)
-            values = values if values.bounds else values.model_copy(update={"bounds": (-_REACH[what] * arm, _REACH[what] * arm)})
+            values = (
+                values
+                if values.bounds
+                else values.model_copy(update={"bounds": (-_REACH[what] * arm, _REACH[what] * arm)})
+            )
             starts = spread(values, np.zeros(len(axes)), f"{where}.{what}")
             names = [f"{name}.{what}_{axis}" for axis in axes]
-            result += [parameter(n, unit, start, values, f"{where}.{what}", log=False) for n, start in zip(names, starts, strict=True)]
+            result += [
+                parameter(n, unit, start, values, f"{where}.{what}", log=False)
+                for n, start in zip(names, starts, strict=True)
+            ]
         return result
 
     def inertial(self, robot: Robot, site: Site, own: Array) -> list[Contribution]:
         """Inertia and gravity stiffness per unit of mass and of each moment.
 
-        own (3, n): motion of the mass against the link, in the link's axes.  The inertia is int (v + w x r)^2 dm, sorted by powers of r.
-        The weight's potential -g . (point + own q) couples own motion and rotation w: its mixed derivative is -w . (own x g).
+        own (3, n): motion of the mass against the link, in the link's axes.  The inertia is int (v + w x r)^2
+        dm, sorted by powers of r. The weight's potential -g . (point + own q) couples own motion and rotation
+        w: its mixed derivative is -w . (own x g).
         """
         point = self.position(robot)
         jacobian = site.jacobian(self.link, point, self.where)
@@ -89,11 +117,15 @@ class AttachedMass(Attached, ABC):
             return [Contribution(mass=v.T @ v, stiffness=here - coupling)]
         there = [site.weight_stiffness(self.link, point + axis, self.where) - here for axis in np.eye(3)]
         weights = [here - coupling, *there, *(None for _ in _PAIRS)]
-        return [Contribution(mass=mass, stiffness=weight) for mass, weight in zip(rigid_body(v, jacobian[3:]), weights, strict=True)]
+        return [
+            Contribution(mass=mass, stiffness=weight)
+            for mass, weight in zip(rigid_body(v, jacobian[3:]), weights, strict=True)
+        ]
 
 
 def rigid_body(v: Array, w: Array) -> list[Array]:
-    """Inertia (n, n) per unit of a body's mass, first moments x, y, z and second moments xx, xy, xz, yy, yz, zz about a point.
+    """Inertia (n, n) per unit of a body's mass, first moments x, y, z and second moments xx, xy, xz, yy, yz,
+    zz about a point.
 
     v, w (3, n): velocity and angular velocity of the body at that point for unit speeds.
     """

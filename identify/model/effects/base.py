@@ -1,4 +1,6 @@
-"""What an effect is: where it sits, what its parameters are and how it enters M, C and K; and the registry of all kinds."""
+"""What an effect is: where it sits, what its parameters are and how it enters M, C and K; and the registry of
+all kinds.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +11,10 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter
 from identify.core.registry import Registry, parse_kind
-from identify.model.effects.site import Added, Array, Site
+from identify.model.effects.site import Added, Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
@@ -45,7 +48,8 @@ EFFECTS = Registry(
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one unit of a parameter adds to the matrices over all coordinates, each (n, n), symmetric, or None.
+    """What one unit of a parameter adds to the matrices over all coordinates, each (n, n), symmetric, or
+    None.
 
     hysteretic is the imaginary part of the stiffness: damping that does not grow with frequency.
     """
@@ -57,7 +61,8 @@ class Contribution:
 
 
 class Effect(BaseModel, ABC):
-    """Settings of one effect as written in the config.  The physics is in the methods; nothing in an effect changes after reading.
+    """Settings of one effect as written in the config.  The physics is in the methods; nothing in an effect
+    changes after reading.
 
     Positions in the config start with `effects.N`; `kind` is the name in the registry.
     """
@@ -74,15 +79,21 @@ class Effect(BaseModel, ABC):
     @classmethod
     @abstractmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """One instance for each place where the effect can sit on a robot and its measurement points (by node), for discovery."""
+        """One instance for each place where the effect can sit on a robot and its measurement points (by
+        node), for discovery.
+        """
 
     def forms(self) -> list[Self]:
-        """Simpler and richer forms of the same thing in the same place, for discovery to choose from; none by default."""
+        """Simpler and richer forms of the same thing in the same place, for discovery to choose from; none by
+        default.
+        """
         return []
 
     @property
     def changes_site(self) -> bool:
-        """Whether it brings bodies, coordinates or mass of its own; one that does not acts on the site of the others."""
+        """Whether it brings bodies, coordinates or mass of its own; one that does not acts on the site of the
+        others.
+        """
         bringing = ("attach", "added_coordinates", "brought_mass")
         return any(getattr(type(self), name) is not getattr(Effect, name) for name in bringing)
 
@@ -112,7 +123,9 @@ class Effect(BaseModel, ABC):
 
 
 def parse_effect(data: Any) -> Effect:
-    """An effect from its mapping in the config, by `kind`; raises ValueError for pydantic to report with its key."""
+    """An effect from its mapping in the config, by `kind`; raises ValueError for pydantic to report with its
+    key.
+    """
     if isinstance(data, Effect):
         return data
     effect: Effect = parse_kind(EFFECTS, data)

@@ -1,4 +1,5 @@
-"""Compliance between the floor and the base link: rocking (rx, ry), turning (rz), sliding (tx, ty), lifting (tz).
+"""Compliance between the floor and the base link: rocking (rx, ry), turning (rz), sliding (tx, ty), lifting
+(tz).
 
 Kobe (IJAT 15-5, 2021, section 4.2) suspects it behind amplitudes that come out too small.
 """
@@ -27,7 +28,9 @@ class BaseCompliance(Springs):
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """Rocking, turning, sliding and lifting; nothing for a base whose inertia is not known, which cannot move."""
+        """Rocking, turning, sliding and lifting; nothing for a base whose inertia is not known, which cannot
+        move.
+        """
         if robot.links[0].mass == 0:
             return
         groups: tuple[tuple[Axis, ...], ...] = (("rx", "ry"), ("rz",), ("tx", "ty"), ("tz",))

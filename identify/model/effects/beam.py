@@ -1,4 +1,6 @@
-"""A cantilever in space: how its points move with five coordinates at its end, its stiffness, and a rigid body cut into slices along it."""
+"""A cantilever in space: how its points move with five coordinates at its end, its stiffness, and a rigid
+body cut into slices along it.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +9,23 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.model.effects.site import Deformation
 from identify.robot.description import Link
 
-Array = NDArray[np.float64]
 _SLICES = 6
 """Gauss points along the link: exact for products of cubic shapes."""
 
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform beam from start to end (3,), m, in a link's frame, that bends about the unit axes across (2, 3), at right angles to it.
+    """A uniform beam from start to end (3,), m, in a link's frame, that bends about the unit axes across (2,
+    3), at right angles to it.
 
-    The coordinates, in the order of NAMES: deflection (m) of the end along `across x axis` and slope (rad) about across,
-    for the two planes; twist (rad) of the end.  Before its start nothing moves; what is beyond its end goes with it as a rigid body.
+    The coordinates, in the order of NAMES: deflection (m) of the end along `across x axis` and slope (rad)
+    about across, for the two planes; twist (rad) of the end.  Before its start nothing moves; what is beyond
+    its end goes with it as a rigid body.
     """
 
     start: Array
@@ -32,7 +35,9 @@ class Beam:
 
     @classmethod
     def between(cls, start: Array, end: Array, about: Array) -> Beam:
-        """The beam from start to end, which must differ; it bends first about what of `about` (3,) is across it."""
+        """The beam from start to end, which must differ; it bends first about what of `about` (3,) is across
+        it.
+        """
         axis = (end - start) / np.linalg.norm(end - start)
         first = about - (about @ axis) * axis
         first /= np.linalg.norm(first)
@@ -68,14 +73,18 @@ class Beam:
         return along, point - self.start - along * self.length * self.axis
 
     def _bending(self, about: Array, *, turns: bool) -> Deformation:
-        """Cubic shapes of a unit slope of the end without deflection, or of a unit deflection without slope."""
+        """Cubic shapes of a unit slope of the end without deflection, or of a unit deflection without
+        slope.
+        """
 
         def moved(point: Array) -> Array:
             x, lever = self._station(point)
             deflection = self.length * (x**3 - x**2) if turns else 3 * x**2 - 2 * x**3
             slope = 3 * x**2 - 2 * x if turns else (6 * x - 6 * x**2) / self.length
             rotation = slope * about
-            return np.concatenate([deflection * np.cross(about, self.axis) + np.cross(rotation, lever), rotation])
+            return np.concatenate(
+                [deflection * np.cross(about, self.axis) + np.cross(rotation, lever), rotation]
+            )
 
         return moved
 
@@ -86,10 +95,12 @@ class Beam:
 
 
 def slices(body: Link, axis: Array) -> Iterator[tuple[float, Array, Array]]:
-    """Mass, centre (3,) and inertia (3, 3) about it of slices of a body along an axis (3,), which together are the body.
+    """Mass, centre (3,) and inertia (3, 3) about it of slices of a body along an axis (3,), which together
+    are the body.
 
-    The mass is spread evenly over the length of a rod with the body's own second moment along the axis; the centres of the
-    slices lie on the line of the body's mass at each station, so that what remains for each slice is a body too.
+    The mass is spread evenly over the length of a rod with the body's own second moment along the axis; the
+    centres of the slices lie on the line of the body's mass at each station, so that what remains for each
+    slice is a body too.
     """
     second = 0.5 * np.trace(body.inertia) * np.eye(3) - body.inertia  # integral of r r' dm about the centre
     along = float(axis @ second @ axis)

@@ -8,10 +8,11 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.measured.channel import Channel
 from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels
-from identify.model.effects.site import Array, Site
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
@@ -20,7 +21,11 @@ class ChannelGain(MeasurementEffect):
     """One factor on one response channel, or on all of a point."""
 
     kind: Literal["channel-gain"] = "channel-gain"
-    channel: str | int = Field(description="channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels")
+    channel: str | int = Field(
+        description=(
+            "channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels"
+        )
+    )
     gain: Values = Field(Values(initial=1.0, bounds=(0.1, 10.0)), description="recorded over true")
 
     def sentence(self) -> str:

@@ -18,7 +18,11 @@ class ChannelPolarity(MeasurementEffect):
     """The sign of one response channel, or of all of a point."""
 
     kind: Literal["channel-polarity"] = "channel-polarity"
-    channel: str | int = Field(description="channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels")
+    channel: str | int = Field(
+        description=(
+            "channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels"
+        )
+    )
 
     def sentence(self) -> str:
         """For example: reversed polarity of channel 12:+Z."""

@@ -9,11 +9,23 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from identify.measured.channel import Channel
-from identify.model.effects.measurement import MeasurementEffect, Reading, constant, find_channels, find_point, missing_axes, turned
+from identify.model.effects.measurement import (
+    MeasurementEffect,
+    Reading,
+    constant,
+    find_channels,
+    find_point,
+    missing_axes,
+    turned,
+)
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
-_PAIRS: tuple[tuple[Literal["x", "y", "z"], Literal["x", "y", "z"]], ...] = (("x", "y"), ("y", "z"), ("x", "z"))
+_PAIRS: tuple[tuple[Literal["x", "y", "z"], Literal["x", "y", "z"]], ...] = (
+    ("x", "y"),
+    ("y", "z"),
+    ("x", "z"),
+)
 
 
 class ChannelSwap(MeasurementEffect):
@@ -21,7 +33,9 @@ class ChannelSwap(MeasurementEffect):
 
     kind: Literal["channel-swap"] = "channel-swap"
     point: str | int = Field(description="node number or name")
-    axes: tuple[Literal["x", "y", "z"], Literal["x", "y", "z"]] = Field(description="the two axes, such as [x, y]")
+    axes: tuple[Literal["x", "y", "z"], Literal["x", "y", "z"]] = Field(
+        description="the two axes, such as [x, y]"
+    )
 
     @field_validator("axes")
     @classmethod
@@ -46,7 +60,9 @@ class ChannelSwap(MeasurementEffect):
 
     def needed(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> tuple[Channel, ...]:
         """The other axis, where only one was recorded."""
-        return missing_axes(find_point(self.point, points, "effects.channel-swap.point").node, channels, self._numbers())
+        return missing_axes(
+            find_point(self.point, points, "effects.channel-swap.point").node, channels, self._numbers()
+        )
 
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """A permutation of axes."""

@@ -1,4 +1,6 @@
-"""A drive that stiffens as it winds up: a cubic spring T = k_3 q^3 parallel to the joint's own, as of teeth and flexsplines under load."""
+"""A drive that stiffens as it winds up: a cubic spring T = k_3 q^3 parallel to the joint's own, as of teeth
+and flexsplines under load.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +9,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.model.effects.nonlinear import Law, NonlinearEffect
-from identify.model.effects.site import Array, Site
+from identify.model.effects.site import Site
 from identify.model.effects.springs import START_HZ
 from identify.robot.description import Robot
 
@@ -33,11 +36,15 @@ class Cubic(Law):
 
 
 class HardeningStiffness(NonlinearEffect):
-    """Cubic springs parallel to those of some joints; their stiffness is known as well as the impulse of the blows, squared."""
+    """Cubic springs parallel to those of some joints; their stiffness is known as well as the impulse of the
+    blows, squared.
+    """
 
     kind: Literal["hardening-stiffness"] = "hardening-stiffness"
     law: ClassVar[Law] = Cubic()
-    cubic: Values = Field(Values(), description="k_3, N m/rad^3; default start: a tenth of the linear stiffness at 1 mrad")
+    cubic: Values = Field(
+        Values(), description="k_3, N m/rad^3; default start: a tenth of the linear stiffness at 1 mrad"
+    )
 
     def sentence(self) -> str:
         """For example: hardening stiffness of joint 2 (rz)."""
@@ -49,4 +56,7 @@ class HardeningStiffness(NonlinearEffect):
         linear = np.array([site.inertia(name) for name in names]) * (2 * np.pi * START_HZ) ** 2
         k = spread(self.cubic, 0.1 * linear / _FELT**2, f"{where}.cubic")
         unit = "N m/rad^3"
-        return [parameter(f"{n}.cubic_stiffness", unit, v, self.cubic, f"{where}.cubic") for n, v in zip(names, k, strict=True)]
+        return [
+            parameter(f"{n}.cubic_stiffness", unit, v, self.cubic, f"{where}.cubic")
+            for n, v in zip(names, k, strict=True)
+        ]

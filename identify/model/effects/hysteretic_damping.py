@@ -1,6 +1,8 @@
-"""Structural damping of joints: a force in phase with velocity that does not grow with frequency, as in bolted and greased contacts.
+"""Structural damping of joints: a force in phase with velocity that does not grow with frequency, as in
+bolted and greased contacts.
 
-The complex stiffness k (1 + j eta) of steady-state theory.  It is not causal, so it exists here only in the frequency domain.
+The complex stiffness k (1 + j eta) of steady-state theory.  It is not causal, so it exists here only in the
+frequency domain.
 """
 
 from __future__ import annotations
@@ -20,16 +22,26 @@ from identify.robot.points import Point
 
 
 class HystereticDamping(Effect):
-    """j h beside the stiffness of joint coordinates that a compliance releases; h = eta k, eta the loss factor, twice the damping ratio."""
+    """j h beside the stiffness of joint coordinates that a compliance releases; h = eta k, eta the loss
+    factor, twice the damping ratio.
+    """
 
     kind: Literal["hysteretic-damping"] = "hysteretic-damping"
     joints: Joints = Field("all", description="`all`, or joint numbers (from 1) or names")
-    axes: AxisList = Field(["rz"], min_length=1, description="axes damped at each joint, which a compliance must release")
-    loss_stiffness: Values = Field(Values(), description="h, N/m or N m/rad; default start: a loss factor of 0.02 at 20 Hz")
+    axes: AxisList = Field(
+        ["rz"], min_length=1, description="axes damped at each joint, which a compliance must release"
+    )
+    loss_stiffness: Values = Field(
+        Values(), description="h, N/m or N m/rad; default start: a loss factor of 0.02 at 20 Hz"
+    )
 
     def sentence(self) -> str:
         """For example: hysteretic damping of joints 2 (rz)."""
-        which = "all joints" if self.joints == "all" else f"joint{'s' if len(self.joints) > 1 else ''} {', '.join(map(str, self.joints))}"
+        which = (
+            "all joints"
+            if self.joints == "all"
+            else f"joint{'s' if len(self.joints) > 1 else ''} {', '.join(map(str, self.joints))}"
+        )
         return f"hysteretic damping of {which} ({', '.join(self.axes)})"
 
     @classmethod
@@ -49,7 +61,9 @@ class HystereticDamping(Effect):
         """One h per coordinate."""
         names = self._coordinates(robot)
         inertia = np.array([site.inertia(name) for name in names])
-        h = spread(self.loss_stiffness, 0.02 * inertia * (2 * np.pi * START_HZ) ** 2, f"{where}.loss_stiffness")
+        h = spread(
+            self.loss_stiffness, 0.02 * inertia * (2 * np.pi * START_HZ) ** 2, f"{where}.loss_stiffness"
+        )
         unit = ["N/m" if name.split(".")[-1].startswith("t") else "N m/rad" for name in names]
         return [
             parameter(f"{name}.loss_stiffness", of, value, self.loss_stiffness, f"{where}.loss_stiffness")

@@ -1,6 +1,8 @@
-"""Compliance of joints: drive torsion (rz), bearing tilt (rx, ry), radial (tx, ty) and axial (tz) springs with dampers in parallel.
+"""Compliance of joints: drive torsion (rz), bearing tilt (rx, ry), radial (tx, ty) and axial (tz) springs
+with dampers in parallel.
 
-UMONS (ICSV25 2018, section 3) uses rz; fast chirp (Eq. 3) adds rx and ry; Kobe (IJAT 15-5, 2021, Fig. 6) all six.
+UMONS (ICSV25 2018, section 3) uses rz; fast chirp (Eq. 3) adds rx and ry; Kobe (IJAT 15-5, 2021, Fig. 6) all
+six.
 """
 
 from __future__ import annotations
@@ -14,7 +16,12 @@ from identify.model.effects.springs import Axis, AxisList, Joints, Springs, join
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
-CLASSES: dict[str, tuple[Axis, ...]] = {"drive": ("rz",), "tilt": ("rx", "ry"), "radial": ("tx", "ty"), "axial": ("tz",)}
+CLASSES: dict[str, tuple[Axis, ...]] = {
+    "drive": ("rz",),
+    "tilt": ("rx", "ry"),
+    "radial": ("tx", "ty"),
+    "axial": ("tz",),
+}
 """Axes of a joint by what carries them: the gear, or the bearing in bending, across and along."""
 
 

@@ -1,12 +1,14 @@
-"""Coulomb friction of a joint, parallel to its spring: a torque against the motion that does not grow with it.
+"""Coulomb friction of a joint, parallel to its spring: a torque against the motion that does not grow with
+it.
 
     T = clip(D (v + tau dv/dt), -T_c, T_c)
 
-T_c is the friction torque.  While it is not reached the joint sticks, and D and tau say how: D is the resistance to creep
-(T_c / D is the rate at which it gives way), tau the time in which a joint that is caught comes to rest.  D without bound and tau = 0
-are the ideal of rigid Coulomb friction; tau = 0 alone is the usual friction smoothed over a rate of T_c / D; a finite tau is the soft
-stick of simulators that solve friction as a constraint (MuJoCo documentation, Computation, "Constraint model": a reference
-acceleration of -v / tau and an impedance below one).
+T_c is the friction torque.  While it is not reached the joint sticks, and D and tau say how: D is the
+resistance to creep (T_c / D is the rate at which it gives way), tau the time in which a joint that is caught
+comes to rest.  D without bound and tau = 0 are the ideal of rigid Coulomb friction; tau = 0 alone is the
+usual friction smoothed over a rate of T_c / D; a finite tau is the soft stick of simulators that solve
+friction as a constraint (MuJoCo documentation, Computation, "Constraint model": a reference acceleration of
+-v / tau and an impedance below one).
 """
 
 from __future__ import annotations
@@ -16,9 +18,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.model.effects.nonlinear import Law, NonlinearEffect
-from identify.model.effects.site import Array, Site
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 
 _STICK_RATE = 300.0
@@ -40,13 +43,21 @@ class Friction(Law):
 
 
 class JointFriction(NonlinearEffect):
-    """Coulomb friction parallel to the springs of some joints; the torque is known as well as the impulse of the blows is."""
+    """Coulomb friction parallel to the springs of some joints; the torque is known as well as the impulse of
+    the blows is.
+    """
 
     kind: Literal["joint-friction"] = "joint-friction"
     law: ClassVar[Law] = Friction()
     torque: Values = Field(Values(initial=1.0, bounds=(1e-3, 1e4)), description="T_c, N m")
-    stick_damping: Values = Field(Values(), description="D, N m s/rad: resistance to creep while sticking; default start: from the inertia")
-    stick_time: Values = Field(Values(initial=3e-3, bounds=(1e-5, 0.1)), description="tau, s: in which a joint that sticks comes to rest")
+    stick_damping: Values = Field(
+        Values(),
+        description="D, N m s/rad: resistance to creep while sticking; default start: from the inertia",
+    )
+    stick_time: Values = Field(
+        Values(initial=3e-3, bounds=(1e-5, 0.1)),
+        description="tau, s: in which a joint that sticks comes to rest",
+    )
 
     def sentence(self) -> str:
         """For example: dry friction of joint 2 (rz)."""
@@ -57,9 +68,24 @@ class JointFriction(NonlinearEffect):
         names = self.coordinates(robot)
         stiff = _STICK_RATE * np.array([site.inertia(name) for name in names])
         starts = (
-            ("friction_torque", "N m", self.torque, spread(self.torque, np.ones(len(names)), f"{where}.torque")),
-            ("stick_damping", "N m s/rad", self.stick_damping, spread(self.stick_damping, stiff, f"{where}.stick_damping")),
-            ("stick_time", "s", self.stick_time, spread(self.stick_time, np.ones(len(names)), f"{where}.stick_time")),
+            (
+                "friction_torque",
+                "N m",
+                self.torque,
+                spread(self.torque, np.ones(len(names)), f"{where}.torque"),
+            ),
+            (
+                "stick_damping",
+                "N m s/rad",
+                self.stick_damping,
+                spread(self.stick_damping, stiff, f"{where}.stick_damping"),
+            ),
+            (
+                "stick_time",
+                "s",
+                self.stick_time,
+                spread(self.stick_time, np.ones(len(names)), f"{where}.stick_time"),
+            ),
         )
         return [
             parameter(f"{name}.{what}", unit, start[number], values, f"{where}.{what}")

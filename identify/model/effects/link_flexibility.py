@@ -1,4 +1,6 @@
-"""A link that bends and twists between its joint and the next, as a cantilever whose end carries the rest of the arm."""
+"""A link that bends and twists between its joint and the next, as a cantilever whose end carries the rest of
+the arm.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +11,13 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
 from identify.model.effects.attached import MOMENTS, rigid_body
 from identify.model.effects.base import Contribution, Effect
 from identify.model.effects.beam import Beam, slices
-from identify.model.effects.site import Added, Array, Site
+from identify.model.effects.site import Added, Site
 from identify.model.effects.springs import START_HZ
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -27,25 +30,39 @@ _SHORT = 0.05
 
 
 class LinkFlexibility(Effect):
-    """Euler-Bernoulli bending in two planes with stiffnesses EI, and Saint-Venant torsion GJ; five coordinates at the far end.
+    """Euler-Bernoulli bending in two planes with stiffnesses EI, and Saint-Venant torsion GJ; five
+    coordinates at the far end.
 
-    In each plane the end's deflection w and slope t have K = EI/L^3 [[12, -6 L], [-6 L, 4 L^2]]; the twist has GJ/L.  The damping
-    is proportional: the same matrices with a viscous EI' and GJ'.  In between the link deforms as under loads at its end (cubic, linear);
-    its own mass moves with it (consistent mass matrix), its weight acts as on a rigid link.
+    In each plane the end's deflection w and slope t have K = EI/L^3 [[12, -6 L], [-6 L, 4 L^2]]; the twist
+    has GJ/L.  The damping is proportional: the same matrices with a viscous EI' and GJ'.  In between the link
+    deforms as under loads at its end (cubic, linear); its own mass moves with it (consistent mass matrix),
+    its weight acts as on a rigid link.
 
-    The first plane is that in which the joint swings the link, or, where the link lies along its joint's axis, the next one.
+    The first plane is that in which the joint swings the link, or, where the link lies along its joint's
+    axis, the next one.
 
-    A link that is not even has in each plane two more stiffnesses, of deflection and slope alone, and a body that sits at the end and is
-    missing elsewhere on the link, so that the rigid link stays as it was: a rib, a thinner half, a motor at one end.
+    A link that is not even has in each plane two more stiffnesses, of deflection and slope alone, and a body
+    that sits at the end and is missing elsewhere on the link, so that the rigid link stays as it was: a rib,
+    a thinner half, a motor at one end.
     """
 
     kind: Literal["link-flexibility"] = "link-flexibility"
     link: str = Field(description="a link between two joints")
     flexible_share: float = Field(
-        1.0, gt=0, le=1, description="share of the length, in the middle, that deforms; less where the joints' housings are stiff"
+        1.0,
+        gt=0,
+        le=1,
+        description=(
+            "share of the length, in the middle, that deforms; less where the joints' housings are stiff"
+        ),
     )
-    uneven: bool = Field(False, description="stiffness and mass are not spread evenly over the length: 14 more parameters")
-    bending: Values = Field(Values(), description="EI, or one per plane, N m^2; default start: 20 Hz with what it carries, all else held")
+    uneven: bool = Field(
+        False, description="stiffness and mass are not spread evenly over the length: 14 more parameters"
+    )
+    bending: Values = Field(
+        Values(),
+        description="EI, or one per plane, N m^2; default start: 20 Hz with what it carries, all else held",
+    )
     bending_damping: DampingValues = Field(DampingValues(), description="EI', N m^2 s")
     torsion: Values = Field(Values(), description="GJ, N m^2; default start likewise")
     torsion_damping: DampingValues = Field(DampingValues(), description="GJ', N m^2 s")
@@ -73,14 +90,18 @@ class LinkFlexibility(Effect):
     def _number(self, robot: Robot) -> int:
         number = robot.links.index(robot.link(self.link, self._where))
         if number == len(robot.joints):
-            raise InputError(self._where, f"{self.link} carries no further joint", "a link between two joints")
+            raise InputError(
+                self._where, f"{self.link} carries no further joint", "a link between two joints"
+            )
         return number
 
     def _beam(self, robot: Robot) -> Beam:
         number = self._number(robot)
         start, end = _ends(robot, number)
         if np.linalg.norm(end - start) < 1e-6:
-            raise InputError(self._where, f"{self.link} has no length: the joints at its ends meet", "a longer link")
+            raise InputError(
+                self._where, f"{self.link} has no length: the joints at its ends meet", "a longer link"
+            )
         rigid = (1 - self.flexible_share) / 2 * (end - start)
         return Beam.between(start + rigid, end - rigid, _swing(robot, number, end - start))
 
@@ -88,7 +109,9 @@ class LinkFlexibility(Effect):
         return [f"{self.link}.{name}" for name in Beam.NAMES]
 
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
-        """Deflections and slopes of the end in two planes, and its twist; the next joint's frame goes with them."""
+        """Deflections and slopes of the end in two planes, and its twist; the next joint's frame goes with
+        them.
+        """
         number = self._number(robot)
         following, joint = f"joint{number + 1}", _ends(robot, number)[1]
         turn = next((body.pose[:3, :3].T for body in mechanism.bodies if body.name == following), None)
@@ -98,12 +121,16 @@ class LinkFlexibility(Effect):
             if turn is not None:
                 into = turn @ mechanism.frames[self.link][1][:3, :3]
                 moved = deformation(joint).reshape(2, 3) @ into.T
-                engine = dict(zip((f"{following}.{axis}" for axis in AXES), moved.ravel().tolist(), strict=True))
+                engine = dict(
+                    zip((f"{following}.{axis}" for axis in AXES), moved.ravel().tolist(), strict=True)
+                )
             added.append(Added(name, self.link, engine, deformation))
         return added
 
     def brought_mass(self, robot: Robot, site: Site) -> Array | None:
-        """The link's mass in slices along the beam that move as it deforms, less the same slices on the rigid link."""
+        """The link's mass in slices along the beam that move as it deforms, less the same slices on the rigid
+        link.
+        """
         if self.link in site.detached:
             return None
         own = [site.number(name) for name in self._names()]
@@ -113,7 +140,9 @@ class LinkFlexibility(Effect):
             rigid = moving.copy()
             rigid[:, own] = 0.0
             for sign, jacobian in ((1.0, moving), (-1.0, rigid)):
-                total += sign * (mass * jacobian[:3].T @ jacobian[:3] + jacobian[3:].T @ inertia @ jacobian[3:])
+                total += sign * (
+                    mass * jacobian[:3].T @ jacobian[:3] + jacobian[3:].T @ inertia @ jacobian[3:]
+                )
         return total
 
     def released(self, robot: Robot) -> list[str]:
@@ -127,36 +156,59 @@ class LinkFlexibility(Effect):
         # The slowest motion of each group on its own has w^2 = k / moved, k the stiffness to be identified.
         moved = np.array([_largest(matrix, mass) for matrix in unit])
         result = []
-        for what, names, own in (("bending", ("bending_1", "bending_2"), moved[:2]), ("torsion", ("torsion",), moved[2:])):
+        for what, names, own in (
+            ("bending", ("bending_1", "bending_2"), moved[:2]),
+            ("torsion", ("torsion",), moved[2:]),
+        ):
             stiffness, damping = getattr(self, what), getattr(self, f"{what}_damping")
             k = spread(stiffness, own * (2 * np.pi * START_HZ) ** 2, f"{where}.{what}")
             c = spread(damping, 2 * damping.damping_ratio * np.sqrt(k * own), f"{where}.{what}_damping")
             for name, start, loss in zip(names, k, c, strict=True):
-                result.append(parameter(f"{self.link}.{name}.stiffness", "N m^2", start, stiffness, f"{where}.{what}"))
-                result.append(parameter(f"{self.link}.{name}.damping", "N m^2 s", loss, damping, f"{where}.{what}_damping"))
+                result.append(
+                    parameter(f"{self.link}.{name}.stiffness", "N m^2", start, stiffness, f"{where}.{what}")
+                )
+                result.append(
+                    parameter(
+                        f"{self.link}.{name}.damping", "N m^2 s", loss, damping, f"{where}.{what}_damping"
+                    )
+                )
         return result + (self._unevenness(robot, result, where) if self.uneven else [])
 
     def _unevenness(self, robot: Robot, even: list[Parameter], where: str) -> list[Parameter]:
-        """Further stiffness within some multiple of EI, and moments of a body no heavier and no longer than the link."""
+        """Further stiffness within some multiple of EI, and moments of a body no heavier and no longer than
+        the link.
+        """
         mass, length = robot.link(self.link).mass, self._beam(robot).length
-        rows = [(f"{even[2 * plane].name[:-9]}{what}_stiffness", "N m^2", _REACH * even[2 * plane].initial) for plane, what in _ENDS]
+        rows = [
+            (f"{even[2 * plane].name[:-9]}{what}_stiffness", "N m^2", _REACH * even[2 * plane].initial)
+            for plane, what in _ENDS
+        ]
         for power, name in zip((0, *[1] * 3, *[2] * 6), MOMENTS, strict=True):
             rows.append((f"{self.link}.end_{name}", ("kg", "kg m", "kg m^2")[power], mass * length**power))
-        return [parameter(name, unit, 0.0, Values(initial=0.0, bounds=(-reach, reach)), where, log=False) for name, unit, reach in rows]
+        return [
+            parameter(name, unit, 0.0, Values(initial=0.0, bounds=(-reach, reach)), where, log=False)
+            for name, unit, reach in rows
+        ]
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """The beam's stiffness matrices per unit of EI in each plane and of GJ, each as stiffness and as damping."""
+        """The beam's stiffness matrices per unit of EI in each plane and of GJ, each as stiffness and as
+        damping.
+        """
         motion, beam = np.array([site.vector(name) for name in self._names()]), self._beam(robot).stiffness()
         units = [motion.T @ unit @ motion for unit in beam]
         even = [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
         if not self.uneven:
             return even
         rows = [(plane, 2 * plane + (what == "slope")) for plane, what in _ENDS]
-        alone = [Contribution(stiffness=beam[plane][n, n] * np.outer(motion[n], motion[n])) for plane, n in rows]
+        alone = [
+            Contribution(stiffness=beam[plane][n, n] * np.outer(motion[n], motion[n])) for plane, n in rows
+        ]
         return [*even, *alone, *self._end_body(robot, site)]
 
     def _end_body(self, robot: Robot, site: Site) -> list[Contribution]:
-        """Per unit of each moment of a body at the end: its inertia as the end moves, less that on the rigid link."""
+        """Per unit of each moment of a body at the end: its inertia as the end moves, less that on the rigid
+        link.
+        """
         moving = site.jacobian(self.link, _ends(robot, self._number(robot))[1], self._where)
         rigid = moving.copy()
         rigid[:, [site.number(name) for name in self._names()]] = 0.0
@@ -171,7 +223,9 @@ def _ends(robot: Robot, number: int) -> tuple[Array, Array]:
 
 
 def _swing(robot: Robot, number: int, along: Array) -> Array:
-    """The axis (3,) of the link's joint in the link's frame, or the next joint's, or any: the first that is across the link."""
+    """The axis (3,) of the link's joint in the link's frame, or the next joint's, or any: the first that is
+    across the link.
+    """
     axes = [robot.joints[number].origin[:3, :3] @ robot.joints[number].axis, *np.eye(3)]
     if number:
         own = robot.joints[number - 1]

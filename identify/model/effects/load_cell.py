@@ -1,6 +1,8 @@
-"""A load cell between the last link and what hangs on it: a spindle that moves against the robot on the cell's own springs.
+"""A load cell between the last link and what hangs on it: a spindle that moves against the robot on the
+cell's own springs.
 
-Fast chirp (Fig. 2 and section III.A) sees it as a discrepancy between the force that acts on the tool and the one that the robot feels.
+Fast chirp (Fig. 2 and section III.A) sees it as a discrepancy between the force that acts on the tool and the
+one that the robot feels.
 """
 
 from __future__ import annotations
@@ -13,35 +15,50 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
 from identify.model.effects.base import Contribution, Effect
-from identify.model.effects.site import Added, Array, Site
+from identify.model.effects.site import Added, Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
 
 _START_HZ = 60.0
-"""Without a start value what hangs on the cell resonates here: above what was measured, below what would not matter."""
+"""Without a start value what hangs on the cell resonates here: above what was measured, below what would not
+matter.
+"""
 _SHARE = (0.05, 0.5, 0.98)
-"""Without values, what hangs beyond is half of the last link's mass, and this share of it at least and at most."""
+"""Without values, what hangs beyond is half of the last link's mass, and this share of it at least and at
+most.
+"""
 
 
 class LoadCell(Effect):
-    """Three springs and dampers across the last link: what is beyond a plane across the last joint's axis slides along the link's x, y, z.
+    """Three springs and dampers across the last link: what is beyond a plane across the last joint's axis
+    slides along the link's x, y, z.
 
-    Points beyond the plane, where forces act or sensors sit, go with it, and so does a mass that the link's inertia contains already.
-    It moves without turning: cells are stiff against moments.
+    Points beyond the plane, where forces act or sensors sit, go with it, and so does a mass that the link's
+    inertia contains already. It moves without turning: cells are stiff against moments.
     """
 
     kind: Literal["load-cell"] = "load-cell"
     link: str = Field(description="the last link")
-    at_m: float = Field(description="where the plane is, along the last joint's axis from the joint's origin, m")
+    at_m: float = Field(
+        description="where the plane is, along the last joint's axis from the joint's origin, m"
+    )
     mass: Values = Field(
-        Values(), description="kg that hang beyond it; `fixed: true` where it was weighed; default start: half of the link"
+        Values(),
+        description=(
+            "kg that hang beyond it; `fixed: true` where it was weighed; default start: half of the link"
+        ),
     )
     centre_m: tuple[float, float, float] | None = Field(
-        None, description="its centre of mass in the link's frame, which may lie anywhere; default: half way to the farthest point beyond"
+        None,
+        description=(
+            "its centre of mass in the link's frame, which may lie anywhere; default: half way to the"
+            " farthest point beyond"
+        ),
     )
     stiffness: Values = Field(Values(), description="N/m along x, y, z; default start: 60 Hz with that mass")
     damping: DampingValues = Field(DampingValues(), description="N s/m along x, y, z")
@@ -52,7 +69,9 @@ class LoadCell(Effect):
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """Half way between neighbours among the last joint's origin and the measurement points of the last link, as seen along its axis."""
+        """Half way between neighbours among the last joint's origin and the measurement points of the last
+        link, as seen along its axis.
+        """
         last = robot.links[-1].name
         own = [_height(robot, point.position) for point in points.values() if point.link == last]
         heights = np.unique(np.round([0.0, *(height for height in own if height > 1e-3)], 4))
@@ -66,7 +85,11 @@ class LoadCell(Effect):
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
         """What is beyond the plane along x, y, z of the link."""
         if robot.link(self.link, "effects.load-cell.link") is not robot.links[-1]:
-            raise InputError("effects.load-cell.link", f"{self.link} carries a further joint", f"the last link, {robot.links[-1].name}")
+            raise InputError(
+                "effects.load-cell.link",
+                f"{self.link} carries a further joint",
+                f"the last link, {robot.links[-1].name}",
+            )
         return [
             Added(name, self.link, deformation=partial(self._slides, robot, axis))
             for name, axis in zip(self._names, np.eye(3), strict=True)
@@ -91,18 +114,28 @@ class LoadCell(Effect):
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
         """The mass beyond, then stiffness and damping along x, y, z."""
         whole = robot.links[-1].mass
-        values = self.mass if self.mass.bounds else self.mass.model_copy(update={"bounds": (_SHARE[0] * whole, _SHARE[2] * whole)})
+        values = (
+            self.mass
+            if self.mass.bounds
+            else self.mass.model_copy(update={"bounds": (_SHARE[0] * whole, _SHARE[2] * whole)})
+        )
         mass = spread(values, np.array([_SHARE[1] * whole]), f"{where}.mass")
         k = spread(self.stiffness, np.repeat(mass, 3) * (2 * np.pi * _START_HZ) ** 2, f"{where}.stiffness")
         c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * mass), f"{where}.damping")
         result = [parameter(f"{self.link}.cell.mass", "kg", float(mass[0]), values, f"{where}.mass")]
         for coordinate, stiffness, damping in zip(self._names, k, c, strict=True):
-            result.append(parameter(f"{coordinate}.stiffness", "N/m", stiffness, self.stiffness, f"{where}.stiffness"))
-            result.append(parameter(f"{coordinate}.damping", "N s/m", damping, self.damping, f"{where}.damping"))
+            result.append(
+                parameter(f"{coordinate}.stiffness", "N/m", stiffness, self.stiffness, f"{where}.stiffness")
+            )
+            result.append(
+                parameter(f"{coordinate}.damping", "N s/m", damping, self.damping, f"{where}.damping")
+            )
         return result
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """Per kg, the inertia of what slides less that of the same on the rigid link; unit springs and dampers."""
+        """Per kg, the inertia of what slides less that of the same on the rigid link; unit springs and
+        dampers.
+        """
         units = [site.unit(name) for name in self._names]
         rigid = site.jacobian(self.link, self._centre(robot, site), "effects.load-cell")[:3]
         moving = rigid.copy()
@@ -110,7 +143,10 @@ class LoadCell(Effect):
             own = [site.number(name) for name in self._names]
             rigid[:, own], moving[:, own] = 0.0, np.eye(3)
         mass = Contribution(mass=moving.T @ moving - rigid.T @ rigid)
-        return [mass, *(part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit)))]
+        return [
+            mass,
+            *(part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))),
+        ]
 
 
 def _axis(robot: Robot) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 """Effects of the measurement: what stands between the motion of the robot and the FRFs in the file.
 
-They change no matrix.  For every FRF set, such an effect gives a `Reading`, which turns the FRFs that the model predicts into
-those that the instruments would have recorded, with exact derivatives.
+They change no matrix.  For every FRF set, such an effect gives a `Reading`, which turns the FRFs that the
+model predicts into those that the instruments would have recorded, with exact derivatives.
 """
 
 from __future__ import annotations
@@ -11,25 +11,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Contribution, Effect
-from identify.model.effects.site import Array, Site
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
-
-Complex = NDArray[np.complex128]
-Index = NDArray[np.intp]
 
 
 class Reading(ABC):
     """What one effect does to the FRFs predicted for one set; linear in them.
 
-    h is (..., lines, channels, inputs), s (lines,) or (..., lines) where the set samples H; own (..., k) are the values of the effect's k
-    parameters, for each of a population or for one.
+    h is (..., lines, channels, inputs), s (lines,) or (..., lines) where the set samples H; own (..., k) are
+    the values of the effect's k parameters, for each of a population or for one.
     """
 
     @abstractmethod
@@ -41,11 +38,15 @@ class Reading(ABC):
         """Derivatives (lines, channels, inputs, k) of what `apply` gives with respect to own (k,)."""
 
     def along_s(self, h: Complex, own: Array, s: Complex) -> Complex:
-        """Derivative (lines, channels, inputs) of what `apply` gives with respect to s, h held; zero by default."""
+        """Derivative (lines, channels, inputs) of what `apply` gives with respect to s, h held; zero by
+        default.
+        """
         return np.zeros_like(h)
 
     def decay(self) -> float:
-        """What one unit of each parameter adds to the decay of the window, 1/s, that is to the real part of s."""
+        """What one unit of each parameter adds to the decay of the window, 1/s, that is to the real part of
+        s.
+        """
         return 0.0
 
 
@@ -65,7 +66,9 @@ class MeasurementEffect(Effect):
         return [Contribution() for _ in self.parameters(robot, site, "effects")]
 
     def needed(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> tuple[Channel, ...]:
-        """Channels that the reading must know besides those of the set: a turned sensor reads along directions that were not recorded."""
+        """Channels that the reading must know besides those of the set: a turned sensor reads along
+        directions that were not recorded.
+        """
         return ()
 
     @abstractmethod
@@ -109,24 +112,34 @@ def find_point(name: str | int, points: Mapping[int, Point], where: str) -> Poin
         return found[0]
     known = ", ".join(f"{point.node} ({point.name})" for point in points.values())
     problem = f"{len(found)} points are called {name!r}" if found else f"no measurement point {name!r}"
-    raise InputError(where, problem, f"the node number or the name of one of {known or 'the points file, which is missing'}")
+    raise InputError(
+        where,
+        problem,
+        f"the node number or the name of one of {known or 'the points file, which is missing'}",
+    )
 
 
-def find_channels(name: str | int, channels: tuple[Channel, ...], points: Mapping[int, Point], where: str) -> Index:
-    """Numbers of the response channels meant by a channel such as 12:+Z or elbow:Z, whichever its sign, or by a point: all of its own.
+def find_channels(
+    name: str | int, channels: tuple[Channel, ...], points: Mapping[int, Point], where: str
+) -> Index:
+    """Numbers of the response channels meant by a channel such as 12:+Z or elbow:Z, whichever its sign, or by
+    a point: all of its own.
 
     Empty where the set does not have them; InputError for a point that does not exist.
     """
     head, _, direction = str(name).rpartition(":")
     point = find_point(head or name, points, where)
     axes = [abs(Channel.parse(f"{point.node}:{direction}", where).direction)] if head else range(7)
-    return np.array([n for n, c in enumerate(channels) if c.node == point.node and abs(c.direction) in axes], dtype=int)
+    return np.array(
+        [n for n, c in enumerate(channels) if c.node == point.node and abs(c.direction) in axes], dtype=int
+    )
 
 
 def turned(channels: tuple[Channel, ...], numbers: Index, turn: Array) -> Array:
     """(r, r) matrix by which channels of one point read after their sensor's axes were exchanged or turned.
 
-    Row a of turn (3, 3) says how the instrument's new axis a reads the old ones.  Translations and rotations turn alike.
+    Row a of turn (3, 3) says how the instrument's new axis a reads the old ones.  Translations and rotations
+    turn alike.
     """
     matrix = np.zeros((len(numbers), len(numbers)))
     chosen = [channels[number] for number in numbers]
@@ -140,7 +153,9 @@ def turned(channels: tuple[Channel, ...], numbers: Index, turn: Array) -> Array:
 
 
 def missing_axes(node: int, channels: tuple[Channel, ...], axes: tuple[int, ...]) -> tuple[Channel, ...]:
-    """What a set lacks of a point along axes (0, 1, 2), where it has other channels of the same kind (translations, rotations) there."""
+    """What a set lacks of a point along axes (0, 1, 2), where it has other channels of the same kind
+    (translations, rotations) there.
+    """
     present = {abs(channel.direction) - 1 for channel in channels if channel.node == node}
     wanted = [3 * group + axis for group in sorted({axis // 3 for axis in present}) for axis in axes]
     return tuple(Channel(node, axis + 1) for axis in wanted if axis not in present)

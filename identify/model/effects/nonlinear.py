@@ -1,8 +1,9 @@
-"""Effects whose share in the motion depends on its amplitude: torques at joints that are no linear function of what the joint does.
+"""Effects whose share in the motion depends on its amplitude: torques at joints that are no linear function
+of what the joint does.
 
-They change no matrix.  The model simulates the blow of the hammer with the torque as feedback (`identify.model.transient`), so the
-FRFs depend on how hard it was: each measurement must say its `impact`, and only force levels that differ can tell such an effect
-from a linear one.
+They change no matrix.  The model simulates the blow of the hammer with the torque as feedback
+(`identify.model.transient`), so the FRFs depend on how hard it was: each measurement must say its `impact`,
+and only force levels that differ can tell such an effect from a linear one.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter
 from identify.model.effects.base import Contribution, Effect
-from identify.model.effects.site import Array, Site
+from identify.model.effects.site import Site
 from identify.model.effects.springs import Joints, joint_coordinates
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -38,7 +40,9 @@ class Law(ABC):
 
     @abstractmethod
     def torque(self, free: Array, compliance: Array, own: Array) -> Array:
-        """T (...), N m, that solves T = f(free - compliance T): free (...) is p without T, compliance (...) what a unit of T takes off."""
+        """T (...), N m, that solves T = f(free - compliance T): free (...) is p without T, compliance (...)
+        what a unit of T takes off.
+        """
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,9 @@ class NonlinearEffect(Effect):
     needs_levels: ClassVar[bool] = True
     law: ClassVar[Law]
     joints: Joints = Field("all", description="`all`, or joint numbers (from 1) or names")
-    axes: list[Literal["rx", "ry", "rz"]] = Field(["rz"], min_length=1, description="axes at each joint, which a compliance must release")
+    axes: list[Literal["rx", "ry", "rz"]] = Field(
+        ["rz"], min_length=1, description="axes at each joint, which a compliance must release"
+    )
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -70,7 +76,11 @@ class NonlinearEffect(Effect):
 
     def which(self) -> str:
         """For example: joints 2, 3 (rz)."""
-        joints = "all joints" if self.joints == "all" else f"joint{'s' if len(self.joints) > 1 else ''} {', '.join(map(str, self.joints))}"
+        joints = (
+            "all joints"
+            if self.joints == "all"
+            else f"joint{'s' if len(self.joints) > 1 else ''} {', '.join(map(str, self.joints))}"
+        )
         return f"{joints} ({', '.join(self.axes)})"
 
     def released(self, robot: Robot) -> list[str]:
@@ -88,4 +98,7 @@ class NonlinearEffect(Effect):
     def placed(self, robot: Robot, numbers: NDArray[np.intp]) -> list[PlacedLaw]:
         """The law at every coordinate; numbers are those of all parameters of the effect."""
         names = self.coordinates(robot)
-        return [PlacedLaw(self.law, name, own) for name, own in zip(names, np.split(numbers, len(names)), strict=True)]
+        return [
+            PlacedLaw(self.law, name, own)
+            for name, own in zip(names, np.split(numbers, len(names)), strict=True)
+        ]

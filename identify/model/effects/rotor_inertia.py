@@ -21,15 +21,19 @@ from identify.robot.posture import Mechanism
 
 
 class RotorInertia(Geared):
-    """Rotors of some joints.  Without `holding_stiffness` a rotor turns with its link's drive coordinate (rigid gear, armature).
+    """Rotors of some joints.  Without `holding_stiffness` a rotor turns with its link's drive coordinate
+    (rigid gear, armature).
 
-    With it, a rotor is a coordinate of its own, `joint2.rotor`: the angle of the gear output that the rotor's turning
-    produces, held to the parent link by the servo's or brake's stiffness; joint compliance about rz is then the
-    gear's windup in series.  The rotor's gyroscopic torques on its carrier are left out (order 1/n).
+    With it, a rotor is a coordinate of its own, `joint2.rotor`: the angle of the gear output that the rotor's
+    turning produces, held to the parent link by the servo's or brake's stiffness; joint compliance about rz
+    is then the gear's windup in series.  The rotor's gyroscopic torques on its carrier are left out (order
+    1/n).
     """
 
     kind: Literal["rotor-inertia"] = "rotor-inertia"
-    holding_stiffness: Values | None = Field(None, description="N m/rad at the gear output; makes each rotor a coordinate of its own")
+    holding_stiffness: Values | None = Field(
+        None, description="N m/rad at the gear output; makes each rotor a coordinate of its own"
+    )
     holding_damping: DampingValues = Field(DampingValues(), description="N m s/rad at the gear output")
 
     def sentence(self) -> str:
@@ -50,7 +54,9 @@ class RotorInertia(Geared):
         """A rotor turns its link as the drive coordinate does."""
         if self.holding_stiffness is None:
             return []
-        return [Added(f"joint{n}.rotor", robot.links[n].name, {f"joint{n}.rz": 1.0}) for n in self.numbers(robot)]
+        return [
+            Added(f"joint{n}.rotor", robot.links[n].name, {f"joint{n}.rz": 1.0}) for n in self.numbers(robot)
+        ]
 
     def released(self, robot: Robot) -> list[str]:
         """The rotors' own coordinates, if they have any."""
@@ -64,16 +70,36 @@ class RotorInertia(Geared):
         names = self._coordinates(robot)
         moved = np.array([site.inertia(name) for name in names]) + np.square(self.gear_ratio) * inertia
         k = spread(self.holding_stiffness, moved * (2 * np.pi * 20.0) ** 2, f"{where}.holding_stiffness")
-        c = spread(self.holding_damping, 2 * self.holding_damping.damping_ratio * np.sqrt(k * moved), f"{where}.holding_damping")
+        c = spread(
+            self.holding_damping,
+            2 * self.holding_damping.damping_ratio * np.sqrt(k * moved),
+            f"{where}.holding_damping",
+        )
         for name, stiffness, damping in zip(names, k, c, strict=True):
-            result.append(parameter(f"{name}.stiffness", "N m/rad", stiffness, self.holding_stiffness, f"{where}.holding_stiffness"))
-            result.append(parameter(f"{name}.damping", "N m s/rad", damping, self.holding_damping, f"{where}.holding_damping"))
+            result.append(
+                parameter(
+                    f"{name}.stiffness",
+                    "N m/rad",
+                    stiffness,
+                    self.holding_stiffness,
+                    f"{where}.holding_stiffness",
+                )
+            )
+            result.append(
+                parameter(
+                    f"{name}.damping", "N m s/rad", damping, self.holding_damping, f"{where}.holding_damping"
+                )
+            )
         return result
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
         """n^2 on the rotor's coordinate per unit of inertia, then spring and damper."""
         units = [site.unit(name) for name in self._coordinates(robot)]
-        result = [Contribution(mass=ratio**2 * unit) for ratio, unit in zip(self.gear_ratio, units, strict=True)]
+        result = [
+            Contribution(mass=ratio**2 * unit) for ratio, unit in zip(self.gear_ratio, units, strict=True)
+        ]
         if self.holding_stiffness:
-            result += [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
+            result += [
+                part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))
+            ]
         return result

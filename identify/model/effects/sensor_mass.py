@@ -17,10 +17,14 @@ from identify.robot.points import Point
 
 
 class SensorMass(Effect):
-    """Equal point masses with their weight at all measurement points, there during every blow; roving sensors are another matter."""
+    """Equal point masses with their weight at all measurement points, there during every blow; roving sensors
+    are another matter.
+    """
 
     kind: Literal["sensor-mass"] = "sensor-mass"
-    mass: Values = Field(Values(initial=0.05, bounds=(0.0, 5.0)), description="of one sensor with its mount, kg")
+    mass: Values = Field(
+        Values(initial=0.05, bounds=(0.0, 5.0)), description="of one sensor with its mount, kg"
+    )
 
     def sentence(self) -> str:
         """Mass of the sensors."""
@@ -49,4 +53,6 @@ class SensorMass(Effect):
             raise InputError(where, "there are no measurement points", "points where the sensors sit", fix)
         jacobians = [site.jacobian(point.link, point.position, where)[:3] for point in site.points.values()]
         weights = [site.weight_stiffness(point.link, point.position, where) for point in site.points.values()]
-        return [Contribution(mass=np.sum([j.T @ j for j in jacobians], axis=0), stiffness=np.sum(weights, axis=0))]
+        return [
+            Contribution(mass=np.sum([j.T @ j for j in jacobians], axis=0), stiffness=np.sum(weights, axis=0))
+        ]

@@ -8,10 +8,19 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.measured.channel import Channel
-from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels, find_point, missing_axes, turned
-from identify.model.effects.site import Array, Site
+from identify.model.effects.measurement import (
+    MeasurementEffect,
+    Mixing,
+    Reading,
+    find_channels,
+    find_point,
+    missing_axes,
+    turned,
+)
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
@@ -40,17 +49,25 @@ class SensorRotation(MeasurementEffect):
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
         """The angle."""
         initial = float(spread(self.angle, np.zeros(1), f"{where}.angle")[0])
-        return [parameter(f"{self.point}.r{self.axis}.angle", "rad", initial, self.angle, f"{where}.angle", log=False)]
+        return [
+            parameter(
+                f"{self.point}.r{self.axis}.angle", "rad", initial, self.angle, f"{where}.angle", log=False
+            )
+        ]
 
     def needed(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> tuple[Channel, ...]:
         """The sensor's axes that were not recorded."""
-        return missing_axes(find_point(self.point, points, "effects.sensor-rotation.point").node, channels, (0, 1, 2))
+        return missing_axes(
+            find_point(self.point, points, "effects.sensor-rotation.point").node, channels, (0, 1, 2)
+        )
 
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """A turned axis a reads (R e_a) . v, R the rotation: the transpose of R on the old readings."""
         numbers = find_channels(self.point, channels, points, "effects.sensor-rotation.point")
         axis = np.eye(3)["xyz".index(self.axis)]
-        across = np.cross(axis, np.eye(3))  # rows axis x e_b: the transpose of the matrix of the cross product
+        across = np.cross(
+            axis, np.eye(3)
+        )  # rows axis x e_b: the transpose of the matrix of the cross product
         along = np.outer(axis, axis)
         still, cosine, sine = (turned(channels, numbers, part) for part in (along, np.eye(3) - along, across))
 

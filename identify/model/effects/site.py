@@ -1,4 +1,6 @@
-"""A robot at a posture, ready for effects to act on: every coordinate by name, what it moves, and the points of the measurement."""
+"""A robot at a posture, ready for effects to act on: every coordinate by name, what it moves, and the points
+of the measurement.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +9,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 
-Array = NDArray[np.float64]
 Deformation = Callable[[Array], Array]
 
 
@@ -20,9 +21,10 @@ Deformation = Callable[[Array], Array]
 class Added:
     """A coordinate that an effect brings, and what one unit of it moves.
 
-    link: the link it belongs to; it is gone where that link was taken off for a test.
-    engine: the engine's coordinates that follow it, and how far each; those of links taken off do not count.
-    deformation: displacement and rotation (6,) of a point (3,), m, of the link, all in the link's axes, where the link itself deforms.
+    link: the link it belongs to; it is gone where that link was taken off for a test. engine: the engine's
+    coordinates that follow it, and how far each; those of links taken off do not count. deformation:
+    displacement and rotation (6,) of a point (3,), m, of the link, all in the link's axes, where the link
+    itself deforms.
     """
 
     name: str
@@ -35,9 +37,10 @@ class Added:
 class Site:
     """A mechanism with every coordinate by name.
 
-    shapes (engine coordinates, n): motion of the engine's coordinates per coordinate; deformations: the link that a coordinate,
-    by its number, deforms, and how; mass (n, n): the mass matrix before any parameter; points: the measurement points by node.
-    Where links were detached for the test, the names of their coordinates and frames are in `detached`: they contribute nothing.
+    shapes (engine coordinates, n): motion of the engine's coordinates per coordinate; deformations: the link
+    that a coordinate, by its number, deforms, and how; mass (n, n): the mass matrix before any parameter;
+    points: the measurement points by node. Where links were detached for the test, the names of their
+    coordinates and frames are in `detached`: they contribute nothing.
     """
 
     engine: Engine
@@ -72,7 +75,9 @@ class Site:
 
     @cached_property
     def gravity_stiffness(self) -> Array:
-        """K_g (n, n): derivative of the generalised gravity forces of everything that has a weight without a parameter."""
+        """K_g (n, n): derivative of the generalised gravity forces of everything that has a weight without a
+        parameter.
+        """
         return np.asarray(self.shapes.T @ self.engine.gravity_stiffness() @ self.shapes)
 
     def jacobian(self, frame: str, point: Array, where: str) -> Array:
@@ -105,7 +110,9 @@ class Site:
         return self.engine.axes(frame).T @ self.engine.mechanism.gravity
 
     def weight_stiffness(self, frame: str, point: Array, where: str) -> Array:
-        """(n, n) per kg: gravity stiffness of a point mass at a point (3,) of a frame that does not deform."""
+        """(n, n) per kg: gravity stiffness of a point mass at a point (3,) of a frame that does not
+        deform.
+        """
         if frame in self.detached:
             return np.zeros((len(self.coordinates),) * 2)
         return self.shapes.T @ self.engine.weight_stiffness(frame, point, where) @ self.shapes

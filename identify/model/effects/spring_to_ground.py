@@ -1,4 +1,6 @@
-"""A spring and damper between a point of a link and the ground: a weight balancer, a hose to the ceiling, a hand that holds."""
+"""A spring and damper between a point of a link and the ground: a weight balancer, a hose to the ceiling, a
+hand that holds.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ from identify.robot.points import Point
 
 _REACH = 1e3
 _START_HZ = 5.0
-"""Without a start value, the link and all that it carries would resonate here on this spring alone: a soft start, that hardly disturbs."""
+"""Without a start value, the link and all that it carries would resonate here on this spring alone: a soft
+start, that hardly disturbs.
+"""
 
 
 class SpringToGround(Attached):
@@ -31,12 +35,17 @@ class SpringToGround(Attached):
     )
     stiffness: Values = Field(Values(), description="N/m")
     damping: DampingValues = Field(DampingValues(), description="N s/m")
-    leaning: bool = Field(False, description="also couple the directions, for a spring that stands askew to the base's axes")
+    leaning: bool = Field(
+        False, description="also couple the directions, for a spring that stands askew to the base's axes"
+    )
 
     def sentence(self) -> str:
         """For example: spring between link2 and the ground (x, y, z)."""
         directions = "in any direction" if self.leaning else f"({', '.join(self.axes)})"
-        return f"spring between {self.link}{'' if self.at_m is None else ' at ' + str(list(self.at_m))} and the ground {directions}"
+        return (
+            f"spring between {self.link}{'' if self.at_m is None else ' at ' + str(list(self.at_m))} and the"
+            f" ground {directions}"
+        )
 
     @classmethod
     def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -49,7 +58,9 @@ class SpringToGround(Attached):
     def forms(self) -> list[Self]:
         """Along the base's axes, and each of them alone."""
         if not self.leaning:
-            return [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
+            return (
+                [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
+            )
         return [self.model_copy(update={"leaning": False})]
 
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
@@ -60,12 +71,16 @@ class SpringToGround(Attached):
         result = []
         for axis, stiffness, damping in zip(self.axes, k, c, strict=True):
             name = f"{self.link}.ground_{axis}"
-            result.append(parameter(f"{name}.stiffness", "N/m", stiffness, self.stiffness, f"{where}.stiffness"))
+            result.append(
+                parameter(f"{name}.stiffness", "N/m", stiffness, self.stiffness, f"{where}.stiffness")
+            )
             result.append(parameter(f"{name}.damping", "N s/m", damping, self.damping, f"{where}.damping"))
         return [*result, *self._couplings(max(k), max(c), where)]
 
     def _couplings(self, k: float, c: float, where: str) -> list[Parameter]:
-        """Stiffness and damping between directions, no more than some multiple of their start values; none unless leaning."""
+        """Stiffness and damping between directions, no more than some multiple of their start values; none
+        unless leaning.
+        """
         result = []
         for one, other in combinations(self.axes, 2) if self.leaning else ():
             for what, unit, reach in (("stiffness", "N/m", _REACH * k), ("damping", "N s/m", _REACH * c)):
@@ -76,7 +91,9 @@ class SpringToGround(Attached):
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
         """J' J of the point's motion along each direction, and J1' J2 + J2' J1 for two."""
-        rows = site.base_jacobian(self.link, self.position(robot), self.where)[["xyz".index(axis) for axis in self.axes]]
+        rows = site.base_jacobian(self.link, self.position(robot), self.where)[
+            ["xyz".index(axis) for axis in self.axes]
+        ]
         units = [np.outer(row, row) for row in rows]
         if self.leaning:
             units += [np.outer(one, other) + np.outer(other, one) for one, other in combinations(rows, 2)]

@@ -1,4 +1,6 @@
-"""A spring and a viscous damper on each of a list of coordinates: the common part of joint and base compliance; start values and bounds."""
+"""A spring and a viscous damper on each of a list of coordinates: the common part of joint and base
+compliance; start values and bounds.
+"""
 
 from __future__ import annotations
 
@@ -45,8 +47,14 @@ class Springs(Effect):
         for name, stiffness, damping in zip(names, k, c, strict=True):
             force = "N" if name.split(".")[-1].startswith("t") else "N m"
             per = "m" if force == "N" else "rad"
-            result.append(parameter(f"{name}.stiffness", f"{force}/{per}", stiffness, self.stiffness, f"{where}.stiffness"))
-            result.append(parameter(f"{name}.damping", f"{force} s/{per}", damping, self.damping, f"{where}.damping"))
+            result.append(
+                parameter(
+                    f"{name}.stiffness", f"{force}/{per}", stiffness, self.stiffness, f"{where}.stiffness"
+                )
+            )
+            result.append(
+                parameter(f"{name}.damping", f"{force} s/{per}", damping, self.damping, f"{where}.damping")
+            )
         return result
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
@@ -57,5 +65,9 @@ class Springs(Effect):
 
 def joint_coordinates(robot: Robot, joints: Joints, axes: list[Axis], where: str) -> list[str]:
     """joint1.rz and so on, joint by joint; an unknown joint is an InputError."""
-    numbers = range(1, len(robot.joints) + 1) if joints == "all" else [robot.joint_number(joint, where) for joint in joints]
+    numbers = (
+        range(1, len(robot.joints) + 1)
+        if joints == "all"
+        else [robot.joint_number(joint, where) for joint in joints]
+    )
     return [f"joint{number}.{axis}" for number in numbers for axis in axes]

@@ -1,4 +1,6 @@
-"""All responses come late by the same time: a filter or an amplifier in the response channels that the force channel lacks."""
+"""All responses come late by the same time: a filter or an amplifier in the response channels that the force
+channel lacks.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +11,19 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array, Complex
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.measured.channel import Channel
-from identify.model.effects.measurement import Complex, MeasurementEffect, Reading
-from identify.model.effects.site import Array, Site
+from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
 
 class TimeDelay(MeasurementEffect):
-    """H is read as H e^(-s tau), where s has the true decay of the window; tau is negative where the force comes late."""
+    """H is read as H e^(-s tau), where s has the true decay of the window; tau is negative where the force
+    comes late.
+    """
 
     kind: Literal["time-delay"] = "time-delay"
     delay: Values = Field(Values(initial=0.0, bounds=(-5e-3, 5e-3)), description="s")

@@ -1,4 +1,6 @@
-"""The exponential window on force and response decays faster or slower than stated, or was forgotten in the statement."""
+"""The exponential window on force and response decays faster or slower than stated, or was forgotten in the
+statement.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +11,24 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array, Complex
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.measured.channel import Channel
-from identify.model.effects.measurement import Complex, MeasurementEffect, Reading
-from identify.model.effects.site import Array, Site
+from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
 
 class WindowDecay(MeasurementEffect):
-    """The FRFs sample H at s = sigma + delta + j omega, with sigma the stated decay; to first order it looks like damping everywhere."""
+    """The FRFs sample H at s = sigma + delta + j omega, with sigma the stated decay; to first order it looks
+    like damping everywhere.
+    """
 
     kind: Literal["window-decay"] = "window-decay"
-    error: Values = Field(Values(initial=0.0, bounds=(-10.0, 10.0)), description="delta: true less stated decay, 1/s")
+    error: Values = Field(
+        Values(initial=0.0, bounds=(-10.0, 10.0)), description="delta: true less stated decay, 1/s"
+    )
 
     def sentence(self) -> str:
         """Window decay other than stated."""

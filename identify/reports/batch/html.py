@@ -46,8 +46,14 @@ def _first(result: BatchResult) -> str:
 def posture_data(postures: Postures, first: str) -> dict[str, Any]:
     """What `postures.js` draws from: quantities, and what they can be shown over."""
     varied = sorted(postures.varied)
-    over = [{"label": f"Joint {joint + 1} (°)", "values": postures.angles_deg[:, joint], "joint": joint + 1} for joint in varied]
-    over += [{"label": f"Tool {axis} (m)", "values": postures.tool_m[:, k], "joint": 0} for k, axis in enumerate("xyz")]
+    over = [
+        {"label": f"Joint {joint + 1} (°)", "values": postures.angles_deg[:, joint], "joint": joint + 1}
+        for joint in varied
+    ]
+    over += [
+        {"label": f"Tool {axis} (m)", "values": postures.tool_m[:, k], "joint": 0}
+        for k, axis in enumerate("xyz")
+    ]
     reach = np.hypot(postures.tool_m[:, 0], postures.tool_m[:, 1])
     over += [{"label": "Reach of the tool (m)", "values": reach, "joint": 0}]
     over += [{"label": f"Posture ({NONE})", "values": np.arange(1, len(postures.names) + 1), "joint": 0}]

@@ -45,7 +45,10 @@ def _said(made: Document, table: Table, rows: int) -> None:
 def _trends(made: Document, postures: Postures) -> None:
     shown = postures.of("parameter")[:_PANELS]
     if shown:
-        caption = "Parameters of each posture on its own, with 95 % intervals, over the joint they change with; orange: the weighted mean; "
+        caption = (
+            "Parameters of each posture on its own, with 95 % intervals, over the joint they change with;"
+            " orange: the weighted mean; "
+        )
         caption += "crosses: not counted."
         made.figure(posture_figure.trends(postures, shown), caption, values(postures, shown))
 
@@ -55,10 +58,15 @@ def _modes(made: Document, postures: Postures) -> None:
     for kind, what in (("frequency", "Frequencies"), ("damping", "Damping ratios")):
         if postures.of(kind):
             shown = postures.of(kind)
-            made.figure(posture_figure.modes(postures, kind), f"{what} of the fitted models.", values(postures, shown))
+            made.figure(
+                posture_figure.modes(postures, kind), f"{what} of the fitted models.", values(postures, shown)
+            )
     errors = postures.of("error")
     if errors:
-        caption = "Errors by posture; frequency and damping errors are those of the modes that are paired with measured ones."
+        caption = (
+            "Errors by posture; frequency and damping errors are those of the modes that are paired with"
+            " measured ones."
+        )
         made.figure(posture_figure.trends(postures, errors[-_PANELS:]), caption, values(postures, errors))
 
 
@@ -67,7 +75,11 @@ def _maps(made: Document, result: BatchResult, postures: Postures) -> None:
         return
     made.add("heading", "Maps of the postures")
     depends = [one for one in postures.of("parameter") if one.name in _dependent(result)][:3]
-    shown = [*depends, *postures.of("frequency")[:1], *(one for one in postures.of("error") if one.name == "gap")]
+    shown = [
+        *depends,
+        *postures.of("frequency")[:1],
+        *(one for one in postures.of("error") if one.name == "gap"),
+    ]
     maps(made, postures, shown)
 
 
@@ -86,7 +98,10 @@ def _dependent(result: BatchResult) -> list[str]:
 
 def values(postures: Postures, shown: list[Quantity]) -> Table:
     """Quantities by posture, for export."""
-    columns = [words("Posture"), *(Column(f"Joint {joint + 1}", "°") for joint in range(postures.angles_deg.shape[1]))]
+    columns = [
+        words("Posture"),
+        *(Column(f"Joint {joint + 1}", "°") for joint in range(postures.angles_deg.shape[1])),
+    ]
     columns += [Column(one.name, one.unit) for one in shown]
     rows = []
     for k, name in enumerate(postures.names):

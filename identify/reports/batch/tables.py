@@ -18,10 +18,26 @@ def tiles(result: BatchResult) -> tuple[tuple[str, str, str], ...]:
     tested = int(np.isfinite(d.p_value).sum())
     each = number(float(np.mean(jobs.seconds[np.array(jobs.state) == "done"])), 3)
     return (
-        ("Fits", f"{done} of {len(jobs.state)}", f"ended well; {result.failed} failed" if result.failed else "ended well"),
-        ("Gap, median", number(np.median(known) if len(known) else np.nan), "residual over noise; 1 is perfect"),
-        ("Depend on posture", f"{int(d.depends.sum())} of {tested}", "parameters, more than the intervals allow"),
-        ("Time per fit", f"{each} s", f"of one worker; {number(done / result.seconds, 3)} fits per second on {result.workers}"),
+        (
+            "Fits",
+            f"{done} of {len(jobs.state)}",
+            f"ended well; {result.failed} failed" if result.failed else "ended well",
+        ),
+        (
+            "Gap, median",
+            number(np.median(known) if len(known) else np.nan),
+            "residual over noise; 1 is perfect",
+        ),
+        (
+            "Depend on posture",
+            f"{int(d.depends.sum())} of {tested}",
+            "parameters, more than the intervals allow",
+        ),
+        (
+            "Time per fit",
+            f"{each} s",
+            f"of one worker; {number(done / result.seconds, 3)} fits per second on {result.workers}",
+        ),
     )
 
 
@@ -32,7 +48,11 @@ def dependence_table(result: BatchResult) -> Table:
         half = 50 * (d.mean_high_95[k] - d.mean_low_95[k]) / abs(d.mean[k]) if d.mean[k] else np.nan
         joint = NONE if p.joint_value is None else number(p.joint_value[k])
         known = bool(np.isfinite(d.p_value[k]))
-        test = (number(d.chi_square[k]), str(int(d.freedom[k])) if known else NONE, _probability(d.p_value[k]))
+        test = (
+            number(d.chi_square[k]),
+            str(int(d.freedom[k])) if known else NONE,
+            _probability(d.p_value[k]),
+        )
         verdict = ("depends" if d.depends[k] else "the same") if known else "cannot be told"
         mean = (number(d.mean[k]), unit(p.unit[k]), number(half, 2), joint)
         rows.append((name, *mean, str(int(d.count[k])), *test, number(_scatter(result, k), 3), verdict))
@@ -53,9 +73,10 @@ def dependence_table(result: BatchResult) -> Table:
 
 
 NOTE = (
-    "Chi-square of the estimates about their weighted mean: about as large as its degrees of freedom if the parameter is the same at all "
-    "postures. p: probability of a larger one by chance, for all parameters together (Holm); below 1 % the parameter depends on posture. "
-    "Scatter: what is left of the differences beyond the intervals (DerSimonian and Laird's tau)."
+    "Chi-square of the estimates about their weighted mean: about as large as its degrees of freedom if the"
+    " parameter is the same at all postures. p: probability of a larger one by chance, for all parameters"
+    " together (Holm); below 1 % the parameter depends on posture. Scatter: what is left of the differences"
+    " beyond the intervals (DerSimonian and Laird's tau)."
 )
 
 
@@ -66,10 +87,31 @@ def trend_table(result: BatchResult) -> Table:
         if d.trend_joint[k]:
             turn = np.deg2rad(10)
             slope, std = (turn * value for value in (d.slope_per_rad[k], d.slope_std[k]))
-            change, half = (np.expm1(slope), 1.96 * std) if result.parameters.log[k] else (slope / d.mean[k], 1.96 * std / d.mean[k])
-            rows.append((name, f"joint {d.trend_joint[k]}", percent(change), number(100 * abs(half), 2), _probability(d.slope_p_value[k])))
-    columns = (words("Parameter"), words("Changes with"), Column("per 10°", "%"), Column("±", "%"), Column("p"))
-    note = "The joint whose weighted line explains most; p: probability of a steeper one by chance, for all joints together."
+            change, half = (
+                (np.expm1(slope), 1.96 * std)
+                if result.parameters.log[k]
+                else (slope / d.mean[k], 1.96 * std / d.mean[k])
+            )
+            rows.append(
+                (
+                    name,
+                    f"joint {d.trend_joint[k]}",
+                    percent(change),
+                    number(100 * abs(half), 2),
+                    _probability(d.slope_p_value[k]),
+                )
+            )
+    columns = (
+        words("Parameter"),
+        words("Changes with"),
+        Column("per 10°", "%"),
+        Column("±", "%"),
+        Column("p"),
+    )
+    note = (
+        "The joint whose weighted line explains most; p: probability of a steeper one by chance, for all"
+        " joints together."
+    )
     return Table("Trends", columns, tuple(rows), note)
 
 
@@ -86,12 +128,20 @@ def _probability(p: float) -> str:
 def job_table(result: BatchResult) -> Table:
     """One row per fit, the failed ones first, then by falling gap."""
     jobs = result.jobs
-    order = sorted(range(len(jobs.name)), key=lambda row: (jobs.state[row] == "done", -np.nan_to_num(jobs.gap[row], nan=-1.0)))
+    order = sorted(
+        range(len(jobs.name)),
+        key=lambda row: (jobs.state[row] == "done", -np.nan_to_num(jobs.gap[row], nan=-1.0)),
+    )
     rows = []
     for k in order:
         posture = ", ".join(f"{angle:.4g}" for angle in jobs.posture_deg[k] if np.isfinite(angle)) or NONE
         ended = _TOLD[jobs.state[k]] if jobs.state[k] != "done" or jobs.converged[k] else "not converged"
-        numbers = (number(jobs.gap[k]), percent(jobs.relative_error[k]), number(jobs.cost[k]), number(jobs.seconds[k], 3))
+        numbers = (
+            number(jobs.gap[k]),
+            percent(jobs.relative_error[k]),
+            number(jobs.cost[k]),
+            number(jobs.seconds[k], 3),
+        )
         rows.append((jobs.name[k], posture, *numbers, str(int(jobs.attempts[k])), ended))
     columns = (
         words("Fit"),
@@ -125,5 +175,9 @@ def value_table(result: BatchResult) -> Table:
             half = 50 * (p.high_95[k, column] - p.low_95[k, column]) / abs(value) if value else np.nan
             row += [number(value), number(half, 2)]
         rows.append(tuple(row))
-    heads = [column for name, of in zip(p.name, p.unit, strict=True) for column in (Column(name, unit(of)), Column("±", "%"))]
+    heads = [
+        column
+        for name, of in zip(p.name, p.unit, strict=True)
+        for column in (Column(name, unit(of)), Column("±", "%"))
+    ]
     return Table("Parameters by posture", (words("Fit"), *heads), tuple(rows))

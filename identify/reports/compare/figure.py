@@ -1,11 +1,13 @@
-"""Figures of a comparison in the PDF: parameters of all runs relative to the first one, and residuals over frequency."""
+"""Figures of a comparison in the PDF: parameters of all runs relative to the first one, and residuals over
+frequency.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.reports.compare.pick import Shared
 from identify.reports.fit import pick
 from identify.reports.kit.cells import NONE
@@ -13,13 +15,12 @@ from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, plain_decades
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison
 
-Array = NDArray[np.float64]
 _MARKERS = "oDs^vX"
 
 
 def ratios(comparison: Comparison) -> tuple[list[str], dict[str, Array]]:
-    """Names (p) of all parameters of the first run that are positive, and per run (p, 3): value and limits of the 95 % interval over
-    the first run's value; NaN where a run has no such parameter, or no interval.
+    """Names (p) of all parameters of the first run that are positive, and per run (p, 3): value and limits of
+    the 95 % interval over the first run's value; NaN where a run has no such parameter, or no interval.
     """
     first = next(iter(comparison.runs.values())).parameters
     names = [name for name, value in zip(first.name, first.value, strict=True) if value > 0]
@@ -48,7 +49,12 @@ def parameters(comparison: Comparison) -> Figure:
         axes.plot(values[:, 0], at, _MARKERS[number % len(_MARKERS)], color=color, ms=3.6, label=label)
     axes.axvline(1.0, color=MUTED, lw=0.6, ls=":")
     low, high = shown_range(found)
-    axes.set(xscale="log" if high > 3 * low else "linear", xlim=(low, high), yticks=rows, ylim=(len(names) - 0.5, -0.5))
+    axes.set(
+        xscale="log" if high > 3 * low else "linear",
+        xlim=(low, high),
+        yticks=rows,
+        ylim=(len(names) - 0.5, -0.5),
+    )
     axes.set_xlabel(f"Value over that of {next(iter(found))} ({NONE})")
     axes.set_yticklabels(names)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=4)
@@ -64,7 +70,9 @@ def shown_range(found: dict[str, Array]) -> tuple[float, float]:
 
 
 def band_gaps(frf: FrfComparison) -> tuple[Array, Array]:
-    """Edges of bands, Hz (b + 1,), and the RMS over all FRFs of the residual in each (b,), as in the gap map."""
+    """Edges of bands, Hz (b + 1,), and the RMS over all FRFs of the residual in each (b,), as in the gap
+    map.
+    """
     found = pick.gap_map(frf)
     return found.edges_hz, np.sqrt(np.nanmean(found.values**2, axis=1))
 
@@ -76,7 +84,13 @@ def residuals(one: Shared) -> Figure:
     for number, (label, frf) in enumerate(one.frfs.items()):
         edges, values = band_gaps(frf)
         axes.stairs(
-            values, edges, baseline=None, color=PALETTE[number % len(PALETTE)], ls=("-", "--", "-.", ":")[number % 4], lw=1.2, label=label
+            values,
+            edges,
+            baseline=None,
+            color=PALETTE[number % len(PALETTE)],
+            ls=("-", "--", "-.", ":")[number % 4],
+            lw=1.2,
+            label=label,
         )
     axes.set(xlabel="Frequency (Hz)", ylabel=residual_label(one), title=one.name)
     low, high = axes.dataLim.intervaly
@@ -91,4 +105,8 @@ def residuals(one: Shared) -> Figure:
 
 def residual_label(one: Shared) -> str:
     """What residuals are relative to."""
-    return "Residual / noise (1 = noise)" if next(iter(one.frfs.values())).noise is not None else "Residual / measured"
+    return (
+        "Residual / noise (1 = noise)"
+        if next(iter(one.frfs.values())).noise is not None
+        else "Residual / measured"
+    )

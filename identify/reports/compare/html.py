@@ -25,10 +25,21 @@ def page(comparison: Comparison) -> str:
     with_frf = [one for one in found if one.frfs]
     names, values = ratios(comparison)
     data = {
-        "measurements": [_measurement(one, {label: number for number, label in enumerate(labels)}) for one in found],
-        "curves": {"measured": "measured", "fitted": labels[0], **{f"run{n}": label for n, label in enumerate(labels[1:], 1)}},
+        "measurements": [
+            _measurement(one, {label: number for number, label in enumerate(labels)}) for one in found
+        ],
+        "curves": {
+            "measured": "measured",
+            "fitted": labels[0],
+            **{f"run{n}": label for n, label in enumerate(labels[1:], 1)},
+        },
         "stages": dict(zip(("model", "measured"), labels, strict=False)),
-        "parameters": {"name": names, "runs": values, "range": shown_range(values) if names else (0.1, 10.0), "first": labels[0]},
+        "parameters": {
+            "name": names,
+            "runs": values,
+            "range": shown_range(values) if names else (0.1, 10.0),
+            "first": labels[0],
+        },
         "residuals": [residual_data(one) for one in with_frf],
     }
     return render(
@@ -42,7 +53,10 @@ def page(comparison: Comparison) -> str:
         shared=found,
         with_frf=with_frf,
         sections=_sections(bool(found), bool(with_frf)),
-        stages=[("model", f"the model of {labels[0]}"), ("measured", f"the points of {labels[1]}, moving in the same mode")],
+        stages=[
+            ("model", f"the model of {labels[0]}"),
+            ("measured", f"the points of {labels[1]}, moving in the same mode"),
+        ],
         tiles=compare_tables.tiles(comparison),
         tables=compare_tables,
     )
@@ -50,8 +64,19 @@ def page(comparison: Comparison) -> str:
 
 def _sections(with_measurements: bool, with_frf: bool) -> list[tuple[str, str]]:
     modes = [("modes", "Modes"), ("robot", "Shapes")] if with_measurements else []
-    frfs = [("frf", "FRFs"), ("residuals", "Residuals"), ("errors", "Errors")] if with_frf else [("errors", "Errors")]
-    return [("verdict", "Verdict"), ("parameters", "Parameters"), *modes, *frfs, ("asked", "Settings"), ("provenance", "Provenance")]
+    frfs = (
+        [("frf", "FRFs"), ("residuals", "Residuals"), ("errors", "Errors")]
+        if with_frf
+        else [("errors", "Errors")]
+    )
+    return [
+        ("verdict", "Verdict"),
+        ("parameters", "Parameters"),
+        *modes,
+        *frfs,
+        ("asked", "Settings"),
+        ("provenance", "Provenance"),
+    ]
 
 
 def _measurement(one: Shared, numbers: dict[str, int]) -> dict[str, Any]:
@@ -60,7 +85,13 @@ def _measurement(one: Shared, numbers: dict[str, int]) -> dict[str, Any]:
     axes = None
     if mac is not None:
         rows, columns = ([number(hz) for hz in side] for side in (mac.rows_hz, mac.columns_hz))
-        axes = {"rows": rows, "columns": columns, "down": mac.down, "across": mac.across, "values": mac.values}
+        axes = {
+            "rows": rows,
+            "columns": columns,
+            "down": mac.down,
+            "across": mac.across,
+            "values": mac.values,
+        }
     return {
         "name": one.name,
         "use": measurement_tables.use(first),

@@ -57,7 +57,10 @@ def _modes(made: Document, found: list[Shared]) -> None:
     first = found[0]
     views = mode_views(first)
     labels = list(first.runs)
-    caption = f"Modes at {first.name}: at rest (grey), {labels[0]} at both ends of the motion, enlarged; rings: points of {labels[1]}."
+    caption = (
+        f"Modes at {first.name}: at rest (grey), {labels[0]} at both ends of the motion, enlarged; rings:"
+        f" points of {labels[1]}."
+    )
     geometry = first.first.geometry
     made.figure(robot_figure.shapes(geometry, views), caption, data.shapes(geometry, views))
 
@@ -69,9 +72,21 @@ def _frfs(made: Document, comparison: Comparison, found: list[Shared]) -> None:
         made.add("subheading", one.name)
         (label, frf), *others = one.frfs.items()
         beside = {other: of.fitted for other, of in others}
-        curves = [curve for name, of in one.frfs.items() for curve in data.frfs(of, name)[(0 if name == label else 1) : 2]]
-        made.figure(frf_figure.overlays(frf, label, beside), f"{one.name}: measured and fitted FRFs; errors are those of {label}.", *curves)
-        made.figure(compare_figure.residuals(one), "Residual over frequency, all common FRFs together.", residual_curves(one))
+        curves = [
+            curve
+            for name, of in one.frfs.items()
+            for curve in data.frfs(of, name)[(0 if name == label else 1) : 2]
+        ]
+        made.figure(
+            frf_figure.overlays(frf, label, beside),
+            f"{one.name}: measured and fitted FRFs; errors are those of {label}.",
+            *curves,
+        )
+        made.figure(
+            compare_figure.residuals(one),
+            "Residual over frequency, all common FRFs together.",
+            residual_curves(one),
+        )
         made.table(compare_tables.frf_table(one), heading=True, rows=_WORST_ROWS)
 
 
@@ -81,4 +96,6 @@ def residual_curves(one: Shared) -> Curves:
     edges = bands[0][0]
     what = compare_figure.residual_label(one).split(" (")[0].lower().replace(" ", "")
     columns = (Column("From", "Hz"), Column("To", "Hz"), *(Column(label, what) for label in one.frfs))
-    return Curves("residuals", columns, np.column_stack([edges[:-1], edges[1:], *(values for _, values in bands)]))
+    return Curves(
+        "residuals", columns, np.column_stack([edges[:-1], edges[1:], *(values for _, values in bands)])
+    )

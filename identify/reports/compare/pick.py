@@ -17,12 +17,12 @@ from identify.reports.kit.figures import Mac
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison, MeasurementResult
 
-Index = NDArray[np.intp]
-
 
 @dataclass(frozen=True)
 class Shared:
-    """A measurement that several runs have: what each made of it, by label, and its FRFs on common lines and pairs (empty: none)."""
+    """A measurement that several runs have: what each made of it, by label, and its FRFs on common lines and
+    pairs (empty: none).
+    """
 
     name: str
     runs: dict[str, MeasurementResult]
@@ -37,14 +37,25 @@ class Shared:
 def shared(comparison: Comparison) -> list[Shared]:
     """The measurements that at least two runs have, by name, in the order of the first run that has them."""
     names = dict.fromkeys(name for run in comparison.runs.values() for name in run.measurements)
-    having = {name: {label: run.measurements[name] for label, run in comparison.runs.items() if name in run.measurements} for name in names}
+    having = {
+        name: {
+            label: run.measurements[name]
+            for label, run in comparison.runs.items()
+            if name in run.measurements
+        }
+        for name in names
+    }
     return [
-        Shared(name, runs, _common({label: m.frf for label, m in runs.items() if m.frf})) for name, runs in having.items() if len(runs) > 1
+        Shared(name, runs, _common({label: m.frf for label, m in runs.items() if m.frf}))
+        for name, runs in having.items()
+        if len(runs) > 1
     ]
 
 
 def _common(frfs: dict[str, FrfComparison]) -> dict[str, FrfComparison]:
-    """FRF sets cut down to the lines and pairs that all have; empty for fewer than two sets, or nothing in common."""
+    """FRF sets cut down to the lines and pairs that all have; empty for fewer than two sets, or nothing in
+    common.
+    """
     sets = list(frfs.values())
     if len(sets) < 2 or len({(frf.quantity, frf.unit) for frf in sets}) > 1:
         return {}
@@ -101,4 +112,6 @@ def shape_mac(one: Shared) -> Mac | None:
     tables = _table(a), _table(b)
     assert tables[0].shapes is not None and tables[1].shapes is not None
     hz = [table.frequency_hz for table in tables]
-    return Mac(one.name, macx(tables[0].shapes, tables[1].shapes), hz[0], hz[1], f"{label_a} (Hz)", f"{label_b} (Hz)")
+    return Mac(
+        one.name, macx(tables[0].shapes, tables[1].shapes), hz[0], hz[1], f"{label_a} (Hz)", f"{label_b} (Hz)"
+    )

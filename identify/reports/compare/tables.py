@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.text import count
 from identify.reports.compare.pick import Shared, matched
 from identify.reports.fit.measurement_tables import use
 from identify.reports.fit.pick import errors, half_interval, partner, shown_modes
-from identify.reports.kit.cells import NONE, Column, Table, count, number, percent, signed, unit, words
+from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.results.comparison import Comparison, apart_in_std
 from identify.results.fit import FitResult, MeasurementResult
 
@@ -17,7 +18,10 @@ Row = tuple[str, ...]
 def tiles(comparison: Comparison) -> tuple[tuple[str, str, str], ...]:
     """The gaps of every run, at most four runs."""
     shown = list(comparison.runs.items())[:4]
-    return tuple((f"Gap, {label}", number(run.gap), f"{number(run.gap_validation)} on data that were not fitted") for label, run in shown)
+    return tuple(
+        (f"Gap, {label}", number(run.gap), f"{number(run.gap_validation)} on data that were not fitted")
+        for label, run in shown
+    )
 
 
 def run_table(comparison: Comparison) -> Table:
@@ -35,9 +39,13 @@ def run_table(comparison: Comparison) -> Table:
         words("Converged"),
     )
     rows = [
-        (label, run.cost_kind, *map(number, (run.cost, run.gap, run.gap_validation)), *_effort(run)) for label, run in _runs(comparison)
+        (label, run.cost_kind, *map(number, (run.cost, run.gap, run.gap_validation)), *_effort(run))
+        for label, run in _runs(comparison)
     ]
-    note = "Gap: RMS residual over noise, 1 is perfect. Determined: parameters that the data determine, of all free ones."
+    note = (
+        "Gap: RMS residual over noise, 1 is perfect. Determined: parameters that the data determine, of all"
+        " free ones."
+    )
     return Table("Runs", columns, tuple(rows), note)
 
 
@@ -55,14 +63,21 @@ def _effort(run: FitResult) -> Row:
 def effect_table(comparison: Comparison) -> Table:
     """The model of every run, effect by effect: in which runs it is."""
     effects = dict.fromkeys(effect for run in comparison.runs.values() for effect in run.effects)
-    rows = [(effect, *("yes" if effect in run.effects else NONE for run in comparison.runs.values())) for effect in effects]
+    rows = [
+        (effect, *("yes" if effect in run.effects else NONE for run in comparison.runs.values()))
+        for effect in effects
+    ]
     return Table("Models", (words("Effect"), *map(words, comparison.runs)), tuple(rows))
 
 
 def parameter_table(comparison: Comparison) -> Table:
     """Fitted values with half their intervals, every run beside the first one."""
     runs = _runs(comparison)
-    names = dict.fromkeys((name, of) for _, run in runs for name, of in zip(run.parameters.name, run.parameters.unit, strict=True))
+    names = dict.fromkeys(
+        (name, of)
+        for _, run in runs
+        for name, of in zip(run.parameters.name, run.parameters.unit, strict=True)
+    )
     apart = [apart_in_std(runs[0][1], run) for _, run in runs[1:]]
     heads = [head for label, _ in runs for head in (Column(label), Column("±", "%"))]
     heads += [Column("Ratio" if len(runs) == 2 else f"{label} / {runs[0][0]}") for label, _ in runs[1:]]
@@ -72,10 +87,18 @@ def parameter_table(comparison: Comparison) -> Table:
         values = [_value(run, name) for _, run in runs]
         ratios = [number(value / values[0][0]) if values[0][0] else NONE for value, _ in values[1:]]
         between = [number(one.get(name, np.nan), 3) for one in apart]
-        rows.append((name, unit(of), *(number(x, d) for pair in values for x, d in zip(pair, (4, 2), strict=True)), *ratios, *between))
+        rows.append(
+            (
+                name,
+                unit(of),
+                *(number(x, d) for pair in values for x, d in zip(pair, (4, 2), strict=True)),
+                *ratios,
+                *between,
+            )
+        )
     note = (
-        f"± is half the 95 % interval over the value. Ratio: to {runs[0][0]}. Apart: difference over its standard deviation, both "
-        "intervals taken as independent; beyond 2 the runs disagree."
+        f"± is half the 95 % interval over the value. Ratio: to {runs[0][0]}. Apart: difference over its"
+        " standard deviation, both intervals taken as independent; beyond 2 the runs disagree."
     )
     return Table("Parameters", (words("Parameter"), words("Unit"), *heads), tuple(rows), note)
 
@@ -89,7 +112,9 @@ def _value(run: FitResult, name: str) -> tuple[float, float]:
 
 
 def mode_table(one: Shared) -> Table:
-    """Modes of the first run with what they became in the others, and the measured ones where there are any."""
+    """Modes of the first run with what they became in the others, and the measured ones where there are
+    any.
+    """
     (label, a), *others = one.runs.items()
     measured = a.pairs is not None
     heads = [Column("Measured", "Hz")] if measured else []
@@ -101,7 +126,14 @@ def mode_table(one: Shared) -> Table:
     for mode in range(shown_modes(a)):
         beside = [_measured(a, mode)] if measured else []
         own = number(a.modes.frequency_hz[mode]), percent(a.modes.damping_ratio[mode])
-        rows.append((str(mode + 1), *beside, *own, *(cell for b, pairs in became for cell in _became(a, mode, b, pairs.get(mode)))))
+        rows.append(
+            (
+                str(mode + 1),
+                *beside,
+                *own,
+                *(cell for b, pairs in became for cell in _became(a, mode, b, pairs.get(mode))),
+            )
+        )
     note = f"Modes of the models, paired by shape and frequency. Change and MAC: against {label}."
     return Table(f"Modes, {one.name}", (words("Mode"), *heads), tuple(rows), note)
 
@@ -122,7 +154,9 @@ def _became(a: MeasurementResult, mode: int, b: MeasurementResult, found: tuple[
 def error_table(comparison: Comparison) -> Table:
     """Gap and median relative FRF error of every measurement in every run."""
     names = dict.fromkeys(name for run in comparison.runs.values() for name in run.measurements)
-    heads = [head for label in comparison.runs for head in (Column(f"{label}: gap"), Column("Relative error", "%"))]
+    heads = [
+        head for label in comparison.runs for head in (Column(f"{label}: gap"), Column("Relative error", "%"))
+    ]
     rows = []
     for name in names:
         found = [run.measurements.get(name) for run in comparison.runs.values()]
@@ -151,9 +185,13 @@ def frf_table(one: Shared) -> Table:
 
 
 def setting_table(comparison: Comparison) -> Table | None:
-    """Settings that are not the same in all runs, with the source of each value; None where there are none, or they were not kept."""
+    """Settings that are not the same in all runs, with the source of each value; None where there are none,
+    or they were not kept.
+    """
     kept = [run.provenance.settings for run in comparison.runs.values()]
-    tables = [dict(zip(s.key, zip(s.value, s.source, strict=True), strict=True)) for s in kept if s is not None]
+    tables = [
+        dict(zip(s.key, zip(s.value, s.source, strict=True), strict=True)) for s in kept if s is not None
+    ]
     if len(tables) < len(kept):
         return None
     rows = []
@@ -161,4 +199,8 @@ def setting_table(comparison: Comparison) -> Table | None:
         found = [table.get(key, (NONE, "")) for table in tables]
         if len({value for value, _ in found}) > 1:
             rows.append((key, *(f"{value} ({source})" if source else value for value, source in found)))
-    return Table("Settings that differ", (words("Setting"), *map(words, comparison.runs)), tuple(rows)) if rows else None
+    return (
+        Table("Settings that differ", (words("Setting"), *map(words, comparison.runs)), tuple(rows))
+        if rows
+        else None
+    )

@@ -1,4 +1,6 @@
-"""Figures of a discovery in the PDF: where the gap lives, the candidates, the fall of the gap, and gap maps before and after."""
+"""Figures of a discovery in the PDF: where the gap lives, the candidates, the fall of the gap, and gap maps
+before and after.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +11,23 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullLocator
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.thresholds import CONVINCING
-from identify.reports.discovery.pick import STANDINGS, Bars, Fall, few, gap_maps, is_wide, part_bars, reach, standing
+from identify.reports.discovery.pick import (
+    STANDINGS,
+    Bars,
+    Fall,
+    few,
+    gap_maps,
+    is_wide,
+    part_bars,
+    reach,
+    standing,
+)
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import BLUE, DIVERGING, GRID, INK, MUTED, PALETTE, WIDTH_IN
 from identify.results.discovery import DiscoveryResult, StepResult
-
-Array = NDArray[np.float64]
 
 GAP = "Gap: residual / noise (1 = noise)"
 _STANDING = ((PALETTE[0], "o"), (PALETTE[4], "D"), (PALETTE[7], "o"))
@@ -30,7 +40,9 @@ _MOST_CHANNELS = 60
 
 
 def parts(step: StepResult) -> Figure | None:
-    """The gap in the parts of the fitted data, a panel a kind, in columns of about the same height; None without any."""
+    """The gap in the parts of the fitted data, a panel a kind, in columns of about the same height; None
+    without any.
+    """
     bars = part_bars(step.parts, step.gap)
     if not bars:
         return None
@@ -56,7 +68,9 @@ def _height(bars: Bars) -> float:
 
 
 def _box(place: int, columns: int, top: float, bars: Bars, high: float) -> tuple[float, float, float, float]:
-    """Left, bottom, width, height of a panel in parts of the figure; room for names on its left and shares on its right."""
+    """Left, bottom, width, height of a panel in parts of the figure; room for names on its left and shares on
+    its right.
+    """
     inside = _ROW_IN * len(bars.names)
     width = 1 / columns
     return place * width + 0.11, 1 - (top + 0.2 + inside) / high, width - 0.15, inside / high
@@ -67,20 +81,31 @@ def _bars(axes: Axes, bars: Bars, most: float) -> None:
     axes.barh(rows, bars.gap, color=BLUE, height=0.7)
     axes.axvline(1.0, color=INK, lw=0.6, ls=":")
     for row, share in enumerate(bars.share):
-        axes.annotate(share, (bars.gap[row], row), (2, 0), textcoords="offset points", va="center", fontsize=6)
+        axes.annotate(
+            share, (bars.gap[row], row), (2, 0), textcoords="offset points", va="center", fontsize=6
+        )
     axes.set(ylim=(len(rows) - 0.5, -0.5), xlim=(0, 1.05 * max(most, 1.0)))
     axes.set_xlabel("Gap (1 = noise)", fontsize=7, labelpad=1)
     axes.set_yticks(rows, bars.names, fontsize=6.5)
     axes.tick_params(length=0, pad=2, axis="y")
     axes.tick_params(labelsize=6.5, axis="x", pad=1.5)
     axes.grid(False, axis="y")
-    axes.set_title(bars.title if bars.total == len(bars.names) else f"{bars.title}, {len(bars.names)} of {bars.total}", pad=3, x=-0.0)
+    axes.set_title(
+        bars.title if bars.total == len(bars.names) else f"{bars.title}, {len(bars.names)} of {bars.total}",
+        pad=3,
+        x=-0.0,
+    )
 
 
 def options(step: StepResult) -> Figure:
     """The best candidates: the gap that each leaves on fitted and on other data, and the evidence for it."""
     o, chosen = step.options, few(step.options)
-    names, gap, other, evidence = o.sentence[chosen], o.gap[chosen], o.gap_validation[chosen], o.evidence[chosen]
+    names, gap, other, evidence = (
+        o.sentence[chosen],
+        o.gap[chosen],
+        o.gap_validation[chosen],
+        o.evidence[chosen],
+    )
     rows = np.arange(len(names))
     figure = Figure((WIDTH_IN, 0.85 + 0.17 * len(rows)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
@@ -144,12 +169,28 @@ def falls(rows: list[Fall]) -> Figure:
                 continue
             low, high = sorted((begin[row, side], end[row, side]))
             at, label = row + 0.4 * side - 0.2, name if row == 0 else None
-            axes.barh(at, high - low, left=low, height=0.36, color=color, alpha=1.0 if one.whole else 0.45, label=label)
+            axes.barh(
+                at,
+                high - low,
+                left=low,
+                height=0.36,
+                color=color,
+                alpha=1.0 if one.whole else 0.45,
+                label=label,
+            )
             right = end[row, side] >= begin[row, side]
             place = ((3 if right else -3), 0)
             text = number(end[row, side])
             align = "left" if right else "right"
-            axes.annotate(text, (end[row, side], at), place, textcoords="offset points", va="center", ha=align, fontsize=6.5)
+            axes.annotate(
+                text,
+                (end[row, side], at),
+                place,
+                textcoords="offset points",
+                va="center",
+                ha=align,
+                fontsize=6.5,
+            )
     _gap_axis(axes, np.concatenate([begin.ravel(), end.ravel()]))
     low, high = axes.get_xlim()
     axes.set_xlim(low / 1.25 if is_wide(end.ravel()) else low - 0.08 * (high - low), high)
@@ -163,7 +204,9 @@ def falls(rows: list[Fall]) -> Figure:
 
 
 def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
-    """The gap of one measurement by band and channel, of the study's and of the final model in the same colours."""
+    """The gap of one measurement by band and channel, of the study's and of the final model in the same
+    colours.
+    """
     title, panels = gap_maps(result)[number_of]
     channels, bands = result.map_before.channels, result.map_before.bands_hz
     most = reach(result)
@@ -172,9 +215,22 @@ def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
     every = -(-len(channels) // _MOST_CHANNELS)
     for axes, (label, gap) in zip(several, panels, strict=True):
         rows = np.arange(len(channels) + 1)
-        mesh = axes.pcolormesh(bands, rows, np.maximum(gap.T, 1e-6), norm=LogNorm(1 / most, most), cmap=DIVERGING, rasterized=True)
+        mesh = axes.pcolormesh(
+            bands,
+            rows,
+            np.maximum(gap.T, 1e-6),
+            norm=LogNorm(1 / most, most),
+            cmap=DIVERGING,
+            rasterized=True,
+        )
         axes.grid(False)
-        axes.set(xscale="log", xlabel="Frequency (Hz)", title=label, ylim=(len(channels), 0), xlim=(bands[0], bands[-1]))
+        axes.set(
+            xscale="log",
+            xlabel="Frequency (Hz)",
+            title=label,
+            ylim=(len(channels), 0),
+            xlim=(bands[0], bands[-1]),
+        )
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
         axes.xaxis.set_minor_locator(NullLocator())

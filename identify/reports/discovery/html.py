@@ -1,4 +1,6 @@
-"""The HTML report of a discovery, from the parts it shares with the pages of a fit (`html`) and of a comparison (`compare_html`)."""
+"""The HTML report of a discovery, from the parts it shares with the pages of a fit (`html`) and of a
+comparison (`compare_html`).
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,19 @@ from identify.reports.compare.figure import ratios, shown_range
 from identify.reports.compare.html import residual_data
 from identify.reports.compare.pick import Shared
 from identify.reports.discovery import tables as discovery_tables
-from identify.reports.discovery.pick import BEFORE, STANDINGS, beside, few, gap_maps, is_wide, models, part_bars, reach, standing, waterfall
+from identify.reports.discovery.pick import (
+    BEFORE,
+    STANDINGS,
+    beside,
+    few,
+    gap_maps,
+    is_wide,
+    models,
+    part_bars,
+    reach,
+    standing,
+    waterfall,
+)
 from identify.reports.fit import measurement_tables, tables
 from identify.reports.fit.html import measurement_data, render, stages_of
 from identify.reports.fit.pick import errors
@@ -21,15 +35,18 @@ from identify.results.comparison import Comparison
 from identify.results.discovery import DiscoveryResult, StepResult
 
 PARTS_NOTE = (
-    "Residual over noise of the fitted data in each part; dotted: noise. In per cent: share of all that is above noise; those of bands, "
-    "points, directions, blows and measurements add up to 100 %."
+    "Residual over noise of the fitted data in each part; dotted: noise. In per cent: share of all that is"
+    " above noise; those of bands, points, directions, blows and measurements add up to 100 %."
 )
 OPTIONS_NOTE = (
-    "Left: the gap that each of the best candidates leaves on fitted data (dot) and on data that were not fitted (circle); dashed: without "
-    f"it, dotted: noise. Right: evidence for it over the model without it; dotted: {CONVINCING:.0f}, above which it convinces."
+    "Left: the gap that each of the best candidates leaves on fitted data (dot) and on data that were not"
+    " fitted (circle); dashed: without it, dotted: noise. Right: evidence for it over the model without it;"
+    f" dotted: {CONVINCING:.0f}, above which it convinces."
 )
 FALLS_NOTE = "Gap of each model, measured from noise (1), and what each addition does to it."
-MAP_NOTE = "One row per response channel, one column per band, all maps in the same colours: neutral is noise."
+MAP_NOTE = (
+    "One row per response channel, one column per band, all maps in the same colours: neutral is noise."
+)
 _SECTIONS = (
     ("verdict", "Verdict"),
     ("added", "What was added"),
@@ -81,7 +98,12 @@ def _payload(result: DiscoveryResult, runs: Comparison, shown: list[Shared]) -> 
         "measurements": [_measurement(one) for one in shown],
         "curves": {"measured": "measured", **dict(zip(("fitted", "before"), runs.runs, strict=False))},
         "stages": {"model": first, "measured": "measured"},
-        "parameters": {"name": names, "runs": values, "range": shown_range(values) if names else (0.1, 10.0), "first": first},
+        "parameters": {
+            "name": names,
+            "runs": values,
+            "range": shown_range(values) if names else (0.1, 10.0),
+            "first": first,
+        },
         "residuals": [residual_data(one) for one in shown if one.frfs],
         "steps": [_step(step) for _, step in discovery_tables.steps(result)],
         "falls": _falls(result),
@@ -91,14 +113,17 @@ def _payload(result: DiscoveryResult, runs: Comparison, shown: list[Shared]) -> 
 
 
 def _measurement(one: Shared) -> dict[str, Any]:
-    """The first model's view of a measurement; the FRFs of the other as a further curve, so that nothing is on the page twice."""
+    """The first model's view of a measurement; the FRFs of the other as a further curve, so that nothing is
+    on the page twice.
+    """
     others = {"before": one.frfs[BEFORE].fitted} if len(one.frfs) > 1 else {}
     data = measurement_data(one.first, others)
     if data["frf"] is not None:
         first = next(iter(one.frfs.values()))
         del data["frf"]["map"]
         data["frf"]["title"] = [
-            ", ".join(f"{label} gap {number(errors(frf)[pair])}" for label, frf in one.frfs.items()) for pair in range(len(first.output))
+            ", ".join(f"{label} gap {number(errors(frf)[pair])}" for label, frf in one.frfs.items())
+            for pair in range(len(first.output))
         ]
     return data
 
@@ -141,5 +166,8 @@ def _maps(result: DiscoveryResult) -> dict[str, Any]:
         "bands": result.map_before.bands_hz,
         "channels": list(result.map_before.channels),
         "reach": reach(result),
-        "sets": [{"title": title, "maps": [{"label": label, "gap": gap.T} for label, gap in maps]} for title, maps in gap_maps(result)],
+        "sets": [
+            {"title": title, "maps": [{"label": label, "gap": gap.T} for label, gap in maps]}
+            for title, maps in gap_maps(result)
+        ],
     }

@@ -53,21 +53,35 @@ def _step(made: Document, number_of: int, step: StepResult) -> None:
     made.add("paragraph", " ".join(filter(None, (step.decision, own.doubt_sentence(step), step.advice))))
     where, options = discovery_figure.parts(step), own.option_table(number_of, step)
     if where is not None:
-        made.figure(where, f"Where model and measurement disagree. {PARTS_NOTE}", own.part_table(number_of, step))
+        made.figure(
+            where, f"Where model and measurement disagree. {PARTS_NOTE}", own.part_table(number_of, step)
+        )
     made.tables.append(own.part_table(number_of, step))
     if options.rows:
         made.figure(discovery_figure.options(step), f"The best candidates. {OPTIONS_NOTE}", options)
         made.table(options, rows=SHOWN)
     if len(options.rows) > SHOWN:
-        made.add("paragraph", f"The best {SHOWN} of {len(options.rows)} candidates; all are on the HTML page and in the exported tables.")
+        made.add(
+            "paragraph",
+            f"The best {SHOWN} of {len(options.rows)} candidates; all are on the HTML page and in the"
+            " exported tables.",
+        )
 
 
 def _gaps(made: Document, result: DiscoveryResult, shown: list[Shared], several: bool) -> None:
     made.add("heading", "Before and after" if several else "The gap that is left")
-    made.figure(discovery_figure.falls(waterfall(result)), f"{FALLS_NOTE} Other data: {result.elsewhere}.", _falls(result))
+    made.figure(
+        discovery_figure.falls(waterfall(result)),
+        f"{FALLS_NOTE} Other data: {result.elsewhere}.",
+        _falls(result),
+    )
     made.table(own.gap_table(shown))
     for row, (title, _) in enumerate(gap_maps(result)):
-        made.figure(discovery_figure.gap_map(result, row), f"Gap by band and channel, {title}. {MAP_NOTE}", *_maps(result, row))
+        made.figure(
+            discovery_figure.gap_map(result, row),
+            f"Gap by band and channel, {title}. {MAP_NOTE}",
+            *_maps(result, row),
+        )
     for one in shown:
         if one.frfs:
             caption = f"Residual over frequency, {one.name}, all FRFs together."
@@ -76,13 +90,22 @@ def _gaps(made: Document, result: DiscoveryResult, shown: list[Shared], several:
 
 def _falls(result: DiscoveryResult) -> Table:
     columns = (words("Model"), Column("Gap"), Column("Gap, other data"))
-    return Table("fall of the gap", columns, tuple((row.label, *map(number, row.end)) for row in waterfall(result)))
+    return Table(
+        "fall of the gap", columns, tuple((row.label, *map(number, row.end)) for row in waterfall(result))
+    )
 
 
 def _maps(result: DiscoveryResult, row: int) -> list[Curves]:
     edges = result.map_before.bands_hz
-    columns = (Column("From", "Hz"), Column("To", "Hz"), *(Column(name, "residual/noise") for name in result.map_before.channels))
-    return [Curves(label, columns, np.column_stack([edges[:-1], edges[1:], gap])) for label, gap in gap_maps(result)[row][1]]
+    columns = (
+        Column("From", "Hz"),
+        Column("To", "Hz"),
+        *(Column(name, "residual/noise") for name in result.map_before.channels),
+    )
+    return [
+        Curves(label, columns, np.column_stack([edges[:-1], edges[1:], gap]))
+        for label, gap in gap_maps(result)[row][1]
+    ]
 
 
 def _frfs(made: Document, shown: list[Shared]) -> None:
@@ -93,11 +116,23 @@ def _frfs(made: Document, shown: list[Shared]) -> None:
     for one in with_frf:
         made.add("subheading", f"{one.name}, {measurement_tables.use(one.first)}")
         (label, frf), *others = one.frfs.items()
-        curves = [curve for name, of in one.frfs.items() for curve in data.frfs(of, name)[(0 if name == label else 1) : 2]]
-        caption = f"{one.name}: {frf.quantity}, {measurement_tables.band(frf)}; gaps are those of the {label}."
-        made.figure(frf_figure.overlays(frf, label, {other: of.fitted for other, of in others}), caption, *curves)
+        curves = [
+            curve
+            for name, of in one.frfs.items()
+            for curve in data.frfs(of, name)[(0 if name == label else 1) : 2]
+        ]
+        caption = (
+            f"{one.name}: {frf.quantity}, {measurement_tables.band(frf)}; gaps are those of the {label}."
+        )
+        made.figure(
+            frf_figure.overlays(frf, label, {other: of.fitted for other, of in others}), caption, *curves
+        )
         table = compare_tables.frf_table(one)
-        made.add("paragraph", f"The {min(_WORST_ROWS, len(table.rows))} FRFs of {one.name} with the largest gap, of {len(table.rows)}:")
+        made.add(
+            "paragraph",
+            f"The {min(_WORST_ROWS, len(table.rows))} FRFs of {one.name} with the largest gap, of"
+            f" {len(table.rows)}:",
+        )
         made.table(table, rows=_WORST_ROWS)
 
 
@@ -119,10 +154,17 @@ def _modes(made: Document, shown: list[Shared]) -> None:
     matrices = [found for found in (figures.pair_mac(one.first) for one in shown) if found]
     mac = figures.mac(matrices)
     if mac is not None:
-        made.figure(mac, f"Modal assurance criterion (MAC) of measured shapes and those of the {label}.", *map(data.mac, matrices))
+        made.figure(
+            mac,
+            f"Modal assurance criterion (MAC) of measured shapes and those of the {label}.",
+            *map(data.mac, matrices),
+        )
     first = shown[0].first
     views = mode_views(first)
     caption = f"Modes of the {label}, {first.name}: at rest (grey) and at both ends of the motion, enlarged"
     caption += "; rings: measured." if first.pairs and first.pairs.measured_shapes is not None else "."
-    drawn, places = robot_figure.shapes(first.geometry, views[: modes_in_band(first)]), data.geometry(first.name, first.geometry)
+    drawn, places = (
+        robot_figure.shapes(first.geometry, views[: modes_in_band(first)]),
+        data.geometry(first.name, first.geometry),
+    )
     made.figure(drawn, caption, data.shapes(first.geometry, views), places)

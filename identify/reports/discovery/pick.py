@@ -1,4 +1,6 @@
-"""What the report of a discovery shows: the models side by side, the fall of the gap, the parts and candidates with room in a chart."""
+"""What the report of a discovery shows: the models side by side, the fall of the gap, the parts and
+candidates with room in a chart.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +8,13 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.thresholds import QUIET
 from identify.reports.compare.pick import Shared
 from identify.reports.fit.measurement_tables import use
 from identify.results.comparison import Comparison
 from identify.results.discovery import DiscoveryResult, GapByBand, OptionTable, PartTable
-
-Array = NDArray[np.float64]
 
 BEFORE, AFTER = "study's model", "final model"
 SHOWN = 12
@@ -39,12 +39,16 @@ def models(result: DiscoveryResult) -> Comparison:
 
 
 def beside(result: DiscoveryResult) -> list[Shared]:
-    """Every measurement with what the models make of it, the final one first; the start models' FRFs are left out."""
+    """Every measurement with what the models make of it, the final one first; the start models' FRFs are left
+    out.
+    """
     runs = models(result).runs
     found = []
     for name, first in next(iter(runs.values())).measurements.items():
         own = {label: run.measurements[name] for label, run in runs.items()}
-        frfs = {label: dataclasses.replace(m.frf, initial=None) for label, m in own.items() if m.frf is not None}
+        frfs = {
+            label: dataclasses.replace(m.frf, initial=None) for label, m in own.items() if m.frf is not None
+        }
         bare = dataclasses.replace(first, frf=next(iter(frfs.values()), None))
         found.append(Shared(name, {**own, next(iter(runs)): bare}, frfs))
     return found
@@ -52,7 +56,9 @@ def beside(result: DiscoveryResult) -> list[Shared]:
 
 @dataclass(frozen=True)
 class Fall:
-    """One row of the waterfall: what it is, the gap on fitted and on other data before and after it; a whole model's begins at noise."""
+    """One row of the waterfall: what it is, the gap on fitted and on other data before and after it; a whole
+    model's begins at noise.
+    """
 
     label: str
     whole: bool
@@ -64,7 +70,9 @@ def waterfall(result: DiscoveryResult) -> list[Fall]:
     """The study's model, every addition in order, and the final model."""
     noise, now = (1.0, 1.0), first_gaps(result)
     rows = [Fall(BEFORE, True, noise, now)]
-    for sentence, *gaps in zip(result.added.sentence, result.added.gap, result.added.gap_validation, strict=True):
+    for sentence, *gaps in zip(
+        result.added.sentence, result.added.gap, result.added.gap_validation, strict=True
+    ):
         after = (float(gaps[0]), float(gaps[1]))
         rows.append(Fall(f"+ {sentence}", False, now, after))
         now = after
@@ -78,7 +86,9 @@ def first_gaps(result: DiscoveryResult) -> tuple[float, float]:
 
 
 def last_gaps(result: DiscoveryResult) -> tuple[float, float]:
-    """The gap of the final model on fitted and on other data; those are the validation measurements, or what was left out of a fit."""
+    """The gap of the final model on fitted and on other data; those are the validation measurements, or what
+    was left out of a fit.
+    """
     known = [first_gaps(result)[1], *result.added.gap_validation, result.after.gap_validation]
     return result.after.gap, float(next((gap for gap in reversed(known) if not np.isnan(gap)), np.nan))
 
@@ -90,7 +100,9 @@ def is_wide(values: Array) -> bool:
 
 @dataclass(frozen=True)
 class Bars:
-    """The parts of one kind in a chart: title, names, gaps, and the share of what is above noise as text; total: how many there are."""
+    """The parts of one kind in a chart: title, names, gaps, and the share of what is above noise as text;
+    total: how many there are.
+    """
 
     title: str
     names: list[str]
@@ -109,7 +121,11 @@ def part_bars(parts: PartTable, gap: float) -> list[Bars]:
         rows = np.array([row for row, own in enumerate(parts.kind) if own == kind], dtype=np.intp)
         if len(rows) < 2:
             continue
-        shown = sorted(rows[:SHOWN], key=lambda row: _frequency(parts.name[row])) if kind in _ALONG else list(rows[:SHOWN])
+        shown = (
+            sorted(rows[:SHOWN], key=lambda row: _frequency(parts.name[row]))
+            if kind in _ALONG
+            else list(rows[:SHOWN])
+        )
         share = [f"{100 * parts.share[row]:.0f} %" if gap > QUIET else "" for row in shown]
         found.append(Bars(title, [parts.name[row] for row in shown], parts.gap[shown], share, len(rows)))
     return found

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.text import count, listed
 from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import removed
 from identify.reports.compare.pick import Shared
 from identify.reports.discovery.pick import AFTER, BEFORE, PART_KINDS, SHOWN, first_gaps, last_gaps, outcome
 from identify.reports.fit.measurement_tables import use
 from identify.reports.fit.pick import half_interval, mac_of
-from identify.reports.kit.cells import NONE, Column, Number, Table, count, listed, number, percent, signed, unit, words
+from identify.reports.kit.cells import NONE, Column, Number, Table, number, percent, signed, unit, words
 from identify.results.discovery import DiscoveryResult, StepResult
 from identify.results.fit import MeasurementResult, ModePairs
 
@@ -27,7 +28,11 @@ def tiles(result: DiscoveryResult) -> tuple[tuple[str, str, str], ...]:
         ("Gap, fitted data", _change(first[0], last[0], added), "residual over noise; 1 is perfect"),
         ("Gap, other data", _change(first[1], last[1], added), result.elsewhere),
         ("Added", count(added, "effect"), found),
-        ("Candidates tried", str(tried), f"in {count(len(result.steps), 'step')}, {number(result.seconds, 3)} s"),
+        (
+            "Candidates tried",
+            str(tried),
+            f"in {count(len(result.steps), 'step')}, {number(result.seconds, 3)} s",
+        ),
     )
 
 
@@ -42,7 +47,16 @@ def added_table(result: DiscoveryResult) -> Table:
     rows = []
     for i, sentence in enumerate(a.sentence):
         shares = percent(removed(first, a.gap[i])), percent(removed(first_other, a.gap_validation[i]))
-        rows.append((turn.get(sentence, NONE), sentence, number(a.gap[i]), number(a.gap_validation[i]), *shares, number(a.evidence[i])))
+        rows.append(
+            (
+                turn.get(sentence, NONE),
+                sentence,
+                number(a.gap[i]),
+                number(a.gap_validation[i]),
+                *shares,
+                number(a.evidence[i]),
+            )
+        )
     columns = (
         words("Step"),
         words("Effect"),
@@ -53,9 +67,10 @@ def added_table(result: DiscoveryResult) -> Table:
         Column("Evidence"),
     )
     note = (
-        f"Gap: RMS residual over noise once it is added; before anything was added {number(first)}, on other data {number(first_other)}. "
-        f"Explained: share of what was above noise at first. Evidence: fall of the information criterion when it was added; above "
-        f"{CONVINCING:.0f} convinces. Other data: {result.elsewhere}."
+        f"Gap: RMS residual over noise once it is added; before anything was added {number(first)}, on other"
+        f" data {number(first_other)}. Explained: share of what was above noise at first. Evidence: fall of"
+        f" the information criterion when it was added; above {CONVINCING:.0f} convinces. Other data:"
+        f" {result.elsewhere}."
     )
     return Table("Added effects", columns, tuple(rows), note)
 
@@ -76,7 +91,9 @@ def added_parameter_table(result: DiscoveryResult) -> Table:
     p, rows = result.after.parameters, []
     half = 100 * half_interval(p)
     for sentence, i in added_parameters(result):
-        interval = (number(p.low_95[i]), number(p.high_95[i]), number(half[i], 2)) if p.free[i] else (NONE,) * 3
+        interval = (
+            (number(p.low_95[i]), number(p.high_95[i]), number(half[i], 2)) if p.free[i] else (NONE,) * 3
+        )
         rows.append((sentence, p.name[i], number(p.value[i]), unit(p.unit[i]), *interval, p.status[i]))
     columns = (
         words("Effect"),
@@ -136,7 +153,10 @@ def option_table(number_of: int, step: StepResult) -> Table:
         words("Verdict"),
     )
     without = f"gap {number(step.gap)}, on other data {number(step.gap_validation)}"
-    note = f"Without any: {without}. {NONE}: a fit to few lines was enough to rule it out, and the gap is the one on those."
+    note = (
+        f"Without any: {without}. {NONE}: a fit to few lines was enough to rule it out, and the gap is the"
+        " one on those."
+    )
     return Table(f"Candidates of step {number_of}", columns, tuple(rows), note)
 
 
@@ -149,10 +169,17 @@ def split(table: Table) -> tuple[Table, Table]:
 def part_table(number_of: int, step: StepResult) -> Table:
     """The gap by part of the fitted data, largest share first within each kind."""
     p, order = step.parts, list(PART_KINDS)
-    rows = sorted(range(len(p.kind)), key=lambda row: order.index(p.kind[row]) if p.kind[row] in order else len(order))
+    rows = sorted(
+        range(len(p.kind)), key=lambda row: order.index(p.kind[row]) if p.kind[row] in order else len(order)
+    )
     columns = (words("Divided by"), words("Part"), Column("Gap"), Column("Share", "%"))
-    note = "Share: of all that is above noise; parts of a kind add up to 100 %, modes may overlap. Noise alone can make it negative."
-    cells = [(PART_KINDS.get(p.kind[i], p.kind[i]), p.name[i], number(p.gap[i]), percent(p.share[i])) for i in rows]
+    note = (
+        "Share: of all that is above noise; parts of a kind add up to 100 %, modes may overlap. Noise alone"
+        " can make it negative."
+    )
+    cells = [
+        (PART_KINDS.get(p.kind[i], p.kind[i]), p.name[i], number(p.gap[i]), percent(p.share[i])) for i in rows
+    ]
     return Table(f"Gap by part, step {number_of}", columns, tuple(cells), note)
 
 
@@ -166,28 +193,44 @@ def gap_table(shown: list[Shared]) -> Table:
         cells: list[str] = []
         for label in labels:
             frf = one.frfs.get(label)
-            cells += [number(one.runs[label].gap), NONE if frf is None else percent(float(np.nanmedian(frf.relative_error)))]
+            cells += [
+                number(one.runs[label].gap),
+                NONE if frf is None else percent(float(np.nanmedian(frf.relative_error))),
+            ]
         angles = ", ".join(f"{angle:.1f}" for angle in m.posture_deg)
         data = "" if m.frf is None else count(len(m.frf.output), "FRF")
         rows.append((m.name, use(m), angles, data, *cells))
     columns = (words("Measurement"), words("Use"), words("Joint angles", "°"), words("Data"), *heads)
-    note = "Gap: RMS residual over noise. Relative error: RMS difference over RMS measured, median of the FRFs."
+    note = (
+        "Gap: RMS residual over noise. Relative error: RMS difference over RMS measured, median of the FRFs."
+    )
     return Table("Gap by measurement", columns, tuple(rows), note)
 
 
 def mode_table(one: Shared) -> Table | None:
-    """The measured modes beside those of both models; None without measured modes, or with one model alone."""
+    """The measured modes beside those of both models; None without measured modes, or with one model
+    alone.
+    """
     pairs = {label: one.runs[label].pairs for label in (BEFORE, AFTER) if label in one.runs}
     first = next(iter(pairs.values()))
     if first is None or len(pairs) < 2:
         return None
-    heads = [head for label in pairs for head in (Column(label, "Hz"), Column("Error", "%"), Column("Damping", "%"), Column("MAC"))]
+    heads = [
+        head
+        for label in pairs
+        for head in (Column(label, "Hz"), Column("Error", "%"), Column("Damping", "%"), Column("MAC"))
+    ]
     rows = []
-    for mode, (hz, ratio) in enumerate(zip(first.measured_frequency_hz, first.measured_damping_ratio, strict=True)):
+    for mode, (hz, ratio) in enumerate(
+        zip(first.measured_frequency_hz, first.measured_damping_ratio, strict=True)
+    ):
         beside = [cell for label, own in pairs.items() for cell in _paired(one.runs[label], own, mode, hz)]
         rows.append((str(mode + 1), number(hz), percent(ratio), *beside))
     columns = (words("Mode"), Column("Measured", "Hz"), Column("Damping", "%"), *heads)
-    note = f"Measured: {first.origin}. Errors are model minus measured. {NONE}: the model has no mode of that shape near."
+    note = (
+        f"Measured: {first.origin}. Errors are model minus measured. {NONE}: the model has no mode of that"
+        " shape near."
+    )
     return Table(f"Modes, {one.name}", columns, tuple(rows), note)
 
 

@@ -1,4 +1,6 @@
-"""Printed figures of an explained motion: measured and explained history, what is left before and after, shares, gaps."""
+"""Printed figures of an explained motion: measured and explained history, what is left before and after,
+shares, gaps.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ def histories(found: TargetResult, curves: Curves) -> Figure:
 
 
 def shares(found: TargetResult) -> Figure:
-    """A bar per step and joint: how much of the squares there were at first each effect took when it was added."""
+    """A bar per step and joint: how much of the squares there were at first each effect took when it was
+    added.
+    """
     names, values = bars(found)
     figure = Figure((WIDTH_IN, 0.9 + 0.17 * max(len(names), 3)), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(3, 1))
@@ -44,12 +48,19 @@ def shares(found: TargetResult) -> Figure:
     for column, joint in enumerate(found.joints):
         at = rows + (column - (len(found.joints) - 1) / 2) * height
         left.barh(at, values[:, column], height, color=PALETTE[column], label=f"joint {joint}")
-    left.set(yticks=rows, yticklabels=names, ylim=(len(names) - 0.5, -0.5), xlabel="Of the squares at first (%)")
+    left.set(
+        yticks=rows, yticklabels=names, ylim=(len(names) - 0.5, -0.5), xlabel="Of the squares at first (%)"
+    )
     left.legend(loc="lower right")
     place = np.arange(len(found.joints), dtype=float)
     right.barh(place - 0.2, found.gap_start, 0.38, color=ORANGE, label="before")
     right.barh(place + 0.2, found.gap, 0.38, color=BLUE, label="after")
-    right.set(xscale="log", yticks=place, yticklabels=[f"joint {joint}" for joint in found.joints], xlabel="Gap (1 is noise)")
+    right.set(
+        xscale="log",
+        yticks=place,
+        yticklabels=[f"joint {joint}" for joint in found.joints],
+        xlabel="Gap (1 is noise)",
+    )
     right.set_ylim(len(found.joints) - 0.5, -0.5)
     right.legend(loc="best")
     return figure

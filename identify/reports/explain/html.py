@@ -27,7 +27,13 @@ def page(result: ExplainResult) -> str:
 
 def _sections(targets: list[TargetResult]) -> list[tuple[str, str]]:
     own = [(found.target, explain_tables.title(found).split(" (")[0]) for found in targets]
-    return [("verdict", "Verdict"), *own, ("unknown", "Cannot say"), ("asked", "Study"), ("provenance", "Provenance")]
+    return [
+        ("verdict", "Verdict"),
+        *own,
+        ("unknown", "Cannot say"),
+        ("asked", "Study"),
+        ("provenance", "Provenance"),
+    ]
 
 
 def _target(found: TargetResult) -> dict[str, Any]:
@@ -47,4 +53,8 @@ def _record(found: TargetResult, curves: Curves) -> dict[str, Any]:
     use = "held out" if curves.use == "validate" else "fitted"
     joints = [vars(history(found, curves, row)) for row in range(len(found.joints))]
     time_s = joints[0]["time_s"]
-    return {"name": f"{curves.name}, {use}", "time": time_s, "joints": [{k: v for k, v in one.items() if k != "time_s"} for one in joints]}
+    return {
+        "name": f"{curves.name}, {use}",
+        "time": time_s,
+        "joints": [{k: v for k, v in one.items() if k != "time_s"} for one in joints],
+    }

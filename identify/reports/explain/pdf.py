@@ -26,7 +26,9 @@ def document(result: ExplainResult) -> Document:
         for text in result.unknown:
             made.add("paragraph", sentence(text))
         made.add("heading", "What was done to the records")
-        made.table(Cells("Records", (words("Record and treatment"),), tuple((text,) for text in result.conditioning)))
+        made.table(
+            Cells("Records", (words("Record and treatment"),), tuple((text,) for text in result.conditioning))
+        )
     made.sources(result)
     return made
 
@@ -36,13 +38,21 @@ def _target(made: Document, found: TargetResult) -> None:
     made.table(explain_tables.residual_table(found))
     for curves in found.curves.values():
         use = "held out" if curves.use == "validate" else "fitted"
-        made.figure(explain_figure.histories(found, curves), f"Record {curves.name}, {use}.", *_data(found, curves))
+        made.figure(
+            explain_figure.histories(found, curves), f"Record {curves.name}, {use}.", *_data(found, curves)
+        )
     if found.steps.name:
         made.figure(
             explain_figure.shares(found),
-            "Left: how much of the squares on the held-out record each effect took when it was added, in that order. Right: the gap.",
+            "Left: how much of the squares on the held-out record each effect took when it was added, in that"
+            " order. Right: the gap.",
         )
-    for table in (explain_tables.effect_table, explain_tables.step_table, explain_tables.value_table, explain_tables.bound_table):
+    for table in (
+        explain_tables.effect_table,
+        explain_tables.step_table,
+        explain_tables.value_table,
+        explain_tables.bound_table,
+    ):
         one = table(found)
         if one.rows:
             made.table(one, heading=True)
@@ -54,7 +64,14 @@ def _data(found: TargetResult, curves: Recorded) -> list[Curves]:
     sets = []
     for row, joint in enumerate(found.joints):
         h = history(found, curves, row)
-        columns = (Column("Time", "s"), Column("Measured", unit), Column("Known", unit), Column("Explained", unit))
+        columns = (
+            Column("Time", "s"),
+            Column("Measured", unit),
+            Column("Known", unit),
+            Column("Explained", unit),
+        )
         values = np.column_stack([h.time_s, h.measured, h.known, h.explained])
-        sets.append(Curves(f"{explain_tables.title(found)}, record {curves.name}, joint {joint}", columns, values))
+        sets.append(
+            Curves(f"{explain_tables.title(found)}, record {curves.name}, joint {joint}", columns, values)
+        )
     return sets

@@ -8,7 +8,11 @@ from identify.reports.kit.cells import NONE, Column, Table, number, words
 from identify.reports.kit.cells import unit as printed
 from identify.results.explain import ExplainResult, TargetResult
 
-_TITLE = {"torque": "Motor torque", "deflection": "Motor-side minus link-side position", "tracking": "Tracking error"}
+_TITLE = {
+    "torque": "Motor torque",
+    "deflection": "Motor-side minus link-side position",
+    "tracking": "Tracking error",
+}
 _SCALE = {"N m": (1.0, "N m"), "rad": (1e3 * 180 / np.pi, "m°")}
 
 
@@ -51,9 +55,15 @@ def residual_table(found: TargetResult) -> Table:
     for row, joint in enumerate(found.joints):
         levels = (found.rms_fit_start, found.rms_fit, found.rms_judge_start, found.rms_judge)
         cells = [number(factor * level[row], 3) for level in levels]
-        ends = (number(100 * found.explained[row], 3), number(found.gap_start[row], 3), number(found.gap[row], 3))
+        ends = (
+            number(100 * found.explained[row], 3),
+            number(found.gap_start[row], 3),
+            number(found.gap[row], 3),
+        )
         rows.append((str(joint), *cells, *ends))
-    note = "RMS of what is left. Gap: over the noise from sample to sample on the held-out record; 1 is noise."
+    note = (
+        "RMS of what is left. Gap: over the noise from sample to sample on the held-out record; 1 is noise."
+    )
     return Table(f"{title(found)}: what is left", columns, tuple(rows), note)
 
 
@@ -78,9 +88,9 @@ def effect_table(found: TargetResult) -> Table:
         for row in range(len(e.name))
     ]
     note = (
-        "By evidence on the held-out record (ln of the likelihood ratio, residuals correlated in time). Per joint: the part of the "
-        "squares left on the held-out record without this effect that it takes away, all others staying. Not told apart from: effects "
-        "that would do about as well in its place."
+        "By evidence on the held-out record (ln of the likelihood ratio, residuals correlated in time). Per"
+        " joint: the part of the squares left on the held-out record without this effect that it takes away,"
+        " all others staying. Not told apart from: effects that would do about as well in its place."
     )
     return Table(f"{title(found)}: effects", columns, tuple(rows), note)
 
@@ -92,12 +102,27 @@ def _percent(share: float) -> str:
 def step_table(found: TargetResult) -> Table:
     """How the effects were found, one a row."""
     factor, unit = scale(found)
-    columns = (words("Step"), words("Effect added"), Column("Evidence"), *(Column(f"RMS joint {joint}", unit) for joint in found.joints))
+    columns = (
+        words("Step"),
+        words("Effect added"),
+        Column("Evidence"),
+        *(Column(f"RMS joint {joint}", unit) for joint in found.joints),
+    )
     s = found.steps
     rows = [("0", NONE, NONE, *(number(factor * value, 3) for value in found.rms_judge_start))]
     for row, name in enumerate(s.name):
-        rows.append((str(row + 1), name, number(s.evidence[row], 3), *(number(factor * value, 3) for value in s.rms_judge[row])))
-    note = "RMS on the held-out record after each step. An effect that was found and is not among the effects above was no longer needed."
+        rows.append(
+            (
+                str(row + 1),
+                name,
+                number(s.evidence[row], 3),
+                *(number(factor * value, 3) for value in s.rms_judge[row]),
+            )
+        )
+    note = (
+        "RMS on the held-out record after each step. An effect that was found and is not among the effects"
+        " above was no longer needed."
+    )
     return Table(f"{title(found)}: how they were found", columns, tuple(rows), note)
 
 
@@ -125,7 +150,10 @@ def value_table(found: TargetResult) -> Table:
         )
         for row in range(len(v.name))
     ]
-    note = "Intervals count that residuals hang together in time; they hold as far as the effects found are all there are."
+    note = (
+        "Intervals count that residuals hang together in time; they hold as far as the effects found are all"
+        " there are."
+    )
     return Table(f"{title(found)}: values", columns, tuple(rows), note)
 
 
@@ -134,11 +162,17 @@ def bound_table(found: TargetResult) -> Table:
     columns = (words("Not found"), Column("Would be"), Column("95 %"), words("Unit"))
     b = found.bounds
     rows = [
-        (b.effect[row], number(b.value[row], 3), _interval(b.low_95[row], b.high_95[row]), printed(b.unit[row]))
+        (
+            b.effect[row],
+            number(b.value[row], 3),
+            _interval(b.low_95[row], b.high_95[row]),
+            printed(b.unit[row]),
+        )
         for row in range(len(b.effect))
     ]
     note = (
-        "Added to the effects found, on the fitted record; an interval without zero is not enough, because the held-out record must agree."
+        "Added to the effects found, on the fitted record; an interval without zero is not enough, because"
+        " the held-out record must agree."
     )
     return Table(f"{title(found)}: tried and not found", columns, tuple(rows), note)
 

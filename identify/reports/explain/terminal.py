@@ -49,7 +49,9 @@ def _table(printed: Printed, columns: int | None) -> Table:
     """The first columns of a table."""
     table = Table(title=printed.title, box=SIMPLE_HEAD, pad_edge=False)
     for column in printed.columns[:columns]:
-        table.add_column(column.head, justify="right" if column.numeric else "left", no_wrap=not column.numeric)
+        table.add_column(
+            column.head, justify="right" if column.numeric else "left", no_wrap=not column.numeric
+        )
     for row in printed.rows:
         table.add_row(*map(escape, row[:columns]))
     return table

@@ -20,7 +20,8 @@ _AXES = ("X", "Y", "Z")
 
 
 def frfs(frf: FrfComparison, modelled: str = "fitted") -> tuple[Curves, ...]:
-    """All FRFs: measured (with coherence), modelled and, where there are any, the start model's, the 95 % band and the noise.
+    """All FRFs: measured (with coherence), modelled and, where there are any, the start model's, the 95 %
+    band and the noise.
 
     Those of complex values are laid out as `identify` reads FRFs from CSV.
     """
@@ -45,7 +46,12 @@ def _complex(frf: FrfComparison, title: str, values: NDArray[np.complex128]) -> 
 
 def _real(frf: FrfComparison, title: str, values: NDArray[np.float64]) -> Curves:
     columns = (Column("Frequency", "Hz"), *(Column(name, frf.unit) for name in _pairs(frf)))
-    return Curves(title, columns, np.column_stack([frf.frequency_hz, values]), f"{title} of the real and of the imaginary part")
+    return Curves(
+        title,
+        columns,
+        np.column_stack([frf.frequency_hz, values]),
+        f"{title} of the real and of the imaginary part",
+    )
 
 
 def _pairs(frf: FrfComparison) -> list[str]:
@@ -57,12 +63,17 @@ def gap_map(frf: FrfComparison) -> Curves:
     found = pick.gap_map(frf)
     what = "residual/noise" if found.in_noise else "residual/measured"
     columns = (Column("From", "Hz"), Column("To", "Hz"), *(Column(name, what) for name in _pairs(frf)))
-    return Curves("gap by band", columns, np.column_stack([found.edges_hz[:-1], found.edges_hz[1:], found.values]))
+    return Curves(
+        "gap by band", columns, np.column_stack([found.edges_hz[:-1], found.edges_hz[1:], found.values])
+    )
 
 
 def mac(one: Mac) -> Table:
     """A MAC matrix with the frequencies of its sides."""
-    columns = (Column(one.down.removesuffix(" (Hz)"), "Hz"), *(Column(f"{number(hz)} Hz") for hz in one.columns_hz))
+    columns = (
+        Column(one.down.removesuffix(" (Hz)"), "Hz"),
+        *(Column(f"{number(hz)} Hz") for hz in one.columns_hz),
+    )
     rows = (map(number, (hz, *values)) for hz, values in zip(one.rows_hz, one.values, strict=True))
     return Table(f"MAC {one.name}", columns, tuple(map(tuple, rows)))
 
@@ -71,16 +82,27 @@ def geometry(name: str, g: Geometry) -> Table:
     """The points at a posture, in the base's axes."""
     columns = (words("Node"), words("Name"), words("Link"), *(Column(axis, "m") for axis in _AXES))
     rows = zip(g.nodes, g.point_names, g.point_links, g.points, strict=True)
-    return Table(f"points {name}", columns, tuple((str(node), point, link, *map(number, at)) for node, point, link, at in rows))
+    return Table(
+        f"points {name}",
+        columns,
+        tuple((str(node), point, link, *map(number, at)) for node, point, link, at in rows),
+    )
 
 
 def shapes(g: Geometry, views: Sequence[ModeView]) -> Table:
     """Shapes at the points, in the base's axes; the largest displacement of a mode is 1."""
-    heads = tuple(Column(f"{what} {part} {axis}") for what in ("model", "measured") for axis in _AXES for part in ("real", "imag"))
+    heads = tuple(
+        Column(f"{what} {part} {axis}")
+        for what in ("model", "measured")
+        for axis in _AXES
+        for part in ("real", "imag")
+    )
     rows = []
     for view in views:
         for row, node in enumerate(g.nodes):
-            rows.append((view.label, str(node), *_moves(view.points, row), *_moves(view.measured_points, row)))
+            rows.append(
+                (view.label, str(node), *_moves(view.points, row), *_moves(view.measured_points, row))
+            )
     return Table("mode shapes", (words("Mode"), words("Node"), *heads), tuple(rows))
 
 
@@ -91,7 +113,13 @@ def _moves(shape: NDArray[np.complex128] | None, row: int) -> list[str]:
 
 def history(result: FitResult) -> Curves:
     """The best cost of every start and stage over evaluations and time."""
-    columns = (Column("Start"), Column("Stage"), Column("Evaluations of the stage"), Column("Best cost"), Column("Time", "s"))
+    columns = (
+        Column("Start"),
+        Column("Stage"),
+        Column("Evaluations of the stage"),
+        Column("Best cost"),
+        Column("Time", "s"),
+    )
     values = result.history[:, :5].copy()
     values[:, :2] += 1
     return Curves("convergence", columns, values)
@@ -116,7 +144,11 @@ def profiles(result: FitResult) -> tuple[Curves, ...]:
     """Every profile likelihood."""
     units = dict(zip(result.parameters.name, result.parameters.unit, strict=True))
     return tuple(
-        Curves(name, (Column(name, unit(units[name])), Column("Rise of chi-square")), np.column_stack([curve.values, curve.rise]))
+        Curves(
+            name,
+            (Column(name, unit(units[name])), Column("Rise of chi-square")),
+            np.column_stack([curve.values, curve.rise]),
+        )
         for name, curve in result.profiles.items()
     )
 
@@ -126,5 +158,10 @@ def stabilisation(m: AnalysedMeasurement) -> tuple[Curves, ...]:
     d = m.diagram
     heads = (Column("Order"), Column("Frequency", "Hz"), Column("Damping ratio", "%"), Column("Stable"))
     poles = np.column_stack([d.order, d.frequency_hz, 100 * d.damping_ratio, d.stable])
-    lines = (Column("Frequency", "Hz"), *(Column(f"CMIF {k + 1}", unit(m.frf.unit)) for k in range(d.indicator.shape[1])))
-    return Curves("poles", heads, poles), Curves("indicator", lines, np.column_stack([d.line_hz, d.indicator]))
+    lines = (
+        Column("Frequency", "Hz"),
+        *(Column(f"CMIF {k + 1}", unit(m.frf.unit)) for k in range(d.indicator.shape[1])),
+    )
+    return Curves("poles", heads, poles), Curves(
+        "indicator", lines, np.column_stack([d.line_hz, d.indicator])
+    )

@@ -21,10 +21,13 @@ _COLUMNS = 3
 _ROW_IN, _COHERENCE_IN, _LEGEND_IN = 2.45, 0.3, 0.4
 
 
-def overlays(frf: FrfComparison, modelled: str = "fitted", beside: Mapping[str, NDArray[np.complex128]] | None = None) -> Figure:
+def overlays(
+    frf: FrfComparison, modelled: str = "fitted", beside: Mapping[str, NDArray[np.complex128]] | None = None
+) -> Figure:
     """The FRFs that `pick.shown_frfs` chooses, three a row.
 
-    modelled: what the curve beside the measured one is called; beside: further curves by name, each (lines, pairs).
+    modelled: what the curve beside the measured one is called; beside: further curves by name, each (lines,
+    pairs).
     """
     pairs = shown_frfs(frf)
     rows = -(-len(pairs) // _COLUMNS)
@@ -34,13 +37,30 @@ def overlays(frf: FrfComparison, modelled: str = "fitted", beside: Mapping[str, 
     figure = Figure((WIDTH_IN, height))
     # Fixed places: a layout engine takes a second a figure.
     cells = figure.add_gridspec(
-        rows, _COLUMNS, left=0.085, right=0.995, top=1 - _LEGEND_IN / height, bottom=0.38 / height, hspace=0.24, wspace=0.2
+        rows,
+        _COLUMNS,
+        left=0.085,
+        right=0.995,
+        top=1 - _LEGEND_IN / height,
+        bottom=0.38 / height,
+        hspace=0.24,
+        wspace=0.2,
     )
     for place, pair in enumerate(pairs):
-        panels = cells[place].subgridspec(len(heights), 1, height_ratios=heights, hspace=0.2).subplots(sharex=True, squeeze=False).ravel()
+        panels = (
+            cells[place]
+            .subgridspec(len(heights), 1, height_ratios=heights, hspace=0.2)
+            .subplots(sharex=True, squeeze=False)
+            .ravel()
+        )
         _overlay((panels[0], panels[1]), frf, pair, modelled)
         for turn, (name, values) in enumerate((beside or {}).items(), 1):
-            look: Any = {"color": PALETTE[turn % len(PALETTE)], "lw": 0.9, "ls": ("--", "-.", ":")[(turn - 1) % 3], "label": name}
+            look: Any = {
+                "color": PALETTE[turn % len(PALETTE)],
+                "lw": 0.9,
+                "ls": ("--", "-.", ":")[(turn - 1) % 3],
+                "label": name,
+            }
             panels[0].plot(frf.frequency_hz, np.abs(values[:, pair]), **look)
             panels[1].plot(frf.frequency_hz, _degrees(values[:, pair]), **look)
         if frf.coherence is not None:
@@ -50,7 +70,13 @@ def overlays(frf: FrfComparison, modelled: str = "fitted", beside: Mapping[str, 
                 axes.set_ylabel(label)
         if place + _COLUMNS >= len(pairs):
             panels[-1].set_xlabel("Frequency (Hz)")
-    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="upper left", ncols=4, bbox_to_anchor=(0.07, 1.0), borderaxespad=0)
+    figure.legend(
+        *figure.axes[0].get_legend_handles_labels(),
+        loc="upper left",
+        ncols=4,
+        bbox_to_anchor=(0.07, 1.0),
+        borderaxespad=0,
+    )
     return figure
 
 
@@ -65,10 +91,24 @@ def _overlay(panels: tuple[Axes, Axes], frf: FrfComparison, pair: int, modelled:
         axes.plot(f, shape(fitted), color=BLUE, lw=1.0, label=modelled)
     if frf.band_95 is not None:
         half, size = frf.band_95[:, pair], np.abs(fitted)
-        top.fill_between(f, np.maximum(size - half, size * 1e-3), size + half, color=BLUE, alpha=0.25, lw=0, label="95 % band")
+        top.fill_between(
+            f,
+            np.maximum(size - half, size * 1e-3),
+            size + half,
+            color=BLUE,
+            alpha=0.25,
+            lw=0,
+            label="95 % band",
+        )
     top.set(yscale="log" if np.any(np.abs(measured) > 0) else "linear", xlim=(f[0], f[-1]))
-    error = f"relative error {number(100 * frf.relative_error[pair])} %" if frf.gap is None else f"gap {number(frf.gap[pair])}"
-    top.set_title(f"{pair_name(frf, pair)}{' drive point' if is_drive_point(frf, pair) else ''}, {error}", fontsize=7.5)
+    error = (
+        f"relative error {number(100 * frf.relative_error[pair])} %"
+        if frf.gap is None
+        else f"gap {number(frf.gap[pair])}"
+    )
+    top.set_title(
+        f"{pair_name(frf, pair)}{' drive point' if is_drive_point(frf, pair) else ''}, {error}", fontsize=7.5
+    )
     top.yaxis.set_minor_locator(NullLocator())
     bottom.set(ylim=(-190, 190), yticks=[-180, 0, 180])
 
@@ -79,7 +119,9 @@ def _coherence(axes: Axes, frequency_hz: NDArray[np.float64], coherence: NDArray
 
 
 def _degrees(values: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Phase in degrees, none of zero; the line is broken where it jumps from one end of the circle to the other."""
+    """Phase in degrees, none of zero; the line is broken where it jumps from one end of the circle to the
+    other.
+    """
     phase = np.where(values == 0, np.nan, np.degrees(np.angle(values)))
     phase[1:][np.abs(np.diff(phase)) > 270] = np.nan
     return phase

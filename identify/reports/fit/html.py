@@ -1,4 +1,5 @@
-"""The HTML report: one file that opens from disk without network; the data are embedded once, `page.js` draws them.
+"""The HTML report: one file that opens from disk without network; the data are embedded once, `page.js` draws
+them.
 
 `page` is of a fit; what it shares with the page of a modal analysis (`modes_html`) is public.
 """
@@ -20,7 +21,7 @@ from identify.reports.fit import measurement_tables, pick, tables
 from identify.reports.kit.cells import number, sentence, unit
 from identify.reports.kit.packing import pack, pack_frfs
 from identify.reports.kit.reported import Reported
-from identify.reports.kit.settings_tables import default_table, given_table
+from identify.reports.kit.settings import default_table, given_table
 from identify.reports.kit.shapes import ModeView, mode_views
 from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ProfileCurve
 from identify.results.tables import Geometry
@@ -62,11 +63,17 @@ def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]
     return [(kind, about) for kind, about in STAGES.items() if kind == "model" or measured_shapes]
 
 
-def render(template: str, script: str | tuple[str, ...], data: dict[str, Any], result: Reported, **context: Any) -> str:
-    """A page from its template, with the common look, parts and scripts, its own script or scripts, and the data that they draw."""
+def render(
+    template: str, script: str | tuple[str, ...], data: dict[str, Any], result: Reported, **context: Any
+) -> str:
+    """A page from its template, with the common look, parts and scripts, its own script or scripts, and the
+    data that they draw.
+    """
     own = (script,) if isinstance(script, str) else script
     loader = jinja2.FileSystemLoader(_HERE)
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    environment = jinja2.Environment(
+        loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
     common = {
         "provenance": tables.provenance_table(result),
         "given": given_table(result.provenance),
@@ -90,9 +97,22 @@ def _sections(result: FitResult) -> list[tuple[str, str]]:
     """Anchors and labels of the sections this result has."""
     with_frf = any(m.frf for m in result.measurements.values())
     frfs = [("frf", "FRFs"), ("gap", "Gap map")] if with_frf else []
-    ends = [("convergence", "Convergence"), ("identifiability", "Identifiability"), ("asked", "Study"), ("provenance", "Provenance")]
+    ends = [
+        ("convergence", "Convergence"),
+        ("identifiability", "Identifiability"),
+        ("asked", "Study"),
+        ("provenance", "Provenance"),
+    ]
     errors = [("errors", "Errors")] if with_frf else []
-    return [("verdict", "Verdict"), ("robot", "Robot"), *frfs, ("parameters", "Parameters"), ("modes", "Modes"), *errors, *ends]
+    return [
+        ("verdict", "Verdict"),
+        ("robot", "Robot"),
+        *frfs,
+        ("parameters", "Parameters"),
+        ("modes", "Modes"),
+        *errors,
+        *ends,
+    ]
 
 
 def payload(result: FitResult) -> dict[str, Any]:
@@ -107,7 +127,10 @@ def payload(result: FitResult) -> dict[str, Any]:
             "name": list(p.name),
             "status": list(p.status),
             "half": 100 * pick.half_interval(p),
-            **{key: pick.between_bounds(p, getattr(p, key)) for key in ("initial", "value", "low_95", "high_95")},
+            **{
+                key: pick.between_bounds(p, getattr(p, key))
+                for key in ("initial", "value", "low_95", "high_95")
+            },
         },
         "free": names,
         "profiles": [_profile(result, name, curve) for name, curve in result.profiles.items()],
@@ -123,12 +146,16 @@ def payload(result: FitResult) -> dict[str, Any]:
     }
 
 
-def measurement_data(m: MeasurementResult, beside: Mapping[str, NDArray[np.complex128]] | None = None) -> dict[str, Any]:
+def measurement_data(
+    m: MeasurementResult, beside: Mapping[str, NDArray[np.complex128]] | None = None
+) -> dict[str, Any]:
     """What a model makes of a measurement: robot, FRFs (beside: further curves as in `pack_frfs`), MAC."""
     return {
         "name": m.name,
         "use": measurement_tables.use(m),
-        "robot": robot_data(m.geometry, m.frf, mode_views(m), [] if m.frf is None else pick.nodes(m.frf.input), _EXCITED),
+        "robot": robot_data(
+            m.geometry, m.frf, mode_views(m), [] if m.frf is None else pick.nodes(m.frf.input), _EXCITED
+        ),
         "frf": None if m.frf is None else frf_data(m.frf, beside),
         "mac": _mac(m),
     }
@@ -137,11 +164,20 @@ def measurement_data(m: MeasurementResult, beside: Mapping[str, NDArray[np.compl
 def _profile(result: FitResult, name: str, curve: ProfileCurve) -> dict[str, Any]:
     row = result.parameters.name.index(name)
     log, label = bool(result.parameters.log[row]), f"{name} ({unit(result.parameters.unit[row])})"
-    return {"label": label, "log": log, "values": curve.values, "rise": curve.rise, "best": result.parameters.value[row]}
+    return {
+        "label": label,
+        "log": log,
+        "values": curve.values,
+        "rise": curve.rise,
+        "best": result.parameters.value[row],
+    }
 
 
-def robot_data(g: Geometry, frf: FrfComparison | None, views: list[ModeView], ringed: list[int], said: tuple[str, str]) -> dict[str, Any]:
-    """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest displacement.
+def robot_data(
+    g: Geometry, frf: FrfComparison | None, views: list[ModeView], ringed: list[int], said: tuple[str, str]
+) -> dict[str, Any]:
+    """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest
+    displacement.
 
     ringed: nodes to mark, said: what they are, in the legend and at the point.
     """
@@ -176,10 +212,14 @@ def robot_data(g: Geometry, frf: FrfComparison | None, views: list[ModeView], ri
 
 
 def _thousandths(shape: NDArray[np.complex128] | None) -> dict[str, Any] | None:
-    return None if shape is None else {part: np.round(1000 * getattr(shape, part)) for part in ("real", "imag")}
+    return (
+        None if shape is None else {part: np.round(1000 * getattr(shape, part)) for part in ("real", "imag")}
+    )
 
 
-def frf_data(frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None) -> dict[str, Any]:
+def frf_data(
+    frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None
+) -> dict[str, Any]:
     """Curves, errors and gap map of an FRF set; beside: further curves as in `pack_frfs`."""
     gap_map, order = pick.gap_map(frf), pick.map_order(frf)
     with np.errstate(divide="ignore"):
@@ -201,8 +241,17 @@ def _mac(m: MeasurementResult) -> dict[str, Any] | None:
     if m.pairs is None or m.pairs.mac_matrix is None:
         return None
     shown = pick.shown_modes(m)
-    rows, columns = ([number(hz) for hz in values] for values in (m.pairs.measured_frequency_hz, m.modes.frequency_hz[:shown]))
-    return {"rows": rows, "columns": columns, "down": "Measured (Hz)", "across": "Model (Hz)", "values": m.pairs.mac_matrix[:, :shown]}
+    rows, columns = (
+        [number(hz) for hz in values]
+        for values in (m.pairs.measured_frequency_hz, m.modes.frequency_hz[:shown])
+    )
+    return {
+        "rows": rows,
+        "columns": columns,
+        "down": "Measured (Hz)",
+        "across": "Model (Hz)",
+        "values": m.pairs.mac_matrix[:, :shown],
+    }
 
 
 def _json(value: dict[str, Any]) -> str:

@@ -1,23 +1,32 @@
-"""The tables of measurements, as finished text: modes, postures, FRF errors; HTML and PDF print the same ones."""
+"""The tables of measurements, as finished text: modes, postures, FRF errors; HTML and PDF print the same
+ones.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.text import count
 from identify.reports.fit.pick import is_drive_point, mac_of, partner, shown_modes, worst_first
-from identify.reports.kit.cells import NONE, Column, Table, count, number, percent, signed, words
+from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, words
 from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ModePairs
 
 
 def mode_table(measurement: MeasurementResult) -> Table:
     """Modes of the model, beside the measured ones where there are any, by frequency."""
     shown, total = shown_modes(measurement), len(measurement.modes.frequency_hz)
-    note = "" if shown == total else f"{count(total - shown, 'higher mode')} of the model are in the result file only."
+    note = (
+        ""
+        if shown == total
+        else f"{count(total - shown, 'higher mode')} of the model are in the result file only."
+    )
     title = f"Modes, {measurement.name}"
     if measurement.pairs is None:
         rows = [(str(i + 1), *_model_mode(measurement, i)) for i in range(shown)]
-        return Table(title, (words("Mode"), Column("Frequency", "Hz"), Column("Damping ratio", "%")), tuple(rows), note)
+        return Table(
+            title, (words("Mode"), Column("Frequency", "Hz"), Column("Damping ratio", "%")), tuple(rows), note
+        )
     pairs = measurement.pairs
     columns = (
         words("Mode"),
@@ -32,7 +41,8 @@ def mode_table(measurement: MeasurementResult) -> Table:
     keyed = [(measurement.modes.frequency_hz[i], _pair_row(measurement, pairs, i)) for i in range(shown)]
     alone = np.setdiff1d(np.arange(len(pairs.measured_frequency_hz)), pairs.measured)
     keyed += [(pairs.measured_frequency_hz[i], _unpaired_row(pairs, int(i))) for i in alone]
-    note = f"Measured: {pairs.origin}. Errors are model minus measured; damping in points of per cent. {note}".strip()
+    about = f"Measured: {pairs.origin}. Errors are model minus measured; damping in points of per cent."
+    note = f"{about} {note}".strip()
     return Table(title, columns, tuple(row for _, row in sorted(keyed)), note)
 
 
@@ -48,7 +58,16 @@ def _pair_row(measurement: MeasurementResult, pairs: ModePairs, row: int) -> tup
     hz, ratio = pairs.measured_frequency_hz[mode], pairs.measured_damping_ratio[mode]
     error = signed(100 * (measurement.modes.frequency_hz[row] / hz - 1), 3)
     points = signed(100 * (measurement.modes.damping_ratio[row] - ratio), 3)
-    return str(row + 1), frequency, number(hz), error, damping, percent(ratio), points, number(mac_of(pairs, row))
+    return (
+        str(row + 1),
+        frequency,
+        number(hz),
+        error,
+        damping,
+        percent(ratio),
+        points,
+        number(mac_of(pairs, row)),
+    )
 
 
 def _unpaired_row(pairs: ModePairs, mode: int) -> tuple[str, ...]:
@@ -81,7 +100,10 @@ def _data(measurement: MeasurementResult) -> str:
 
 def band(frf: FrfComparison) -> str:
     """Lines and band of an FRF set."""
-    return f"{count(len(frf.frequency_hz), 'line')} from {number(frf.frequency_hz[0])} to {number(frf.frequency_hz[-1])} Hz"
+    return (
+        f"{count(len(frf.frequency_hz), 'line')} from {number(frf.frequency_hz[0])} to"
+        f" {number(frf.frequency_hz[-1])} Hz"
+    )
 
 
 def error_table(result: FitResult) -> Table:
@@ -102,12 +124,19 @@ def error_table(result: FitResult) -> Table:
         if m.frf is None:
             continue
         gaps = np.full(1, np.nan) if m.frf.gap is None else m.frf.gap
-        medians = percent(_median(m.frf.relative_error)), percent(_median(m.frf.area_error)), number(_median(m.frf.frac))
+        medians = (
+            percent(_median(m.frf.relative_error)),
+            percent(_median(m.frf.area_error)),
+            number(_median(m.frf.frac)),
+        )
         worst = pair_name(m.frf, int(worst_first(m.frf)[0]))
-        rows.append((m.name, use(m), number(m.gap), number(_median(gaps)), number(np.max(gaps)), worst, *medians))
+        rows.append(
+            (m.name, use(m), number(m.gap), number(_median(gaps)), number(np.max(gaps)), worst, *medians)
+        )
     note = (
-        "Gap: RMS residual over noise. Relative error: RMS difference over RMS measured. Area error: area between the magnitudes "
-        "over the area below the measured one. FRAC: frequency response assurance criterion, blind to level."
+        "Gap: RMS residual over noise. Relative error: RMS difference over RMS measured. Area error: area"
+        " between the magnitudes over the area below the measured one. FRAC: frequency response assurance"
+        " criterion, blind to level."
     )
     return Table("FRF errors", columns, tuple(rows), note)
 

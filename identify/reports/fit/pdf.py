@@ -1,11 +1,13 @@
-"""The PDF report: the same tables as the HTML page and printed figures, set by typst, the same bytes for the same result."""
+"""The PDF report: the same tables as the HTML page and printed figures, set by typst, the same bytes for the
+same result.
+"""
 
 from __future__ import annotations
 
+from identify.core.text import count, listed
 from identify.reports.fit import data, frf_figure, measurement_tables, pick, search_figure, tables
 from identify.reports.fit.pick import modes_in_band
 from identify.reports.kit import figures, robot_figure
-from identify.reports.kit.cells import count, listed
 from identify.reports.kit.document import Document
 from identify.reports.kit.shapes import mode_views
 from identify.results.fit import FitResult, FrfComparison
@@ -34,7 +36,11 @@ def _opening(made: Document, result: FitResult) -> None:
     drawn = measurements[: robot_figure.POSTURES]
     first = "" if drawn == measurements else f" The first {len(drawn)} of {len(measurements)} postures."
     caption = f"The robot with its measurement points; {robot_figure.ARROWS}; floor grid 0.5 m.{first}"
-    made.figure(robot_figure.postures(measurements), caption, *(data.geometry(m.name, m.geometry) for m in measurements))
+    made.figure(
+        robot_figure.postures(measurements),
+        caption,
+        *(data.geometry(m.name, m.geometry) for m in measurements),
+    )
 
 
 def _parameters(made: Document, result: FitResult) -> None:
@@ -62,12 +68,18 @@ def _modes(made: Document, result: FitResult) -> None:
     matrices = [found for found in map(figures.pair_mac, measurements) if found]
     mac = figures.mac(matrices)
     if mac is not None:
-        made.figure(mac, "Modal assurance criterion (MAC) of measured and model modes.", *map(data.mac, matrices))
+        made.figure(
+            mac, "Modal assurance criterion (MAC) of measured and model modes.", *map(data.mac, matrices)
+        )
     first = measurements[0]
     caption = f"Modes of the model, {first.name}: at rest (grey) and at both ends of the motion, enlarged"
     caption += "; rings: measured." if first.pairs and first.pairs.measured_shapes is not None else "."
     views = mode_views(first)
-    made.figure(robot_figure.shapes(first.geometry, views[: modes_in_band(first)]), caption, data.shapes(first.geometry, views))
+    made.figure(
+        robot_figure.shapes(first.geometry, views[: modes_in_band(first)]),
+        caption,
+        data.shapes(first.geometry, views),
+    )
 
 
 def _frfs(made: Document, result: FitResult) -> None:
@@ -85,10 +97,16 @@ def _frfs(made: Document, result: FitResult) -> None:
 
 
 def overlays(made: Document, name: str, frf: FrfComparison, modelled: str = "fitted") -> None:
-    """Chosen FRFs of a measurement, and a table of those with the largest error; modelled names the curve beside the measured one."""
+    """Chosen FRFs of a measurement, and a table of those with the largest error; modelled names the curve
+    beside the measured one.
+    """
     made.figure(frf_figure.overlays(frf, modelled), _chosen(name, frf), *data.frfs(frf, modelled))
     worst = measurement_tables.frf_table(name, frf)
-    made.add("paragraph", f"The {min(_WORST_ROWS, len(worst.rows))} FRFs of {name} with the largest error, of {len(worst.rows)}:")
+    made.add(
+        "paragraph",
+        f"The {min(_WORST_ROWS, len(worst.rows))} FRFs of {name} with the largest error, of"
+        f" {len(worst.rows)}:",
+    )
     made.table(worst, rows=_WORST_ROWS)
 
 
@@ -107,14 +125,22 @@ def _search(made: Document, result: FitResult) -> None:
     made.add("heading", "Convergence")
     made.figure(
         figures.convergence(result),
-        "Best cost over evaluations; solid, dashed, dotted: first, second, third stage, which may have costs of their own.",
+        "Best cost over evaluations; solid, dashed, dotted: first, second, third stage, which may have costs"
+        " of their own.",
         data.history(result),
     )
-    made.figure(search_figure.starts(result), "Free parameters before and after every start.", *data.starts(result))
+    made.figure(
+        search_figure.starts(result), "Free parameters before and after every start.", *data.starts(result)
+    )
     made.table(tables.start_table(result))
     made.add("heading", "Identifiability")
     groups = "; ".join(result.inseparable)
-    made.add("paragraph", f"Not separable by these data: {groups}." if groups else "The data separate all free parameters.")
+    made.add(
+        "paragraph",
+        f"Not separable by these data: {groups}." if groups else "The data separate all free parameters.",
+    )
     made.table(tables.direction_table(result))
     if len(result.correlation) > 1:
-        made.figure(search_figure.correlation(result), "Correlation of the estimates.", data.correlation(result))
+        made.figure(
+            search_figure.correlation(result), "Correlation of the estimates.", data.correlation(result)
+        )

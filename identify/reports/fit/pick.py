@@ -1,4 +1,6 @@
-"""Which parts of a result a report shows, and what is worked out for showing only: modes, FRFs, the gap by band and channel."""
+"""Which parts of a result a report shows, and what is worked out for showing only: modes, FRFs, the gap by
+band and channel.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Index
 from identify.results.fit import FrfComparison, MeasurementResult, ModePairs
 from identify.results.tables import Geometry, ParameterTable
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _FEW_MODES = 12
 _BANDS = 40
@@ -24,7 +23,8 @@ _AXES = ("X", "Y", "Z")
 class GapMap:
     """RMS residual per band and FRF: edges_hz (bands + 1,), values (bands, pairs).
 
-    in_noise: values are in units of the noise (1 is perfect); otherwise relative to the RMS of the measurement in the band.
+    in_noise: values are in units of the noise (1 is perfect); otherwise relative to the RMS of the
+    measurement in the band.
     """
 
     edges_hz: Array
@@ -71,13 +71,17 @@ def is_drive_point(frf: FrfComparison, pair: int) -> bool:
 
 
 def shown_frfs(frf: FrfComparison) -> list[int]:
-    """The FRFs a page has room for: at most six drive points, then the three with the largest error among the others."""
+    """The FRFs a page has room for: at most six drive points, then the three with the largest error among the
+    others.
+    """
     drive = [pair for pair in range(len(frf.output)) if is_drive_point(frf, pair)][:_DRIVE_POINTS]
     return drive + [int(pair) for pair in worst_first(frf) if pair not in drive][:_WORST]
 
 
 def shown_modes(measurement: MeasurementResult) -> int:
-    """How many modes are listed: all of a few, otherwise those up to 1.5 times the measured band, the next, and all that are paired."""
+    """How many modes are listed: all of a few, otherwise those up to 1.5 times the measured band, the next,
+    and all that are paired.
+    """
     total, top = len(measurement.modes.frequency_hz), _band_top(measurement)
     if total <= _FEW_MODES:
         return total
@@ -109,7 +113,9 @@ def _band_top(measurement: MeasurementResult) -> float:
 
 
 def between_bounds(table: ParameterTable, values: Array) -> Array:
-    """Where values (..., p) lie between their bounds, 0 lower to 1 upper, on the scale they are searched on."""
+    """Where values (..., p) lie between their bounds, 0 lower to 1 upper, on the scale they are searched
+    on.
+    """
     lower, upper = table.lower, table.upper
     with np.errstate(divide="ignore", invalid="ignore"):
         linear = (values - lower) / (upper - lower)
@@ -124,7 +130,9 @@ def half_interval(table: ParameterTable) -> Array:
 
 
 def cost_lines(history: Array) -> list[tuple[int, int, Array, Array]]:
-    """The history as lines (start, stage, evaluations since the start began, best cost of the stage); failed evaluations left out."""
+    """The history as lines (start, stage, evaluations since the start began, best cost of the stage); failed
+    evaluations left out.
+    """
     lines = []
     for start in np.unique(history[:, 0]):
         done = 0.0
@@ -142,7 +150,8 @@ def nodes(channels: Sequence[str]) -> list[int]:
 
 
 def arrows(g: Geometry, channels: Sequence[str]) -> list[tuple[int, Array]]:
-    """The direction of every translational channel in the base's axes, each once, as (row of its point, unit vector (3,)).
+    """The direction of every translational channel in the base's axes, each once, as (row of its point, unit
+    vector (3,)).
 
     Empty where the axes of the points were not kept; channels of nodes without a place are left out.
     """
@@ -152,7 +161,10 @@ def arrows(g: Geometry, channels: Sequence[str]) -> list[tuple[int, Array]]:
     for channel in channels:
         node, axis, sign = _key(channel)
         if node in rows and axis in _AXES:
-            found[channel] = rows[node], (-1.0 if sign == "-" else 1.0) * g.axes[rows[node], _AXES.index(axis)]
+            found[channel] = (
+                rows[node],
+                (-1.0 if sign == "-" else 1.0) * g.axes[rows[node], _AXES.index(axis)],
+            )
     return list(found.values())
 
 

@@ -1,4 +1,6 @@
-"""Figures of the search in the PDF: parameters before and after every start, and how their estimates hang together."""
+"""Figures of the search in the PDF: parameters before and after every start, and how their estimates hang
+together.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ _AGREES = 1e-3
 
 
 def starts(result: FitResult) -> Figure:
-    """Every free parameter between its bounds, before and after each start; crosses: starts that ended at a worse cost."""
+    """Every free parameter between its bounds, before and after each start; crosses: starts that ended at a
+    worse cost.
+    """
     p, s = result.parameters, result.starts
     before, after = (pick.between_bounds(p, values)[:, p.free] for values in (s.initial, s.final))
     best = float(np.nanmin(s.cost))
@@ -23,13 +27,37 @@ def starts(result: FitResult) -> Figure:
     figure = Figure((WIDTH_IN, 2.9), layout="constrained")
     axes = figure.subplots()
     where = np.arange(int(p.free.sum()))
-    axes.plot(np.tile(where, len(before)), before.ravel(), "o", mfc="none", mec=MUTED, ms=3.5, mew=0.7, label="before")
+    axes.plot(
+        np.tile(where, len(before)),
+        before.ravel(),
+        "o",
+        mfc="none",
+        mec=MUTED,
+        ms=3.5,
+        mew=0.7,
+        label="before",
+    )
     looks = ((same, "o", BLUE, "after, best cost"), (~same, "x", PALETTE[1], "after, worse"))
     for rows, marker, color, label in looks:
         if rows.any():
-            axes.plot(np.tile(where, int(rows.sum())), after[rows].ravel(), marker, color=color, ms=4, ls="none", label=label)
+            axes.plot(
+                np.tile(where, int(rows.sum())),
+                after[rows].ravel(),
+                marker,
+                color=color,
+                ms=4,
+                ls="none",
+                label=label,
+            )
     names = [name for name, free in zip(p.name, p.free, strict=True) if free]
-    axes.set_xticks(where, names, rotation=55, ha="right", rotation_mode="anchor", fontsize=min(7.0, 420 / max(len(names), 1)))
+    axes.set_xticks(
+        where,
+        names,
+        rotation=55,
+        ha="right",
+        rotation_mode="anchor",
+        fontsize=min(7.0, 420 / max(len(names), 1)),
+    )
     axes.set(ylim=(-0.03, 1.03), xlim=(-0.5, len(names) - 0.5), ylabel=f"Place between the bounds ({NONE})")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=3)
     return figure
@@ -41,7 +69,9 @@ def correlation(result: FitResult) -> Figure:
     size = float(np.clip(1.6 + 0.17 * len(names), 2.6, WIDTH_IN - 1.5))
     figure = Figure((size + 1.1, size), layout="constrained")
     axes = figure.subplots()
-    mesh = axes.pcolormesh(result.correlation, vmin=-1, vmax=1, cmap=DIVERGING, edgecolors="white", linewidth=0.4)
+    mesh = axes.pcolormesh(
+        result.correlation, vmin=-1, vmax=1, cmap=DIVERGING, edgecolors="white", linewidth=0.4
+    )
     axes.grid(False)
     ticks, small = np.arange(len(names)) + 0.5, min(6.5, 260 / max(len(names), 1))
     axes.set_xticks(ticks, names, rotation=55, ha="right", rotation_mode="anchor", fontsize=small)

@@ -1,4 +1,6 @@
-"""The tables of a run, as finished text: parameters, starts, identifiability, provenance; HTML and PDF print the same ones."""
+"""The tables of a run, as finished text: parameters, starts, identifiability, provenance; HTML and PDF print
+the same ones.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,17 @@ def parameter_rows(p: ParameterTable) -> Table:
         free = bool(p.free[i])
         interval = (number(p.low_95[i]), number(p.high_95[i]), number(half[i], 2)) if free else (NONE,) * 3
         limits = (number(p.lower[i]), number(p.upper[i]))
-        rows.append((name, number(p.value[i]), unit(p.unit[i]), *interval, number(p.initial[i]), *limits, _status(p, i)))
+        rows.append(
+            (
+                name,
+                number(p.value[i]),
+                unit(p.unit[i]),
+                *interval,
+                number(p.initial[i]),
+                *limits,
+                _status(p, i),
+            )
+        )
     columns = (
         words("Parameter"),
         Column("Fitted"),
@@ -53,8 +65,8 @@ def parameter_rows(p: ParameterTable) -> Table:
         words("Status"),
     )
     note = (
-        "± is half the 95 % interval over the value. Determined: the interval stays within a factor of two; not determined: "
-        "it reaches beyond a factor of seven."
+        "± is half the 95 % interval over the value. Determined: the interval stays within a factor of two;"
+        " not determined: it reaches beyond a factor of seven."
     )
     return Table("Parameters", columns, tuple(rows), note)
 
@@ -74,7 +86,13 @@ def published_table(result: FitResult) -> Table | None:
     if published is None or not np.isfinite(published.value).any():
         return None
     rows = [
-        (name, number(p.value[i]), number(published.value[i]), number(p.value[i] / published.value[i]), unit(p.unit[i]))
+        (
+            name,
+            number(p.value[i]),
+            number(published.value[i]),
+            number(p.value[i] / published.value[i]),
+            unit(p.unit[i]),
+        )
         for i, name in enumerate(p.name)
         if np.isfinite(published.value[i])
     ]
@@ -83,7 +101,9 @@ def published_table(result: FitResult) -> Table | None:
 
 
 def published_modes_table(result: FitResult) -> Table | None:
-    """Published modes beside the model's at the first posture, both in order of frequency; None where none were published."""
+    """Published modes beside the model's at the first posture, both in order of frequency; None where none
+    were published.
+    """
     published = result.published
     if published is None or not len(published.frequency_hz):
         return None
@@ -91,10 +111,22 @@ def published_modes_table(result: FitResult) -> Table | None:
     count = min(len(published.frequency_hz), len(first.modes.frequency_hz))
     order = np.argsort(published.frequency_hz)[:count]
     rows = []
-    for i, (hz, ratio) in enumerate(zip(published.frequency_hz[order], published.damping_ratio[order], strict=True)):
+    for i, (hz, ratio) in enumerate(
+        zip(published.frequency_hz[order], published.damping_ratio[order], strict=True)
+    ):
         model_hz, model_ratio = first.modes.frequency_hz[i], first.modes.damping_ratio[i]
         errors = signed(100 * (model_hz / hz - 1), 3), signed(100 * (model_ratio - ratio), 3)
-        rows.append((str(i + 1), number(model_hz), number(hz), errors[0], percent(model_ratio), percent(ratio), errors[1]))
+        rows.append(
+            (
+                str(i + 1),
+                number(model_hz),
+                number(hz),
+                errors[0],
+                percent(model_ratio),
+                percent(ratio),
+                errors[1],
+            )
+        )
     columns = (
         words("Mode"),
         Column("Model", "Hz"),
@@ -104,17 +136,31 @@ def published_modes_table(result: FitResult) -> Table | None:
         Column("Published damping", "%"),
         Column("Difference", "points"),
     )
-    return Table(f"Published modes, {first.name}", columns, tuple(rows), f"Published: {published.source}. In order of frequency.")
+    return Table(
+        f"Published modes, {first.name}",
+        columns,
+        tuple(rows),
+        f"Published: {published.source}. In order of frequency.",
+    )
 
 
 def profile_table(result: FitResult) -> Table | None:
-    """95 % limits from profile likelihoods beside those of the linear intervals; None where none were asked for."""
+    """95 % limits from profile likelihoods beside those of the linear intervals; None where none were asked
+    for.
+    """
     if not result.profiles:
         return None
     p, rows = result.parameters, []
     for name, profile in result.profiles.items():
         i = p.name.index(name)
-        rows.append((name, number(p.value[i]), *map(number, (profile.low, profile.high, p.low_95[i], p.high_95[i])), unit(p.unit[i])))
+        rows.append(
+            (
+                name,
+                number(p.value[i]),
+                *map(number, (profile.low, profile.high, p.low_95[i], p.high_95[i])),
+                unit(p.unit[i]),
+            )
+        )
     columns = (
         words("Parameter"),
         Column("Fitted"),
@@ -130,11 +176,25 @@ def profile_table(result: FitResult) -> Table | None:
 
 def start_table(result: FitResult) -> Table:
     """One row per start: cost, effort, how it ended."""
-    columns = (words("Start"), Column("Cost"), Column("Evaluations"), Column("Time", "s"), words("Converged"), words("Why it ended"))
+    columns = (
+        words("Start"),
+        Column("Cost"),
+        Column("Evaluations"),
+        Column("Time", "s"),
+        words("Converged"),
+        words("Why it ended"),
+    )
     s = result.starts
     ended = ["yes" if converged else "no" for converged in s.converged]
     rows = [
-        (str(i + 1), number(s.cost[i]), str(int(s.evaluations[i])), number(s.seconds[i], 3), ended[i], s.sentence[i])
+        (
+            str(i + 1),
+            number(s.cost[i]),
+            str(int(s.evaluations[i])),
+            number(s.seconds[i], 3),
+            ended[i],
+            s.sentence[i],
+        )
         for i in range(len(s.cost))
     ]
     return Table("Starts", columns, tuple(rows))
@@ -151,8 +211,8 @@ def direction_table(result: FitResult) -> Table:
         rows.append((str(i + 1), number(singular), number(1 / singular if singular > 0 else np.inf), text))
     columns = (words("Direction"), Column("Singular value"), Column("Std of ln value"), words("Mostly"))
     note = (
-        "Singular values of the residuals' derivatives, in units of noise per unit of ln value (of the value itself where the "
-        "scale is linear): above 1 the data determine the direction, below they do not."
+        "Singular values of the residuals' derivatives, in units of noise per unit of ln value (of the value"
+        " itself where the scale is linear): above 1 the data determine the direction, below they do not."
     )
     return Table("Directions", columns, tuple(rows), note)
 

@@ -29,7 +29,13 @@ _MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Progress]:
     """A bar over the starts of a fit with the best cost so far and the time left; nothing where quiet."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[best]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     console = Console(stderr=True)
     with Bar(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as bar:
         task = bar.add_task("reading", total=None, best="")
@@ -38,7 +44,13 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
         def show(start: int, starts: int, kind: str, evaluations: int, best: float) -> None:
             lowest[0] = min(lowest[0], best)
             text = f"best cost {lowest[0]:.4g}"
-            bar.update(task, description=f"start {start + 1} of {starts}, {kind}", total=starts, completed=start, best=text)
+            bar.update(
+                task,
+                description=f"start {start + 1} of {starts}, {kind}",
+                total=starts,
+                completed=start,
+                best=text,
+            )
 
         yield Progress(show)
 
@@ -47,7 +59,12 @@ def progress_bar(quiet: bool) -> Iterator[Progress]:
 def story(quiet: bool) -> Iterator[Story]:
     """The turns of a discovery as they come, and a bar over the candidates of a step; nothing where quiet."""
     console = Console(stderr=True)
-    columns = (TextColumn("trying candidates"), BarColumn(), TextColumn("{task.completed} of {task.total}"), TimeElapsedColumn())
+    columns = (
+        TextColumn("trying candidates"),
+        BarColumn(),
+        TextColumn("{task.completed} of {task.total}"),
+        TimeElapsedColumn(),
+    )
     with Bar(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as bar:
         task = bar.add_task("", total=None)
 
@@ -67,7 +84,13 @@ def print_discovery(result: DiscoveryResult) -> None:
     for name in result.added.named:
         console.print(f"added: {escape(name)}", highlight=False)
     for number, step in enumerate(result.steps.values(), start=1):
-        console.print(f"\nStep {number}. {escape(step.where)}", escape(step.decision), escape(step.advice), sep="\n", highlight=False)
+        console.print(
+            f"\nStep {number}. {escape(step.where)}",
+            escape(step.decision),
+            escape(step.advice),
+            sep="\n",
+            highlight=False,
+        )
         console.print(_option_table(step.options))
 
 
@@ -77,7 +100,12 @@ def _option_table(options: OptionTable) -> Table:
     for row in range(min(_SHOWN, len(options.sentence))):
         numbers = (options.gap[row], options.gap_validation[row])
         evidence = "" if np.isnan(options.evidence[row]) else f"{options.evidence[row]:.0f}"
-        table.add_row(options.sentence[row], *("" if np.isnan(n) else f"{n:.2f}" for n in numbers), evidence, options.verdict[row])
+        table.add_row(
+            options.sentence[row],
+            *("" if np.isnan(n) else f"{n:.2f}" for n in numbers),
+            evidence,
+            options.verdict[row],
+        )
     return table
 
 
@@ -95,7 +123,17 @@ def print_result(result: FitResult) -> None:
 def parameter_rows(title: str, p: ParameterTable) -> Table:
     """Fitted values with their intervals."""
     tight = (0, 1, 0, 0)
-    table = Table("parameter", "value", "unit", "95 %", "data say", title=title, box=SIMPLE_HEAD, pad_edge=False, padding=tight)
+    table = Table(
+        "parameter",
+        "value",
+        "unit",
+        "95 %",
+        "data say",
+        title=title,
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        padding=tight,
+    )
     for number, column in enumerate(table.columns):
         column.no_wrap, column.justify = True, "right" if number in (1, 3) else "left"
     for row, name in enumerate(p.name):
@@ -115,15 +153,36 @@ def mode_table(measurement: MeasurementResult) -> Table:
     """Modes of the model at one posture, beside the measured ones where there are any."""
     use = "" if measurement.use == "fit" else ", not fitted"
     gap = "" if np.isnan(measurement.gap) else f", gap {measurement.gap:.2f}"
-    table = Table("mode", "Hz", "damping %", "measured Hz", "measured %", "MAC", title=f"{measurement.name}{use}{gap}", box=SIMPLE_HEAD)
+    table = Table(
+        "mode",
+        "Hz",
+        "damping %",
+        "measured Hz",
+        "measured %",
+        "MAC",
+        title=f"{measurement.name}{use}{gap}",
+        box=SIMPLE_HEAD,
+    )
     pairs = measurement.pairs
-    measured = {} if pairs is None else dict(zip(pairs.model.tolist(), zip(pairs.measured.tolist(), pairs.mac, strict=True), strict=True))
-    for row, (frequency, damping) in enumerate(zip(measurement.modes.frequency_hz, measurement.modes.damping_ratio, strict=True)):
+    measured = (
+        {}
+        if pairs is None
+        else dict(
+            zip(pairs.model.tolist(), zip(pairs.measured.tolist(), pairs.mac, strict=True), strict=True)
+        )
+    )
+    for row, (frequency, damping) in enumerate(
+        zip(measurement.modes.frequency_hz, measurement.modes.damping_ratio, strict=True)
+    ):
         beside = ["", "", ""]
         if pairs is not None and row in measured:
             mode, mac = measured[row]
             ratio = pairs.measured_damping_ratio[mode]
-            beside = [f"{pairs.measured_frequency_hz[mode]:.3f}", f"{100 * ratio:.2f}", "" if np.isnan(mac) else f"{mac:.3f}"]
+            beside = [
+                f"{pairs.measured_frequency_hz[mode]:.3f}",
+                f"{100 * ratio:.2f}",
+                "" if np.isnan(mac) else f"{mac:.3f}",
+            ]
         table.add_row(str(row + 1), f"{frequency:.3f}", f"{100 * damping:.2f}", *beside)
     return table
 
@@ -141,7 +200,17 @@ def print_modes(result: ModesResult) -> None:
 
 def analysed_table(measurement: AnalysedMeasurement) -> Table:
     """Modes with their standard deviations and the quality of their shapes."""
-    table = Table("mode", "Hz", "±", "damping %", "±", "with window %", "MPC", "MPD °", title=f"{measurement.name}: modes")
+    table = Table(
+        "mode",
+        "Hz",
+        "±",
+        "damping %",
+        "±",
+        "with window %",
+        "MPC",
+        "MPD °",
+        title=f"{measurement.name}: modes",
+    )
     m = measurement.modes
     for row in range(len(m.frequency_hz)):
         frequency, damping = f"{m.frequency_hz[row]:.3f}", f"{100 * m.damping_ratio[row]:.3f}"

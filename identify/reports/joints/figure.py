@@ -46,7 +46,9 @@ def _draw(axes: Any, panel: Panel) -> None:
         else:
             many = len(x) > 200
             look: Any = {"ms": 1.2 if many else 3.5, "mew": 0.0 if many else 0.8}
-            axes.plot(x, y, ("o", "x")[points % 2], color=INK, mfc=INK if many else "none", label=name, **look)
+            axes.plot(
+                x, y, ("o", "x")[points % 2], color=INK, mfc=INK if many else "none", label=name, **look
+            )
             points += 1
     axes.set_xlabel(f"{panel.x_label} ({x_unit})")
     axes.set_ylabel(f"{panel.y_label}\n({y_unit})")

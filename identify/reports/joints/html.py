@@ -12,7 +12,9 @@ from identify.results.joints import CurveResult, JointsResult, Panel
 
 def page(result: JointsResult) -> str:
     """The whole page of identified joints."""
-    labels = [(f"curve{number}", label, found) for number, (label, found) in enumerate(result.curves.items(), 1)]
+    labels = [
+        (f"curve{number}", label, found) for number, (label, found) in enumerate(result.curves.items(), 1)
+    ]
     return render(
         "joints.html.j2",
         "joints.js",
@@ -31,10 +33,22 @@ def page(result: JointsResult) -> str:
 
 
 def _curve(anchor: str, found: CurveResult) -> dict[str, Any]:
-    return {"id": anchor, "panels": [_panel(name if len(found.panels) > 1 else "", panel) for name, panel in found.panels.items()]}
+    return {
+        "id": anchor,
+        "panels": [
+            _panel(name if len(found.panels) > 1 else "", panel) for name, panel in found.panels.items()
+        ],
+    }
 
 
 def _panel(name: str, panel: Panel) -> dict[str, Any]:
     (x_factor, x_unit), (y_factor, y_unit) = scale(panel.x_unit), scale(panel.y_unit)
-    series = [{"name": n, "look": s.look, "x": x_factor * s.x, "y": y_factor * s.y} for n, s in panel.series.items()]
-    return {"title": name, "x": f"{panel.x_label} ({x_unit})", "y": f"{panel.y_label} ({y_unit})", "series": series}
+    series = [
+        {"name": n, "look": s.look, "x": x_factor * s.x, "y": y_factor * s.y} for n, s in panel.series.items()
+    ]
+    return {
+        "title": name,
+        "x": f"{panel.x_label} ({x_unit})",
+        "y": f"{panel.y_label} ({y_unit})",
+        "series": series,
+    }

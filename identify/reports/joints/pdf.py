@@ -19,7 +19,9 @@ def document(result: JointsResult) -> Document:
         made.opening(result, joints_tables.tiles(result))
         for label, found in result.curves.items():
             made.add("heading", label)
-            made.figure(joints_figure.curve(found), f"{found.title}: measured and identified.", *_data(label, found))
+            made.figure(
+                joints_figure.curve(found), f"{found.title}: measured and identified.", *_data(label, found)
+            )
             made.table(joints_tables.value_table(label, found))
             for said in found.said:
                 made.add("paragraph", sentence(said))

@@ -24,10 +24,24 @@ def value_table(label: str, found: CurveResult) -> Table:
     v = found.values
     described = bool(np.isfinite(v.expected).any())
     beside = (Column("Described"),) if described else ()
-    columns = (words("Value"), Column("Identified"), Column("95 %"), words("Unit"), words("Data say"), *beside, words("Meaning"))
+    columns = (
+        words("Value"),
+        Column("Identified"),
+        Column("95 %"),
+        words("Unit"),
+        words("Data say"),
+        *beside,
+        words("Meaning"),
+    )
     rows = []
     for row, name in enumerate(v.name):
-        cells = (name, number(v.value[row]), _interval(v.low_95[row], v.high_95[row]), printed(v.unit[row]), v.status[row])
+        cells = (
+            name,
+            number(v.value[row]),
+            _interval(v.low_95[row], v.high_95[row]),
+            printed(v.unit[row]),
+            v.status[row],
+        )
         rows.append((*cells, *((number(v.expected[row]),) if described else ()), v.meaning[row]))
     note = f"RMS of what is left: {number(found.rms, 3)} {printed(found.unit)}, {found.samples} samples."
     if described:

@@ -6,7 +6,6 @@ Numbers have four significant digits and a decimal point, so that they can be pa
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +58,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Curves:
-    """The numbers behind a figure: values (rows, columns); note: what else a reader of the file must know, in lines."""
+    """The numbers behind a figure: values (rows, columns); note: what else a reader of the file must know, in
+    lines.
+    """
 
     title: str
     columns: tuple[Column, ...]
@@ -105,13 +106,3 @@ def unit(text: str) -> str:
 def sentence(text: str) -> str:
     """A note as a sentence: a capital in front, a full stop behind."""
     return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
-
-
-def listed(items: Sequence[str]) -> str:
-    """`a, b and c`."""
-    return " and ".join(filter(None, [", ".join(items[:-1]), *items[-1:]]))
-
-
-def count(items: int, word: str) -> str:
-    """`1 line`, `124 lines`."""
-    return f"{items} {word}" if items == 1 else f"{items} {word}s"

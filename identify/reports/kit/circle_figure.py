@@ -1,4 +1,6 @@
-"""The circular test drawn as Kobe's Fig. 16: radial errors enlarged about the mean circle, recorded and simulated."""
+"""The circular test drawn as Kobe's Fig. 16: radial errors enlarged about the mean circle, recorded and
+simulated.
+"""
 
 from __future__ import annotations
 
@@ -20,14 +22,22 @@ _SHARE = 0.4
 
 
 def circles(tests: dict[str, CircularTest], axes: tuple[str, str] = ("X", "Y")) -> Figure:
-    """A panel of what was recorded, where it was, and one of what was simulated, on the same enlarged scale."""
-    panels = [("recorded", "recorded "), ("simulated", "")] if any(name.startswith("recorded") for name in tests) else [("simulated", "")]
+    """A panel of what was recorded, where it was, and one of what was simulated, on the same enlarged
+    scale.
+    """
+    panels = (
+        [("recorded", "recorded "), ("simulated", "")]
+        if any(name.startswith("recorded") for name in tests)
+        else [("simulated", "")]
+    )
     worst = max(float(np.abs(test.error).max()) for name, test in tests.items() if name != "command")
     radius = tests["command"].radius
     factor = _round(_SHARE * radius / max(worst, 1e-9))
     figure = Figure((WIDTH_IN if len(panels) == 2 else 0.55 * WIDTH_IN, 4.0), layout="constrained")
     for place, (title, prefix) in zip(np.atleast_1d(figure.subplots(1, len(panels))), panels, strict=True):
-        _panel(place, {name: tests[prefix + name] for name in _LOOKS if prefix + name in tests}, radius, factor)
+        _panel(
+            place, {name: tests[prefix + name] for name in _LOOKS if prefix + name in tests}, radius, factor
+        )
         place.set(title=title, xlabel=f"{axes[0]} (mm)", ylabel=f"{axes[1]} (mm)")
     figure.legend(*place.get_legend_handles_labels(), loc="outside upper left", ncols=3)
     return figure
@@ -45,9 +55,20 @@ def _panel(axes: Axes, tests: dict[str, CircularTest], radius: float, factor: fl
     for ring in (-1, 0, 1):
         color, width = (MUTED, 0.9) if ring == 0 else (GRID, 0.7)
         label = f"mean circle; rings {1e6 * division / factor:.0f} µm apart" if ring == 0 else None
-        axes.plot(*(1e3 * (radius + ring * division) * np.array([np.cos(angle), np.sin(angle)])), label=label, color=color, lw=width)
+        axes.plot(
+            *(1e3 * (radius + ring * division) * np.array([np.cos(angle), np.sin(angle)])),
+            label=label,
+            color=color,
+            lw=width,
+        )
     for name, test in tests.items():
-        x, y = 1e3 * (test.enlarged(factor) + (radius - test.radius) * np.column_stack([np.cos(test.angle), np.sin(test.angle)])).T
+        x, y = (
+            1e3
+            * (
+                test.enlarged(factor)
+                + (radius - test.radius) * np.column_stack([np.cos(test.angle), np.sin(test.angle)])
+            ).T
+        )
         axes.plot(x, y, **_LOOKS[name])
     reach = 1e3 * radius * (1.05 + _SHARE)
     axes.set(aspect="equal", xlim=(-reach, reach), ylim=(-reach, reach))

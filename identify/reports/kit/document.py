@@ -17,14 +17,16 @@ from identify.reports.fit.tables import provenance_table
 from identify.reports.kit import figures
 from identify.reports.kit.cells import Curves, Table, sentence
 from identify.reports.kit.reported import Reported
-from identify.reports.kit.settings_tables import default_table, given_table
+from identify.reports.kit.settings import default_table, given_table
 
 _TEMPLATE = Path(__file__).parents[1] / "assets" / "report.typ"
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure of the document: where it stands, as SVG, as it can be drawn again, and the numbers behind it."""
+    """A figure of the document: where it stands, as SVG, as it can be drawn again, and the numbers behind
+    it.
+    """
 
     title: str
     svg: bytes
@@ -52,13 +54,23 @@ class Document:
         self.tables.append(table)
         columns = [{"heading": c.heading, "unit": c.unit, "numeric": c.numeric} for c in table.columns]
         title = table.title if heading else ""
-        self.blocks.append({"kind": "table", "title": title, "columns": columns, "rows": table.rows[:rows], "note": table.note})
+        self.blocks.append(
+            {
+                "kind": "table",
+                "title": title,
+                "columns": columns,
+                "rows": table.rows[:rows],
+                "note": table.note,
+            }
+        )
 
     def figure(self, figure: Figure, caption: str, *data: Table | Curves) -> None:
         """A figure at its own size; data: the numbers behind it, where the tables do not have them."""
         self.drawn.append(Drawn(self._under, figures.svg(figure), figure, data))
         file = f"figure{len(self.drawn)}.svg"
-        self.blocks.append({"kind": "figure", "file": file, "width": float(figure.get_figwidth()), "caption": caption})
+        self.blocks.append(
+            {"kind": "figure", "file": file, "width": float(figure.get_figwidth()), "caption": caption}
+        )
 
     def opening(self, result: Reported, tiles: tuple[tuple[str, str, str], ...]) -> None:
         """Verdict, notes and tiles."""
@@ -81,7 +93,12 @@ class Document:
 
     def compile(self, result: Reported) -> bytes:
         """The PDF."""
-        head = {"name": result.name, "kind": result.kind, "written": result.provenance.written, "version": result.provenance.identify}
+        head = {
+            "name": result.name,
+            "kind": result.kind,
+            "written": result.provenance.written,
+            "version": result.provenance.identify,
+        }
         data = json.dumps({**head, "blocks": self.blocks}).encode()
         drawn = {f"figure{number}.svg": one.svg for number, one in enumerate(self.drawn, 1)}
         files: Any = {"main.typ": _TEMPLATE.read_bytes(), "data.json": data, **drawn}

@@ -16,13 +16,20 @@ from identify.reports.kit.cells import Table, number, words
 
 
 def drawn_curves(figure: Figure) -> list[Table]:
-    """One table of all labelled lines and bars (of all where none is labelled), one of every coloured map; empty where there are none."""
+    """One table of all labelled lines and bars (of all where none is labelled), one of every coloured map;
+    empty where there are none.
+    """
     found = []
     curves = [row for panel, axes in enumerate(figure.axes, 1) for row in _lines(panel, axes)]
     if curves:
         across = dict.fromkeys(axes.get_xlabel() for axes in figure.axes if axes.get_xlabel())
         up = dict.fromkeys(axes.get_ylabel() for axes in figure.axes if axes.get_ylabel())
-        columns = (words("Panel"), words("Curve"), Heading(" or ".join(across) or "x"), Heading(" or ".join(up) or "y"))
+        columns = (
+            words("Panel"),
+            words("Curve"),
+            Heading(" or ".join(across) or "x"),
+            Heading(" or ".join(up) or "y"),
+        )
         found.append(Table("curves", columns, tuple(curves)))
     return found + [table for axes in figure.axes for table in _maps(axes)]
 
@@ -30,7 +37,9 @@ def drawn_curves(figure: Figure) -> list[Table]:
 def _lines(panel: int, axes: Axes) -> Iterator[tuple[str, ...]]:
     title = axes.get_title(loc="left") or str(panel)
     drawn = [(str(line.get_label()), _places(line)) for line in axes.get_lines()]
-    drawn += [(str(bars.get_label()), _tops(bars)) for bars in axes.containers if isinstance(bars, BarContainer)]
+    drawn += [
+        (str(bars.get_label()), _tops(bars)) for bars in axes.containers if isinstance(bars, BarContainer)
+    ]
     named = [one for one in drawn if not one[0].startswith("_")]
     for name, places in named or drawn:
         yield from ((title, name.lstrip("_"), number(x), number(y)) for x, y in places)
@@ -54,6 +63,13 @@ def _maps(axes: Axes) -> Iterator[Table]:
         if values is None:
             continue
         title = axes.get_title(loc="left") or "map"
-        rows = [(number(i), number(j), number(float(value))) for (i, j), value in np.ndenumerate(np.asarray(values))]
-        columns = (Heading(axes.get_ylabel() or "row"), Heading(axes.get_xlabel() or "column"), Heading("Value"))
+        rows = [
+            (number(i), number(j), number(float(value)))
+            for (i, j), value in np.ndenumerate(np.asarray(values))
+        ]
+        columns = (
+            Heading(axes.get_ylabel() or "row"),
+            Heading(axes.get_xlabel() or "column"),
+            Heading("Value"),
+        )
         yield Table(title, columns, tuple(rows))

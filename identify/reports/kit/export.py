@@ -1,4 +1,5 @@
-"""Everything a report shows as files: figures as PNG and SVG, tables and the numbers behind figures as CSV with units in their headers.
+"""Everything a report shows as files: figures as PNG and SVG, tables and the numbers behind figures as CSV
+with units in their headers.
 
 It works on any document (`identify.reports.kit.document`), so a new kind of report has it for nothing.
 """
@@ -24,7 +25,9 @@ Contents = Iterator[tuple[str, bytes]]
 
 
 def contents(document: Document) -> Contents:
-    """Names and contents of all files, in reading order: `figure03_parameters.svg`, `.png`, `.csv`, `table05_parameters.csv`."""
+    """Names and contents of all files, in reading order: `figure03_parameters.svg`, `.png`, `.csv`,
+    `table05_parameters.csv`.
+    """
     for number, one in enumerate(document.drawn, 1):
         name = f"figure{number:02d}_{_slug(one.title or 'overview')}"
         yield f"{name}.svg", one.svg
@@ -38,9 +41,15 @@ def contents(document: Document) -> Contents:
 
 
 def _endings(titles: list[str]) -> list[str]:
-    """What tells the files of a figure's parts apart: nothing for one, their titles, or numbers too where titles come out alike."""
+    """What tells the files of a figure's parts apart: nothing for one, their titles, or numbers too where
+    titles come out alike.
+    """
     endings = ["_" + _slug(title) for title in titles] if len(titles) > 1 else [""] * len(titles)
-    return endings if len(set(endings)) == len(endings) else [f"{ending}_{number}" for number, ending in enumerate(endings, 1)]
+    return (
+        endings
+        if len(set(endings)) == len(endings)
+        else [f"{ending}_{number}" for number, ending in enumerate(endings, 1)]
+    )
 
 
 def _slug(text: str) -> str:
@@ -56,7 +65,9 @@ def _png(figure: Figure) -> bytes:
 
 
 def _csv(data: Table | Curves) -> bytes:
-    """One header line with units; numbers of a table as they are in the result, nine digits of a curve; notes as comments above."""
+    """One header line with units; numbers of a table as they are in the result, nine digits of a curve; notes
+    as comments above.
+    """
     stream = io.StringIO()
     if isinstance(data, Curves):
         stream.writelines(f"# {line}\n" for line in data.note.splitlines())

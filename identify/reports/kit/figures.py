@@ -1,4 +1,6 @@
-"""Figures of the PDF, as SVG that is the same for the same result: parameters, gap map, MAC, convergence; their common style."""
+"""Figures of the PDF, as SVG that is the same for the same result: parameters, gap map, MAC, convergence;
+their common style.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,12 @@ WIDTH_IN = 6.85
 INK, MUTED, GRID, BLUE, ORANGE, GREEN = "#1b2027", "#5c6673", "#dfe3e8", "#0072b2", "#d98200", "#00805f"
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7f7f7f")
 """Okabe and Ito's colours, told apart by colour-blind readers."""
-_STATUS = {"determined": ("#0072b2", "o"), "weak": ("#e69f00", "D"), "not determined": ("#d55e00", "X"), "fixed": ("#7f7f7f", "s")}
+_STATUS = {
+    "determined": ("#0072b2", "o"),
+    "weak": ("#e69f00", "D"),
+    "not determined": ("#d55e00", "X"),
+    "fixed": ("#7f7f7f", "s"),
+}
 DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
 _RISING = LinearSegmentedColormap.from_list("rising", ["#f3f3f1", "#e8903a", "#8c2d04"])
 _MAC = LinearSegmentedColormap.from_list("mac", ["#f3f3f1", "#0072b2"])
@@ -71,12 +78,17 @@ def svg(figure: Figure) -> bytes:
 
 
 def parameters(result: FitResult) -> Figure:
-    """Left, start and fitted values with their intervals between the bounds; right, the size of the intervals."""
+    """Left, start and fitted values with their intervals between the bounds; right, the size of the
+    intervals.
+    """
     table = result.parameters
     rows = np.arange(len(table.name))
     figure = Figure((WIDTH_IN, 0.75 + 0.165 * len(rows)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
-    place = {name: pick.between_bounds(table, getattr(table, name)) for name in ("initial", "value", "low_95", "high_95")}
+    place = {
+        name: pick.between_bounds(table, getattr(table, name))
+        for name in ("initial", "value", "low_95", "high_95")
+    }
     left.plot(place["initial"], rows, "o", mfc="none", mec=MUTED, ms=4.5, label="start")
     left.hlines(rows, place["low_95"], place["high_95"], color=INK, lw=0.9)
     half = 100 * pick.half_interval(table)
@@ -85,7 +97,12 @@ def parameters(result: FitResult) -> Figure:
         if chosen.any():
             left.plot(place["value"][chosen], rows[chosen], marker, color=color, ms=4.5, label=status)
             right.plot(half[chosen], rows[chosen], marker, color=color, ms=4.5)
-    left.set(xlim=(-0.02, 1.02), xlabel=f"Place between the bounds ({NONE})", yticks=rows, ylim=(len(rows) - 0.5, -0.5))
+    left.set(
+        xlim=(-0.02, 1.02),
+        xlabel=f"Place between the bounds ({NONE})",
+        yticks=rows,
+        ylim=(len(rows) - 0.5, -0.5),
+    )
     left.set_xticks([0, 0.25, 0.5, 0.75, 1], ["lower", "¼", "½", "¾", "upper"])
     left.set_yticklabels(table.name)
     right.set(xscale="log", xlabel="Half the 95 % interval (% of the value)")
@@ -104,14 +121,22 @@ def gap_map(name: str, frf: FrfComparison) -> Figure:
     low, high = (1 / reach, reach) if found.in_noise else (1e-3, float(np.clip(top, 1.0, 10.0)))
     colors = DIVERGING if found.in_noise else _RISING
     rows = np.arange(len(order) + 1)
-    mesh = axes.pcolormesh(found.edges_hz, rows, values, norm=LogNorm(low, high), cmap=colors, rasterized=True)
+    mesh = axes.pcolormesh(
+        found.edges_hz, rows, values, norm=LogNorm(low, high), cmap=colors, rasterized=True
+    )
     axes.grid(False)
     ticks = _first_of_inputs(frf, order)
-    axes.set_yticks([row + 0.5 for row in ticks], [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks])
+    axes.set_yticks(
+        [row + 0.5 for row in ticks], [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks]
+    )
     axes.set(xlabel="Frequency (Hz)", ylabel="Output / input", ylim=(len(order), 0), title=name)
     bar = figure.colorbar(mesh, ax=axes, pad=0.01, aspect=30)
     bar.set_label("Residual / noise (1 = noise)" if found.in_noise else "Residual / measured")
-    shown = [t for t in (0.001, 0.01, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100) if low <= t * 1.001 and t <= high * 1.001]
+    shown = [
+        t
+        for t in (0.001, 0.01, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100)
+        if low <= t * 1.001 and t <= high * 1.001
+    ]
     bar.set_ticks(shown, labels=[f"{t:g}" for t in shown])
     bar.ax.minorticks_off()
     bar.ax.spines["outline"].set_visible(False)
@@ -149,7 +174,9 @@ def pair_mac(m: MeasurementResult) -> Mac | None:
     if m.pairs is None or m.pairs.mac_matrix is None:
         return None
     shown = pick.shown_modes(m)
-    return Mac(m.name, m.pairs.mac_matrix[:, :shown], m.pairs.measured_frequency_hz, m.modes.frequency_hz[:shown])
+    return Mac(
+        m.name, m.pairs.mac_matrix[:, :shown], m.pairs.measured_frequency_hz, m.modes.frequency_hz[:shown]
+    )
 
 
 def mac(found: Sequence[Mac]) -> Figure | None:
@@ -174,7 +201,15 @@ def _mac(axes: Axes, one: Mac) -> None:
     axes.pcolormesh(one.values, vmin=0, vmax=1, cmap=_MAC, edgecolors="white", linewidth=1.0)
     axes.grid(False)
     for (row, column), value in np.ndenumerate(one.values):
-        axes.text(column + 0.5, row + 0.5, f"{value:.2f}", ha="center", va="center", color="white" if value > 0.5 else INK, fontsize=6.5)
+        axes.text(
+            column + 0.5,
+            row + 0.5,
+            f"{value:.2f}",
+            ha="center",
+            va="center",
+            color="white" if value > 0.5 else INK,
+            fontsize=6.5,
+        )
     axes.set_xticks(np.arange(one.values.shape[1]) + 0.5, [number(hz) for hz in one.columns_hz], fontsize=7)
     axes.set_yticks(np.arange(len(one.values)) + 0.5, [number(hz) for hz in one.rows_hz], fontsize=7)
     axes.set(xlabel=one.across, ylabel=one.down, ylim=(len(one.values), 0))
@@ -192,7 +227,9 @@ def profiles(result: FitResult) -> Figure:
         axes.axhline(3.84, color=PALETTE[1], ls=":")
         wide = bool(result.parameters.log[row]) and curve.values.max() > _WIDE * curve.values.min()
         axes.set(xscale="log" if wide else "linear", xlabel=f"{name} ({unit(result.parameters.unit[row])})")
-        axes.set(ylim=(0, min(max(5.0, float(np.nanmax(curve.rise))), 20.0)), ylabel=f"Rise of chi-square ({NONE})")
+        axes.set(
+            ylim=(0, min(max(5.0, float(np.nanmax(curve.rise))), 20.0)), ylabel=f"Rise of chi-square ({NONE})"
+        )
     for axes in panels[count:]:
         axes.set_axis_off()
     return figure
@@ -206,7 +243,11 @@ def convergence(result: FitResult) -> Figure:
         label = f"start {start + 1}" if stage == 0 else None
         color = PALETTE[start % len(PALETTE)]
         axes.step(evaluations, cost, where="post", color=color, ls=("-", "--", ":")[stage % 3], label=label)
-    axes.set(xlabel=f"Evaluations of the start ({NONE})", ylabel=f"Best cost, {result.cost_kind} ({NONE})", yscale="log")
+    axes.set(
+        xlabel=f"Evaluations of the start ({NONE})",
+        ylabel=f"Best cost, {result.cost_kind} ({NONE})",
+        yscale="log",
+    )
     plain_decades(axes)
     axes.legend(ncols=5, loc="upper right")
     return figure

@@ -1,7 +1,8 @@
-"""Curves packed small for a page: whole steps, differences along the curve, bytes by weight, deflated, base64.
+"""Curves packed small for a page: whole steps, differences along the curve, bytes by weight, deflated,
+base64.
 
-A plot shows about three digits, so a curve is rounded to a step; smooth curves then have differences of a few steps, and
-the high bytes, being all zero, cost nothing.  `page.js` has the way back (`unpack`).
+A plot shows about three digits, so a curve is rounded to a step; smooth curves then have differences of a few
+steps, and the high bytes, being all zero, cost nothing.  `page.js` has the way back (`unpack`).
 """
 
 from __future__ import annotations
@@ -17,13 +18,16 @@ from numpy.typing import NDArray
 from identify.results.fit import FrfComparison
 
 MAGNITUDE_STEP, PHASE_STEP, BAND_STEP, COHERENCE_STEP = 1e-4, 1e-3, 1e-2, 1e-3
-"""Steps: decades of magnitude (0.012 % at most), radians, decades of the half width of the band, coherence."""
+"""Steps: decades of magnitude (0.012 % at most), radians, decades of the half width of the band, coherence.
+"""
 _MISSING = np.int32(-(2**31))
 _BLOCK = 64
 
 
 def pack(values: NDArray[np.float64], step: float, order: int = 1) -> dict[str, Any]:
-    """Curves (curves, n) rounded to a step, as `order`-th differences; what is not finite comes back as NaN."""
+    """Curves (curves, n) rounded to a step, as `order`-th differences; what is not finite comes back as
+    NaN.
+    """
     with np.errstate(invalid="ignore"):
         steps = np.where(np.isfinite(values), np.round(values / step), 0.0).astype(np.int32)
     steps[~np.isfinite(values)] = _MISSING
@@ -36,20 +40,29 @@ def pack(values: NDArray[np.float64], step: float, order: int = 1) -> dict[str, 
     return {"n": values.shape[1], "step": step, "order": order, "data": data}
 
 
-def pack_frfs(frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None) -> dict[str, Any]:
+def pack_frfs(
+    frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None
+) -> dict[str, Any]:
     """All curves of an FRF set in blocks of 64 pairs, so that a page unpacks only the block it shows.
 
     beside: further smooth curves by name, each (lines, pairs).
     """
     pairs = len(frf.output)
-    blocks = [_pack_block(frf, beside or {}, slice(first, first + _BLOCK)) for first in range(0, pairs, _BLOCK)]
+    blocks = [
+        _pack_block(frf, beside or {}, slice(first, first + _BLOCK)) for first in range(0, pairs, _BLOCK)
+    ]
     return {"size": _BLOCK, "blocks": blocks}
 
 
-def _pack_block(frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]], pairs: slice) -> dict[str, Any]:
+def _pack_block(
+    frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]], pairs: slice
+) -> dict[str, Any]:
     block: dict[str, Any] = {}
     smooth = {"fitted": frf.fitted, "initial": frf.initial, **beside}
-    for name, curve, order in (("measured", frf.measured, 1), *((name, curve, 2) for name, curve in smooth.items())):
+    for name, curve, order in (
+        ("measured", frf.measured, 1),
+        *((name, curve, 2) for name, curve in smooth.items()),
+    ):
         if curve is None:
             continue
         values = curve[:, pairs]

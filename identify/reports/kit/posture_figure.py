@@ -1,4 +1,6 @@
-"""Pictures of quantities over many postures for the PDF: trends over a joint angle, and maps over two angles or over the tool's place."""
+"""Pictures of quantities over many postures for the PDF: trends over a joint angle, and maps over two angles
+or over the tool's place.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.posture_pick import Postures, Quantity
 
-Array = NDArray[np.float64]
 _COLUMNS = 3
 _MANY = 200
 """Dots beyond which a picture of them is smaller and quicker than their outlines."""
@@ -22,7 +23,9 @@ _COLORS = "cividis"
 
 
 def trends(postures: Postures, quantities: Sequence[Quantity]) -> Figure:
-    """Each quantity with its 95 % interval over the angle of the joint it changes with, or over the number of the posture."""
+    """Each quantity with its 95 % interval over the angle of the joint it changes with, or over the number of
+    the posture.
+    """
     rows = -(-len(quantities) // _COLUMNS)
     figure = Figure((WIDTH_IN, 1.75 * rows), layout="constrained")
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
@@ -70,7 +73,15 @@ def modes(postures: Postures, kind: str) -> Figure:
         color = PALETTE[number % len(PALETTE)]
         if one.low is not None and one.high is not None:
             axes.vlines(x, one.low, one.high, color=color, lw=0.5, rasterized=len(x) > _MANY)
-        axes.plot(x, one.value, ".", color=color, ms=3, rasterized=len(x) > _MANY, label=one.name.removeprefix(f"{kind} of "))
+        axes.plot(
+            x,
+            one.value,
+            ".",
+            color=color,
+            ms=3,
+            rasterized=len(x) > _MANY,
+            label=one.name.removeprefix(f"{kind} of "),
+        )
     axes.set(xlabel=label, ylabel="Frequency (Hz)" if kind == "frequency" else "Damping ratio (%)")
     axes.set_ylim(0, None)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right center", markerscale=2)
@@ -78,7 +89,9 @@ def modes(postures: Postures, kind: str) -> Figure:
 
 
 def maps(postures: Postures, quantities: Sequence[Quantity]) -> Figure:
-    """Each quantity as colour: over the two joints that tell most, and over the place of the tool from the side and from above."""
+    """Each quantity as colour: over the two joints that tell most, and over the place of the tool from the
+    side and from above.
+    """
     figure = Figure((WIDTH_IN, 2.0 * len(quantities)), layout="constrained")
     panels = figure.subplots(len(quantities), 3, squeeze=False)
     reach = np.hypot(postures.tool_m[:, 0], postures.tool_m[:, 1])
@@ -86,10 +99,16 @@ def maps(postures: Postures, quantities: Sequence[Quantity]) -> Figure:
     for row, one in zip(panels, quantities, strict=True):
         for axes, (across, up, names) in zip(
             row,
-            ((*_two_angles(postures),), (reach, z, ("Reach (m)", "Height (m)")), (x, y, ("Tool x (m)", "Tool y (m)"))),
+            (
+                (*_two_angles(postures),),
+                (reach, z, ("Reach (m)", "Height (m)")),
+                (x, y, ("Tool x (m)", "Tool y (m)")),
+            ),
             strict=True,
         ):
-            shown = axes.scatter(across, up, c=one.value, cmap=_COLORS, s=9, lw=0, rasterized=len(one.value) > _MANY)
+            shown = axes.scatter(
+                across, up, c=one.value, cmap=_COLORS, s=9, lw=0, rasterized=len(one.value) > _MANY
+            )
             axes.set(xlabel=names[0], ylabel=names[1])
         for axes in row[1:]:
             axes.set_aspect("equal", adjustable="datalim")
@@ -102,6 +121,8 @@ def maps(postures: Postures, quantities: Sequence[Quantity]) -> Figure:
 
 def _two_angles(postures: Postures) -> tuple[Array, Array, tuple[str, str]]:
     number = np.arange(1.0, len(postures.names) + 1)
-    sides = [(postures.angles_deg[:, joint], f"Joint {joint + 1} (°)") for joint in sorted(postures.telling[:2])]
+    sides = [
+        (postures.angles_deg[:, joint], f"Joint {joint + 1} (°)") for joint in sorted(postures.telling[:2])
+    ]
     sides += [(number, f"Posture ({NONE})")] * (2 - len(sides))
     return sides[0][0], sides[1][0], (sides[0][1], sides[1][1])

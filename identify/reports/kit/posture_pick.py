@@ -1,4 +1,6 @@
-"""What batches and maps have in common for their pictures: quantities at many postures, and the angles over which they are shown."""
+"""What batches and maps have in common for their pictures: quantities at many postures, and the angles over
+which they are shown.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +10,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.reports.kit.cells import unit
 from identify.results.batch import BatchResult
 from identify.results.map import MapResult
 
-Array = NDArray[np.float64]
 _LEAST_SPAN_DEG = 1.0
 _AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number at every posture (n,), NaN where there is none, with its 95 % limits or None; kind: what it is one of.
+    """A number at every posture (n,), NaN where there is none, with its 95 % limits or None; kind: what it is
+    one of.
 
-    level: value and 95 % limits that hold for all postures, and what it is; joint: the joint over which it changes most, 0: not known.
-    faint (n,): not counted in the level.
+    level: value and 95 % limits that hold for all postures, and what it is; joint: the joint over which it
+    changes most, 0: not known. faint (n,): not counted in the level.
     """
 
     kind: str
@@ -44,7 +47,9 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Postures:
-    """n postures: names, angles (n, joints), deg, and the place of the tool (n, 3), m, NaN where a posture failed; and their quantities."""
+    """n postures: names, angles (n, joints), deg, and the place of the tool (n, 3), m, NaN where a posture
+    failed; and their quantities.
+    """
 
     names: tuple[str, ...]
     angles_deg: Array
@@ -62,15 +67,25 @@ class Postures:
 
     @property
     def telling(self) -> list[int]:
-        """The joints that vary, the one that explains the first frequency best first: what a map is drawn over."""
+        """The joints that vary, the one that explains the first frequency best first: what a map is drawn
+        over.
+        """
         first = self.of("frequency")
-        return sorted(self.varied, key=lambda joint: -_explained(self.angles_deg[:, joint], first[0].value)) if first else self.varied
+        return (
+            sorted(self.varied, key=lambda joint: -_explained(self.angles_deg[:, joint], first[0].value))
+            if first
+            else self.varied
+        )
 
     def joint_of(self, one: Quantity) -> int:
-        """The joint (from 0) over which a quantity is shown: the one it changes with, or else the one that explains it best; -1: none."""
+        """The joint (from 0) over which a quantity is shown: the one it changes with, or else the one that
+        explains it best; -1: none.
+        """
         if 0 < one.joint <= self.angles_deg.shape[1]:
             return one.joint - 1
-        return max(self.varied, key=lambda joint: _explained(self.angles_deg[:, joint], one.value), default=-1)
+        return max(
+            self.varied, key=lambda joint: _explained(self.angles_deg[:, joint], one.value), default=-1
+        )
 
     def of(self, kind: str) -> list[Quantity]:
         """The quantities of a kind."""
@@ -98,10 +113,24 @@ def _of_batch(result: BatchResult) -> Iterator[Quantity]:
     for k, name in enumerate(p.name):
         free = np.isfinite(p.std[:, k])
         if free.any():
-            level = (float(d.mean[k]), float(d.mean_low_95[k]), float(d.mean_high_95[k])) if np.isfinite(d.mean[k]) else None
+            level = (
+                (float(d.mean[k]), float(d.mean_low_95[k]), float(d.mean_high_95[k]))
+                if np.isfinite(d.mean[k])
+                else None
+            )
             limits = p.low_95[:, k], p.high_95[:, k]
             said, joint = "weighted mean", int(d.trend_joint[k])
-            yield Quantity("parameter", name, unit(p.unit[k]), p.value[:, k], *limits, level, said, joint, ~p.usable[:, k])
+            yield Quantity(
+                "parameter",
+                name,
+                unit(p.unit[k]),
+                p.value[:, k],
+                *limits,
+                level,
+                said,
+                joint,
+                ~p.usable[:, k],
+            )
     yield from _modes(modes.frequency_hz, modes.damping_ratio)
     frequency = modes.measured_frequency_hz
     shown = np.flatnonzero(np.isfinite(frequency).any(axis=0))
@@ -111,17 +140,26 @@ def _of_batch(result: BatchResult) -> Iterator[Quantity]:
     for mode in shown:
         ratio = 100 * (modes.damping_ratio[:, mode] - modes.measured_damping_ratio[:, mode])
         yield Quantity("error", f"damping error of mode {mode + 1}", "points of %", ratio)
-    for name, of, values in (("gap", "", jobs.gap), ("relative FRF error", "%", 100 * jobs.relative_error), ("time", "s", jobs.seconds)):
+    for name, of, values in (
+        ("gap", "", jobs.gap),
+        ("relative FRF error", "%", 100 * jobs.relative_error),
+        ("time", "s", jobs.seconds),
+    ):
         if np.isfinite(values).any():
             yield Quantity("error", name, of, values)
 
 
 def _modes(frequency_hz: Array, ratio: Array, limits: tuple[Array, ...] | None = None) -> Iterator[Quantity]:
     """Frequencies, then damping ratios in per cent; limits: low and high of both."""
-    for kind, of, values, sides in (("frequency", "Hz", frequency_hz, (0, 1)), ("damping", "%", 100 * ratio, (2, 3))):
+    for kind, of, values, sides in (
+        ("frequency", "Hz", frequency_hz, (0, 1)),
+        ("damping", "%", 100 * ratio, (2, 3)),
+    ):
         for mode in range(values.shape[1]):
             scale = 1 if kind == "frequency" else 100
-            low, high = (scale * limits[side][:, mode] for side in sides) if limits is not None else (None, None)
+            low, high = (
+                (scale * limits[side][:, mode] for side in sides) if limits is not None else (None, None)
+            )
             if np.isfinite(values[:, mode]).any():
                 yield Quantity(kind, f"{kind} of mode {mode + 1}", of, values[:, mode], low, high)
 
@@ -130,12 +168,21 @@ def map_postures_of(result: MapResult) -> Postures:
     """Modes and compliance of a map."""
     rows = result.rows
     limits = (rows.frequency_low_95, rows.frequency_high_95, rows.damping_low_95, rows.damping_high_95)
-    return Postures(rows.name, rows.posture_deg, rows.tool_m, (*_modes(rows.frequency_hz, rows.damping_ratio, limits), *_of_tool(result)))
+    return Postures(
+        rows.name,
+        rows.posture_deg,
+        rows.tool_m,
+        (*_modes(rows.frequency_hz, rows.damping_ratio, limits), *_of_tool(result)),
+    )
 
 
 def _of_tool(result: MapResult) -> Iterable[Quantity]:
     rows = result.rows
     for k, axis in enumerate(_AXES):
-        yield Quantity("compliance", f"largest receptance along {axis}", "µm/N", 1e6 * rows.peak_m_per_n[:, k])
+        yield Quantity(
+            "compliance", f"largest receptance along {axis}", "µm/N", 1e6 * rows.peak_m_per_n[:, k]
+        )
     for k, axis in enumerate(_AXES):
-        yield Quantity("compliance", f"static compliance along {axis}", "µm/N", 1e6 * rows.compliance_m_per_n[:, k, k])
+        yield Quantity(
+            "compliance", f"static compliance along {axis}", "µm/N", 1e6 * rows.compliance_m_per_n[:, k, k]
+        )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from identify.results.fit import Texts
+from identify.core.arrays import Texts
 from identify.results.tables import Provenance
 
 

@@ -1,4 +1,6 @@
-"""Pictures of the robot for the PDF, in parallel projection: at every posture with its points, and in its first modes."""
+"""Pictures of the robot for the PDF, in parallel projection: at every posture with its points, and in its
+first modes.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +10,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.reports.fit.measurement_tables import use
 from identify.reports.fit.pick import arrows
 from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.shapes import ModeView
 from identify.results.fit import MeasurementResult
 from identify.results.tables import Geometry
-
-Array = NDArray[np.float64]
 
 POSTURES, MODES = 6, 6
 ARROWS = "arrows: directions of responses (blue) and of forces (orange, longer)"
@@ -52,7 +52,9 @@ def postures(measurements: Sequence[MeasurementResult]) -> Figure:
                 zorder=4,
             )
         for node, at_x, at_y in zip(g.nodes, x, y, strict=True):
-            axes.annotate(str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED)
+            axes.annotate(
+                str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED
+            )
         axes.set_title(f"{m.name}, {use(m)}")
     where = {"loc": "outside lower left", "ncols": 8} if len(panels) > 1 else {"loc": "outside right center"}
     figure.legend(*panels[0].get_legend_handles_labels(), handletextpad=0.2, columnspacing=1.2, **where)
@@ -68,12 +70,19 @@ def _arrows(axes: Axes, m: MeasurementResult) -> None:
     for channels, length, color, width in ((m.frf.output, 0.06, BLUE, 0.6), (m.frf.input, 0.15, ORANGE, 1.1)):
         for row, way in arrows(g, channels):
             ends = _project(np.stack([g.points[row], g.points[row] + length * size * way]))
-            look: Any = {"arrowstyle": "-|>,head_width=0.09,head_length=0.18", "color": color, "lw": width, "shrinkA": 0, "shrinkB": 0}
+            look: Any = {
+                "arrowstyle": "-|>,head_width=0.09,head_length=0.18",
+                "color": color,
+                "lw": width,
+                "shrinkA": 0,
+                "shrinkB": 0,
+            }
             axes.annotate("", (ends[0, 1], ends[1, 1]), (ends[0, 0], ends[1, 0]), arrowprops=look)
 
 
 def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
-    """At most six modes: at rest (grey), the model at both ends; at one end its points, ringed where measured.
+    """At most six modes: at rest (grey), the model at both ends; at one end its points, ringed where
+    measured.
 
     Where only points were measured, lines join them at one end.
     """
@@ -90,7 +99,14 @@ def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
             axes.plot(*_project(g.skeleton + sign * size * view.skeleton.real), "-", color=color, lw=1.5)
         axes.plot(*_project(g.points + size * view.points.real), ".", color=BLUE, ms=3)
         if view.measured_points is not None:
-            axes.plot(*_project(g.points + size * view.measured_points.real), "o", mfc="none", mec=INK, mew=0.5, ms=3.6)
+            axes.plot(
+                *_project(g.points + size * view.measured_points.real),
+                "o",
+                mfc="none",
+                mec=INK,
+                mew=0.5,
+                ms=3.6,
+            )
         axes.set_title(view.label.replace("damping ", ""))
     return figure
 
@@ -111,12 +127,17 @@ def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> Non
 
 def _grid(geometries: Sequence[Geometry]) -> tuple[Figure, list[Axes]]:
     """Equal panels, three a row, high enough for the highest picture."""
-    boxes = [np.ptp(np.concatenate([_project(_corners(g)), _project(_places(g))], axis=1), axis=1) for g in geometries]
+    boxes = [
+        np.ptp(np.concatenate([_project(_corners(g)), _project(_places(g))], axis=1), axis=1)
+        for g in geometries
+    ]
     width, height = np.max(boxes, axis=0)
     columns = min(len(geometries), _COLUMNS)
     rows = -(-len(geometries) // columns)
     across = WIDTH_IN / max(columns, 1.6)
-    figure = Figure((across * columns, rows * (min(across * height / width, 2.6) + 0.2) + 0.25), layout="constrained")
+    figure = Figure(
+        (across * columns, rows * (min(across * height / width, 2.6) + 0.2) + 0.25), layout="constrained"
+    )
     panels = list(figure.subplots(rows, columns, squeeze=False).flat)
     for axes in panels:
         axes.set_axis_off()
@@ -138,7 +159,10 @@ def _project(places: Array) -> Array:
 def _corners(geometry: Geometry) -> Array:
     """Two opposite corners and the others, (4, 3), of the floor below the robot, in steps of 0.5 m."""
     places = _places(geometry)[:, :2]
-    low, high = np.floor(places.min(axis=0) / _STEP_M) * _STEP_M, np.ceil(places.max(axis=0) / _STEP_M) * _STEP_M
+    low, high = (
+        np.floor(places.min(axis=0) / _STEP_M) * _STEP_M,
+        np.ceil(places.max(axis=0) / _STEP_M) * _STEP_M,
+    )
     low, high = np.minimum(low, -_STEP_M), np.maximum(high, _STEP_M)
     return np.array([[low[0], low[1], 0], [high[0], low[1], 0], [high[0], high[1], 0], [low[0], high[1], 0]])
 

@@ -1,27 +1,28 @@
-"""Mode shapes made ready for pictures: scaled alike, the measured ones turned and scaled to fit the model's."""
+"""Mode shapes made ready for pictures: scaled alike, the measured ones turned and scaled to fit the
+model's.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Complex
 from identify.reports.fit.pick import mac_of, partner, shown_modes
 from identify.reports.kit.cells import number, percent
 from identify.results.fit import MeasurementResult, ModePairs
 from identify.results.modes import AnalysedMeasurement
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class ModeView:
     """A mode to look at.
 
-    points (n, 3), skeleton (k, 3): the model's shape, largest displacement real and 1; None for a measured mode without a pair.
-    measured (n, 3): the measured shape on the same scale, NaN where a point was not measured; None without one.
-    label names the mode; model and measured say frequency and damping, empty where there is none.
+    points (n, 3), skeleton (k, 3): the model's shape, largest displacement real and 1; None for a measured
+    mode without a pair. measured (n, 3): the measured shape on the same scale, NaN where a point was not
+    measured; None without one. label names the mode; model and measured say frequency and damping, empty
+    where there is none.
     """
 
     label: str
@@ -72,15 +73,23 @@ def _model_view(m: MeasurementResult, row: int) -> ModeView:
 
 
 def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, int]) -> list[ModeView]:
-    """The listed modes of model a, with the shape of b's mode that each became (by number) where a measured one would be."""
+    """The listed modes of model a, with the shape of b's mode that each became (by number) where a measured
+    one would be.
+    """
     views = []
     for row in range(shown_modes(a)):
         view, other = _model_view(a, row), became.get(row)
         text, moved = "", None
         if other is not None:
-            text = f"{number(b.modes.frequency_hz[other])} Hz, damping {percent(b.modes.damping_ratio[other])} %"
+            text = (
+                f"{number(b.modes.frequency_hz[other])} Hz, damping {percent(b.modes.damping_ratio[other])} %"
+            )
             same = view.points is not None and np.array_equal(a.geometry.nodes, b.geometry.nodes)
-            moved = _fitted_to(b.modes.point_shapes[other], view.points) if same and view.points is not None else None
+            moved = (
+                _fitted_to(b.modes.point_shapes[other], view.points)
+                if same and view.points is not None
+                else None
+            )
         views.append(ModeView(view.label, view.model, text, view.points, view.skeleton, moved))
     return views
 
@@ -92,7 +101,9 @@ def _measured_text(pairs: ModePairs, mode: int) -> str:
 
 
 def _largest(shape: Complex) -> complex:
-    """What a shape (places, 3) is divided by so that its largest displacement is real and 1; 1 for a shape that is zero."""
+    """What a shape (places, 3) is divided by so that its largest displacement is real and 1; 1 for a shape
+    that is zero.
+    """
     known = np.nan_to_num(shape)
     length = np.linalg.norm(known, axis=1).max()
     if length == 0:
@@ -102,7 +113,9 @@ def _largest(shape: Complex) -> complex:
 
 
 def _fitted_to(measured: Complex, model: Complex) -> Complex:
-    """The measured shape times the complex factor that brings it nearest to the model's (the modal scale factor)."""
+    """The measured shape times the complex factor that brings it nearest to the model's (the modal scale
+    factor).
+    """
     known = np.isfinite(measured).all(axis=1)
     power = np.vdot(measured[known], measured[known]).real
     return np.asarray(measured * (np.vdot(measured[known], model[known]) / power if power else 1.0))

@@ -1,4 +1,6 @@
-"""The HTML report of a map of postures, from the parts it shares with the page of a fit (`html`) and of a batch (`batch_html`)."""
+"""The HTML report of a map of postures, from the parts it shares with the page of a fit (`html`) and of a
+batch (`batch_html`).
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,10 @@ _SECTIONS = (
 def page(result: MapResult) -> str:
     """The whole page of a map."""
     rows = chosen(result, FRFS)
-    data = {"postures": posture_data(map_postures_of(result), "frequency of mode 1"), "tool": tool_data(result, rows)}
+    data = {
+        "postures": posture_data(map_postures_of(result), "frequency of mode 1"),
+        "tool": tool_data(result, rows),
+    }
     return render(
         "map.html.j2",
         "postures.js",
@@ -45,7 +50,9 @@ def page(result: MapResult) -> str:
 def chosen(result: MapResult, count: int) -> NDArray[np.intp]:
     """At most so many postures, evenly from the stiffest tool to the softest."""
     order = np.argsort(result.rows.peak_m_per_n.max(axis=1), kind="stable")
-    return np.asarray(order[np.unique(np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(int))])
+    return np.asarray(
+        order[np.unique(np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(int))]
+    )
 
 
 def tool_data(result: MapResult, rows: NDArray[np.intp]) -> dict[str, Any]:
@@ -55,7 +62,10 @@ def tool_data(result: MapResult, rows: NDArray[np.intp]) -> dict[str, Any]:
     return {
         "names": [r.name[row] for row in rows],
         "line": result.line_hz,
-        "magnitude": 1e6 * np.abs(r.receptance_m_per_n[rows][:, :, axes, axes]).astype(float).transpose(0, 2, 1),
-        "phase": np.rad2deg(np.angle(r.receptance_m_per_n[rows][:, :, axes, axes])).astype(float).transpose(0, 2, 1),
+        "magnitude": 1e6
+        * np.abs(r.receptance_m_per_n[rows][:, :, axes, axes]).astype(float).transpose(0, 2, 1),
+        "phase": np.rad2deg(np.angle(r.receptance_m_per_n[rows][:, :, axes, axes]))
+        .astype(float)
+        .transpose(0, 2, 1),
         "band": 1e6 * r.band_95[rows][:, :, axes, axes].astype(float).transpose(0, 2, 1),
     }

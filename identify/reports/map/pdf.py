@@ -28,15 +28,22 @@ def document(result: MapResult) -> Document:
         made.add("heading", "Modes over the postures")
         for kind, what in (("frequency", "Frequencies"), ("damping", "Damping ratios")):
             shown = postures.of(kind)
-            made.figure(posture_figure.modes(postures, kind), f"{what} of the modes, with 95 % intervals.", values(postures, shown))
+            made.figure(
+                posture_figure.modes(postures, kind),
+                f"{what} of the modes, with 95 % intervals.",
+                values(postures, shown),
+            )
         made.add("heading", "Receptance of the tool")
         caption = (
-            f"Receptance of {result.tool} at the stiffest, a middling and the softest posture, with 95 % bands, along the base's axes."
+            f"Receptance of {result.tool} at the stiffest, a middling and the softest posture, with 95 %"
+            " bands, along the base's axes."
         )
         made.figure(receptances(result), caption, *_curves(result))
     made.tables.append(map_tables.posture_table(result))
     made.add(
-        "paragraph", f"All {len(result.rows.name)} postures are in the table of the HTML page, in the CSV file and in the result file."
+        "paragraph",
+        f"All {len(result.rows.name)} postures are in the table of the HTML page, in the CSV file and in the"
+        " result file.",
     )
     made.sources(result)
     return made
@@ -58,7 +65,14 @@ def receptances(result: MapResult) -> Figure:
             size = 1e6 * np.abs(result.rows.receptance_m_per_n[row, :, axis, axis])
             band = 1e6 * result.rows.band_95[row, :, axis, axis]
             color = PALETTE[number]
-            axes.fill_between(result.line_hz, np.maximum(size - band, 1e-3 * size), size + band, color=color, alpha=0.25, lw=0)
+            axes.fill_between(
+                result.line_hz,
+                np.maximum(size - band, 1e-3 * size),
+                size + band,
+                color=color,
+                alpha=0.25,
+                lw=0,
+            )
             axes.plot(result.line_hz, size, color=color, label=result.rows.name[row])
         axes.set(yscale="log", xlabel="Frequency (Hz)", title=f"along {'xyz'[axis]}")
     panels[0].set_ylabel("Receptance (µm/N)")

@@ -15,10 +15,22 @@ def tiles(result: MapResult) -> tuple[tuple[str, str, str], ...]:
     first, peak = rows.frequency_hz[:, 0], 1e6 * rows.peak_m_per_n
     half = 50 * (rows.frequency_high_95[:, 0] - rows.frequency_low_95[:, 0]) / first
     return (
-        ("Postures", str(len(rows.name)), f"{number(len(rows.name) / result.seconds, 3)} per second on {result.workers}"),
-        ("First mode", f"{number(np.nanmin(first), 3)} to {number(np.nanmax(first), 3)} Hz", f"± {number(np.nanmax(half), 2)} % at most"),
+        (
+            "Postures",
+            str(len(rows.name)),
+            f"{number(len(rows.name) / result.seconds, 3)} per second on {result.workers}",
+        ),
+        (
+            "First mode",
+            f"{number(np.nanmin(first), 3)} to {number(np.nanmax(first), 3)} Hz",
+            f"± {number(np.nanmax(half), 2)} % at most",
+        ),
         ("Damping of it", f"{number(damping.min(), 3)} to {number(damping.max(), 3)} %", "damping ratio"),
-        ("Largest receptance", f"{number(peak.max(), 3)} µm/N", f"of {result.tool}, along one of the base's axes"),
+        (
+            "Largest receptance",
+            f"{number(peak.max(), 3)} µm/N",
+            f"of {result.tool}, along one of the base's axes",
+        ),
     )
 
 
@@ -33,7 +45,15 @@ def mode_table(result: MapResult) -> Table:
         half = 50 * (rows.frequency_high_95[:, mode] - rows.frequency_low_95[:, mode]) / hz
         ratio = rows.damping_ratio[:, mode]
         ends = (number(hz[low]), rows.name[low], number(hz[high]), rows.name[high])
-        found.append((str(mode + 1), *ends, number(np.nanmax(half), 2), percent(np.nanmin(ratio)), percent(np.nanmax(ratio))))
+        found.append(
+            (
+                str(mode + 1),
+                *ends,
+                number(np.nanmax(half), 2),
+                percent(np.nanmin(ratio)),
+                percent(np.nanmax(ratio)),
+            )
+        )
     columns = (
         words("Mode"),
         Column("Lowest", "Hz"),
@@ -49,7 +69,9 @@ def mode_table(result: MapResult) -> Table:
 
 
 def posture_table(result: MapResult) -> Table:
-    """Every posture: where the tool is, the first modes with their intervals, static and largest receptance."""
+    """Every posture: where the tool is, the first modes with their intervals, static and largest
+    receptance.
+    """
     rows, shown = result.rows, min(3, result.rows.frequency_hz.shape[1])
     found = []
     for k, name in enumerate(rows.name):
@@ -59,11 +81,21 @@ def posture_table(result: MapResult) -> Table:
             half = 50 * (rows.frequency_high_95[k, mode] - rows.frequency_low_95[k, mode]) / hz
             modes += [number(hz), number(half, 2), percent(rows.damping_ratio[k, mode])]
         static = 1e6 * np.diag(rows.compliance_m_per_n[k])
-        numbers = (*map(number, rows.tool_m[k]), *modes, *map(number, static), *map(number, 1e6 * rows.peak_m_per_n[k]))
+        numbers = (
+            *map(number, rows.tool_m[k]),
+            *modes,
+            *map(number, static),
+            *map(number, 1e6 * rows.peak_m_per_n[k]),
+        )
         found.append((name, *map(number, rows.posture_deg[k]), *numbers))
-    heads = [column for mode in range(1, shown + 1) for column in (Column(f"Mode {mode}", "Hz"), Column("±", "%"), Column("Damping", "%"))]
+    heads = [
+        column
+        for mode in range(1, shown + 1)
+        for column in (Column(f"Mode {mode}", "Hz"), Column("±", "%"), Column("Damping", "%"))
+    ]
     tool, static_heads, peaks = (
-        [Column(f"{what} {axis}", of) for axis in "xyz"] for what, of in (("Tool", "m"), ("Static", "µm/N"), ("Largest", "µm/N"))
+        [Column(f"{what} {axis}", of) for axis in "xyz"]
+        for what, of in (("Tool", "m"), ("Static", "µm/N"), ("Largest", "µm/N"))
     )
     angles = [Column(f"Joint {joint}", "°") for joint in range(1, rows.posture_deg.shape[1] + 1)]
     return Table("Postures", (words("Posture"), *angles, *tool, *heads, *static_heads, *peaks), tuple(found))

@@ -18,11 +18,26 @@ def stabilisation(m: AnalysedMeasurement) -> Figure:
     d = m.diagram
     for k, curve in enumerate(d.indicator.T):
         below.plot(d.line_hz, np.where(curve > 0, curve, np.nan), color=GRID if k else MUTED, lw=0.8)
-    below.set(yscale="log", xlabel="Frequency (Hz)", ylabel=f"CMIF ({unit(m.frf.unit)})", xlim=(d.line_hz[0], d.line_hz[-1]))
+    below.set(
+        yscale="log",
+        xlabel="Frequency (Hz)",
+        ylabel=f"CMIF ({unit(m.frf.unit)})",
+        xlim=(d.line_hz[0], d.line_hz[-1]),
+    )
     below.grid(False)
-    kinds = (("unstable", ~d.stable, {"mfc": "none", "mec": PALETTE[7], "mew": 0.5, "ms": 2.6}), ("stable", d.stable, {"ms": 3.2}))
+    kinds = (
+        ("unstable", ~d.stable, {"mfc": "none", "mec": PALETTE[7], "mew": 0.5, "ms": 2.6}),
+        ("stable", d.stable, {"ms": 3.2}),
+    )
     for label, rows, look in kinds:
-        axes.plot(d.frequency_hz[rows], d.order[rows], "o" if label == "unstable" else ".", color=PALETTE[2], label=label, **look)
+        axes.plot(
+            d.frequency_hz[rows],
+            d.order[rows],
+            "o" if label == "unstable" else ".",
+            color=PALETTE[2],
+            label=label,
+            **look,
+        )
     for k, hz in enumerate(m.modes.frequency_hz):
         axes.axvline(hz, color=BLUE, lw=0.7, ls=":", label=None if k else "chosen mode")
     axes.set(ylabel=f"Model order ({NONE})", ylim=(0, 1.06 * m.highest_order))

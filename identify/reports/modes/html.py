@@ -14,7 +14,10 @@ from identify.reports.modes import tables as modes_tables
 from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.tables import Geometry
 
-NO_SHAPES = "Shapes are not drawn: where the measured points are is not known. They are in the modal table and the universal file."
+NO_SHAPES = (
+    "Shapes are not drawn: where the measured points are is not known. They are in the modal table and the"
+    " universal file."
+)
 _SECTIONS = (
     ("verdict", "Verdict"),
     ("modes", "Modes"),
@@ -64,7 +67,9 @@ def _measurement(m: AnalysedMeasurement) -> dict[str, Any]:
 
 
 def _robot(m: AnalysedMeasurement, geometry: Geometry) -> dict[str, Any]:
-    shaped = robot_data(geometry, m.frf, analysed_views(m), pick.nodes(m.modes.references), ("references", "reference"))
+    shaped = robot_data(
+        geometry, m.frf, analysed_views(m), pick.nodes(m.modes.references), ("references", "reference")
+    )
     return {**shaped, "measured": pick.nodes([*m.frf.output, *m.frf.input])}
 
 
@@ -72,13 +77,23 @@ def _auto_mac(m: AnalysedMeasurement) -> dict[str, Any] | None:
     if len(m.modes.frequency_hz) < 2:
         return None
     labels = [number(hz) for hz in m.modes.frequency_hz]
-    return {"rows": labels, "columns": labels, "down": "Mode (Hz)", "across": "Mode (Hz)", "values": m.modes.auto_mac}
+    return {
+        "rows": labels,
+        "columns": labels,
+        "down": "Mode (Hz)",
+        "across": "Mode (Hz)",
+        "values": m.modes.auto_mac,
+    }
 
 
 def _diagram(m: AnalysedMeasurement) -> dict[str, Any]:
     d, modes = m.diagram, m.modes
     poles = {
-        kind: {"order": d.order[rows], "frequency": d.frequency_hz[rows], "damping": 100 * d.damping_ratio[rows]}
+        kind: {
+            "order": d.order[rows],
+            "frequency": d.frequency_hz[rows],
+            "damping": 100 * d.damping_ratio[rows],
+        }
         for kind, rows in (("stable", d.stable), ("unstable", ~d.stable))
     }
     chosen = [

@@ -38,15 +38,26 @@ def _modes(made: Document, result: ModesResult) -> None:
             matrix = figures.Mac(m.name, m.modes.auto_mac, hz, hz, "Mode (Hz)", "Mode (Hz)")
             auto = figures.mac([matrix])
             if auto is not None:
-                made.figure(auto, "Modal assurance criterion of the shapes with each other (autoMAC).", data.mac(matrix))
+                made.figure(
+                    auto,
+                    "Modal assurance criterion of the shapes with each other (autoMAC).",
+                    data.mac(matrix),
+                )
     made.add("heading", "Mode shapes")
     moving = [m for m in result.measurements.values() if m.geometry is not None and analysed_views(m)]
     for m in moving:
         views = analysed_views(m)
         if m.geometry is not None:
-            first = f" The first {robot_figure.MODES} of {len(views)}." if len(views) > robot_figure.MODES else ""
+            first = (
+                f" The first {robot_figure.MODES} of {len(views)}." if len(views) > robot_figure.MODES else ""
+            )
             caption = f"{m.name}: measured shapes, enlarged, at one end of the motion.{first}"
-            made.figure(robot_figure.shapes(m.geometry, views), caption, data.shapes(m.geometry, views), data.geometry(m.name, m.geometry))
+            made.figure(
+                robot_figure.shapes(m.geometry, views),
+                caption,
+                data.shapes(m.geometry, views),
+                data.geometry(m.name, m.geometry),
+            )
     if not moving:
         made.add("paragraph", NO_SHAPES)
 
@@ -54,7 +65,9 @@ def _modes(made: Document, result: ModesResult) -> None:
 def _diagrams(made: Document, result: ModesResult) -> None:
     made.add("heading", "Stabilisation")
     for m in result.measurements.values():
-        made.figure(modes_figure.stabilisation(m), f"{m.name}. {modes_tables.DIAGRAM_NOTE}", *data.stabilisation(m))
+        made.figure(
+            modes_figure.stabilisation(m), f"{m.name}. {modes_tables.DIAGRAM_NOTE}", *data.stabilisation(m)
+        )
 
 
 def _frfs(made: Document, result: ModesResult) -> None:
@@ -63,7 +76,9 @@ def _frfs(made: Document, result: ModesResult) -> None:
     for m in result.measurements.values():
         made.add("subheading", m.name)
         overlays(made, m.name, m.frf, "rebuilt from the modes")
-        made.figure(figures.gap_map(m.name, m.frf), f"Residual by band and FRF, {m.name}.", data.gap_map(m.frf))
+        made.figure(
+            figures.gap_map(m.name, m.frf), f"Residual by band and FRF, {m.name}.", data.gap_map(m.frf)
+        )
     checks = modes_tables.reciprocity_table(result)
     if checks is not None:
         made.table(checks, heading=True)
@@ -75,4 +90,6 @@ def _rejected(made: Document, result: ModesResult) -> None:
         table = modes_tables.rejected_table(m)
         made.table(table, heading=True, rows=_REJECTED_ROWS)
         if len(table.rows) > _REJECTED_ROWS:
-            made.add("paragraph", f"The first {_REJECTED_ROWS} of {len(table.rows)}; all are on the HTML page.")
+            made.add(
+                "paragraph", f"The first {_REJECTED_ROWS} of {len(table.rows)}; all are on the HTML page."
+            )

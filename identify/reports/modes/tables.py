@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.text import count
 from identify.reports.fit.measurement_tables import band, pair_name
 from identify.reports.fit.pick import worst_first
-from identify.reports.kit.cells import Column, Table, count, number, percent, words
+from identify.reports.kit.cells import Column, Table, number, percent, words
 from identify.results.modes import AnalysedMeasurement, ModesResult
 
 DIAGRAM_NOTE = (
-    "Poles of every model order over the complex mode indicator function (CMIF). Stable: in a cluster of poles "
-    "that is present in enough orders. Dotted lines: the chosen modes."
+    "Poles of every model order over the complex mode indicator function (CMIF). Stable: in a cluster of"
+    " poles that is present in enough orders. Dotted lines: the chosen modes."
 )
 
 
@@ -23,8 +24,16 @@ def tiles(result: ModesResult) -> tuple[tuple[str, str, str], ...]:
     errors = [m.total_error for m in found if len(m.modes.frequency_hz)]
     return (
         ("Modes", str(result.found), several),
-        ("Rebuilt FRFs", f"{percent(max(errors, default=np.nan))} %", "off (RMS over all FRFs); 0 is perfect"),
-        ("Lowest MPC", number(collinear.min(initial=1.0) if len(collinear) else np.nan), "modal phase collinearity; 1: a real shape"),
+        (
+            "Rebuilt FRFs",
+            f"{percent(max(errors, default=np.nan))} %",
+            "off (RMS over all FRFs); 0 is perfect",
+        ),
+        (
+            "Lowest MPC",
+            number(collinear.min(initial=1.0) if len(collinear) else np.nan),
+            "modal phase collinearity; 1: a real shape",
+        ),
         ("Rejected", str(sum(len(m.rejected.reason) for m in found)), "candidates that are no modes"),
     )
 
@@ -52,14 +61,16 @@ def measurement_table(result: ModesResult) -> Table:
     ]
     references = dict.fromkeys(", ".join(m.modes.references) for m in result.measurements.values())
     note = (
-        f"Decay: of the exponential window on force and response. Error: of the FRFs rebuilt from the modes. "
+        "Decay: of the exponential window on force and response. Error: of the FRFs rebuilt from the modes. "
         f"References: {'; '.join(references)}."
     )
     return Table("Measurements", columns, tuple(rows), note)
 
 
 def mode_table(m: AnalysedMeasurement) -> Table:
-    """Frequencies and damping with their standard deviations, damping as the window showed it, and the quality of the shapes."""
+    """Frequencies and damping with their standard deviations, damping as the window showed it, and the
+    quality of the shapes.
+    """
     columns = (
         words("Mode"),
         Column("Frequency", "Hz"),
@@ -85,10 +96,14 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         for i in range(len(t.frequency_hz))
     ]
     decay = m.frf.window_decay_per_s
-    window = f"an exponential window of {number(decay)} 1/s was taken out of the damping" if decay else "no exponential window was told"
+    window = (
+        f"an exponential window of {number(decay)} 1/s was taken out of the damping"
+        if decay
+        else "no exponential window was told"
+    )
     note = (
-        f"Std: standard deviation, scatter over orders and noise together; {window}. MPC: modal phase collinearity, 1 for a real "
-        "shape; MPD: mean phase deviation, 0 for a real shape."
+        f"Std: standard deviation, scatter over orders and noise together; {window}. MPC: modal phase"
+        " collinearity, 1 for a real shape; MPD: mean phase deviation, 0 for a real shape."
     )
     return Table(f"Modes, {m.name}", columns, tuple(rows), note)
 
@@ -107,13 +122,18 @@ def error_table(result: ModesResult) -> Table:
     rows = []
     for m in result.measurements.values():
         worst = int(worst_first(m.frf)[0])
-        medians = (float(np.nanmedian(values)) for values in (m.frf.relative_error, m.frf.area_error, m.frf.frac))
+        medians = (
+            float(np.nanmedian(values)) for values in (m.frf.relative_error, m.frf.area_error, m.frf.frac)
+        )
         relative, area, correlation = medians
         of_worst = percent(m.frf.relative_error[worst]), pair_name(m.frf, worst)
-        rows.append((m.name, percent(m.total_error), percent(relative), *of_worst, percent(area), number(correlation)))
+        rows.append(
+            (m.name, percent(m.total_error), percent(relative), *of_worst, percent(area), number(correlation))
+        )
     note = (
-        "Measured minus rebuilt, RMS over RMS measured, on the analysed lines. Area error: area between the magnitudes over the area "
-        "below the measured one. FRAC: frequency response assurance criterion, blind to level."
+        "Measured minus rebuilt, RMS over RMS measured, on the analysed lines. Area error: area between the"
+        " magnitudes over the area below the measured one. FRAC: frequency response assurance criterion,"
+        " blind to level."
     )
     return Table("Errors of the rebuilt FRFs", columns, tuple(rows), note)
 
@@ -145,11 +165,30 @@ def rejected_table(m: AnalysedMeasurement) -> Table:
 
 def reciprocity_table(result: ModesResult) -> Table | None:
     """Channels that were measured both ways; None where there are none."""
-    columns = (words("Measurement"), words("H"), words("and"), Column("Level"), Column("Error", "%"), Column("FRAC"))
+    columns = (
+        words("Measurement"),
+        words("H"),
+        words("and"),
+        Column("Level"),
+        Column("Error", "%"),
+        Column("FRAC"),
+    )
     rows = []
     for m in result.measurements.values():
         r = m.reciprocity
         for i, (a, b) in enumerate(zip(r.a, r.b, strict=True)):
-            rows.append((m.name, f"{a} / {b}", f"{b} / {a}", number(r.level[i]), percent(r.error[i]), number(r.frac[i])))
-    note = "Level: ratio of the two, 1 where the structure is linear and the channels are right; negative: a wrong sign."
+            rows.append(
+                (
+                    m.name,
+                    f"{a} / {b}",
+                    f"{b} / {a}",
+                    number(r.level[i]),
+                    percent(r.error[i]),
+                    number(r.frac[i]),
+                )
+            )
+    note = (
+        "Level: ratio of the two, 1 where the structure is linear and the channels are right; negative: a"
+        " wrong sign."
+    )
     return Table("Reciprocity", columns, tuple(rows), note) if rows else None

@@ -28,12 +28,23 @@ def page(result: MotionResult) -> str:
 def _sections(result: MotionResult) -> list[tuple[str, str]]:
     fitted = [("parameters", "Parameters")] if result.parameters is not None else []
     compared = [("errors", "Errors")] if any(record.comparisons for record in result.records.values()) else []
-    return [("verdict", "Verdict"), ("motion", "Motion"), *compared, *fitted, ("asked", "Study"), ("provenance", "Provenance")]
+    return [
+        ("verdict", "Verdict"),
+        ("motion", "Motion"),
+        *compared,
+        *fitted,
+        ("asked", "Study"),
+        ("provenance", "Provenance"),
+    ]
 
 
 def _record(record: RecordResult) -> dict[str, Any]:
     use = ", not fitted" if record.use == "validate" else ""
-    return {"name": record.name + use, "moving": moving(record), "panels": [_panel(panel) for panel in panels(record)]}
+    return {
+        "name": record.name + use,
+        "moving": moving(record),
+        "panels": [_panel(panel) for panel in panels(record)],
+    }
 
 
 def _panel(panel: Panel) -> dict[str, Any]:

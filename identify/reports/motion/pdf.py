@@ -32,7 +32,9 @@ def document(result: MotionResult) -> Document:
         for record in result.records.values():
             if record.circles is not None:
                 made.figure(
-                    circles(record.circles), f"{record.name}: radial errors enlarged about the mean circle.", *_errors(record.circles)
+                    circles(record.circles),
+                    f"{record.name}: radial errors enlarged about the mean circle.",
+                    *_errors(record.circles),
                 )
         tables = motion_tables.rms_tables(result)
         if tables:
@@ -48,7 +50,9 @@ def document(result: MotionResult) -> Document:
 
 def _errors(tests: dict[str, CircularTest]) -> list[Curves]:
     columns = (Column("Angle", "°"), Column("Radial error", "µm"))
-    parts = {name: np.column_stack([np.degrees(test.angle), 1e6 * test.error]) for name, test in tests.items()}
+    parts = {
+        name: np.column_stack([np.degrees(test.angle), 1e6 * test.error]) for name, test in tests.items()
+    }
     return [Curves(f"Circular test, {name}", columns, rows) for name, rows in parts.items()]
 
 
@@ -57,7 +61,11 @@ def _motions(made: Document, result: MotionResult) -> None:
     for record in result.records.values():
         joint = moving(record)
         use = ", not fitted" if record.use == "validate" else ""
-        made.figure(motion_figure.histories(record, joint), f"{record.name}{use}: {result.joints[joint]}.", *_curves(record, joint))
+        made.figure(
+            motion_figure.histories(record, joint),
+            f"{record.name}{use}: {result.joints[joint]}.",
+            *_curves(record, joint),
+        )
 
 
 def _curves(record: RecordResult, joint: int) -> list[Curves]:

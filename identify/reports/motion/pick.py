@@ -1,15 +1,15 @@
-"""What is drawn of a motion: panels of curves over time, the same on screen and on paper; angles in degrees."""
+"""What is drawn of a motion: panels of curves over time, the same on screen and on paper; angles in
+degrees.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.results.motion import RecordResult
-
-Array = NDArray[np.float64]
 
 DEGREES = {"rad": "°", "rad/s": "°/s"}
 POINTS = 1300
@@ -51,8 +51,13 @@ def panels(record: RecordResult) -> list[Panel]:
     found = [_panel(record, "position"), _error(record)]
     if np.any(link.values != position.values):
         windup = Curve(SIMULATED, record.time_s, np.degrees(link.values - position.values))
-        ahead = Curve(SIMULATED, record.time_s, np.degrees(link.values - record.signals["command_position"].values))
-        found += [Panel("Link less commanded", "°", (_thin(ahead),)), Panel("Link ahead of drive", "°", (_thin(windup),))]
+        ahead = Curve(
+            SIMULATED, record.time_s, np.degrees(link.values - record.signals["command_position"].values)
+        )
+        found += [
+            Panel("Link less commanded", "°", (_thin(ahead),)),
+            Panel("Link ahead of drive", "°", (_thin(windup),)),
+        ]
     effort = "current" if "motor_current" in record.signals else "torque"
     return [*found, _panel(record, "velocity"), _panel(record, effort)]
 
@@ -77,9 +82,15 @@ def _error(record: RecordResult) -> Panel:
     compared = record.comparisons.get("motor_position")
     if compared is None:
         values = record.signals["motor_position"].values - record.signals["command_position"].values
-        return Panel("Simulated less commanded", "°", (_thin(Curve(SIMULATED, record.time_s, np.degrees(values))),))
+        return Panel(
+            "Simulated less commanded", "°", (_thin(Curve(SIMULATED, record.time_s, np.degrees(values))),)
+        )
     curves = [(START, compared.initial), (SIMULATED, compared.simulated)]
-    drawn = [_thin(Curve(name, compared.time_s, np.degrees(v - compared.measured))) for name, v in curves if v is not None]
+    drawn = [
+        _thin(Curve(name, compared.time_s, np.degrees(v - compared.measured)))
+        for name, v in curves
+        if v is not None
+    ]
     return Panel("Model less recorded", "°", tuple(drawn))
 
 

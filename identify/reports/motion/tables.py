@@ -1,4 +1,6 @@
-"""The tables of a motion's result, as finished text: RMS differences in the form of Kawasaki Table 3, effects that were tried, records."""
+"""The tables of a motion's result, as finished text: RMS differences in the form of Kawasaki Table 3, effects
+that were tried, records.
+"""
 
 from __future__ import annotations
 
@@ -17,18 +19,40 @@ def tiles(result: MotionResult) -> tuple[tuple[str, str, str], ...]:
     return (
         ("Gap", number(result.gap, 3), f"RMS over noise, {what}"),
         ("Gap, not fitted", number(result.gap_validation, 3), "the same on records for validation"),
-        ("Records", str(len(result.records)), f"{sum(r.time_s[-1] for r in result.records.values()):.1f} s of motion"),
-        ("Speed", f"{result.realtime_factor:.0f} times", f"as fast as it happens, in steps of {result.step_s:.3g} s"),
+        (
+            "Records",
+            str(len(result.records)),
+            f"{sum(r.time_s[-1] for r in result.records.values()):.1f} s of motion",
+        ),
+        (
+            "Speed",
+            f"{result.realtime_factor:.0f} times",
+            f"as fast as it happens, in steps of {result.step_s:.3g} s",
+        ),
     )
 
 
 def record_table(result: MotionResult) -> Table:
     """The records, where they start, and their gaps."""
     rows = [
-        (r.name, r.use or NONE, ", ".join(f"{angle:g}" for angle in r.start_deg), number(r.time_s[-1], 3), r.file or NONE, number(r.gap, 3))
+        (
+            r.name,
+            r.use or NONE,
+            ", ".join(f"{angle:g}" for angle in r.start_deg),
+            number(r.time_s[-1], 3),
+            r.file or NONE,
+            number(r.gap, 3),
+        )
         for r in result.records.values()
     ]
-    columns = (words("Record"), words("Use"), words("Start", "°"), Column("Length", "s"), words("File"), Column("Gap"))
+    columns = (
+        words("Record"),
+        words("Use"),
+        words("Start", "°"),
+        Column("Length", "s"),
+        words("File"),
+        Column("Gap"),
+    )
     return Table("Records", columns, tuple(rows))
 
 
@@ -45,9 +69,17 @@ def _rms_table(result: MotionResult, quantity: str) -> Table:
         comparison = record.comparisons.get(quantity)
         if comparison is not None:
             unit, begun = shown_unit(comparison.unit), begun or comparison.rms_initial is not None
-            rows += [_row(record, comparison, result.joints, joint, phases) for joint in _measured(comparison)]
-    headings = [heading for phase in phases for heading in ([phase, f"{phase}, start model"] if begun else [phase])]
-    columns = (words("Record"), words("Joint"), *(Column(heading[:1].upper() + heading[1:], unit) for heading in headings))
+            rows += [
+                _row(record, comparison, result.joints, joint, phases) for joint in _measured(comparison)
+            ]
+    headings = [
+        heading for phase in phases for heading in ([phase, f"{phase}, start model"] if begun else [phase])
+    ]
+    columns = (
+        words("Record"),
+        words("Joint"),
+        *(Column(heading[:1].upper() + heading[1:], unit) for heading in headings),
+    )
     return Table(f"RMS difference of {quantity.replace('_', ' ')}", columns, tuple(rows))
 
 
@@ -55,7 +87,9 @@ def _measured(comparison: TrajectoryComparison) -> list[int]:
     return [int(joint) for joint in np.flatnonzero(np.isfinite(comparison.rms[0]))]
 
 
-def _row(record: RecordResult, c: TrajectoryComparison, joints: tuple[str, ...], joint: int, phases: list[str]) -> tuple[str, ...]:
+def _row(
+    record: RecordResult, c: TrajectoryComparison, joints: tuple[str, ...], joint: int, phases: list[str]
+) -> tuple[str, ...]:
     cells = []
     for phase in phases:
         for rms in (c.rms, c.rms_initial):
@@ -67,8 +101,14 @@ def _row(record: RecordResult, c: TrajectoryComparison, joints: tuple[str, ...],
 
 
 def circle_tables(result: MotionResult) -> list[Table]:
-    """The circular tests of a tool that was led, a table per record: commanded, by the encoders, in truth, and recorded."""
-    return [_circle_table(record, record.circles) for record in result.records.values() if record.circles is not None]
+    """The circular tests of a tool that was led, a table per record: commanded, by the encoders, in truth,
+    and recorded.
+    """
+    return [
+        _circle_table(record, record.circles)
+        for record in result.records.values()
+        if record.circles is not None
+    ]
 
 
 def _circle_table(record: RecordResult, tests: dict[str, CircularTest]) -> Table:
@@ -77,11 +117,23 @@ def _circle_table(record: RecordResult, tests: dict[str, CircularTest]) -> Table
     for name, test in tests.items():
         aside = 1e6 * (test.centre - begun)
         errors = (1e6 * value for value in (test.error.min(), test.error.max(), test.deviation, test.rms))
-        cells = (f"{1e3 * test.radius:.4f}", *(f"{value:.0f}" for value in aside), *(f"{value:.1f}" for value in errors))
+        cells = (
+            f"{1e3 * test.radius:.4f}",
+            *(f"{value:.0f}" for value in aside),
+            *(f"{value:.1f}" for value in errors),
+        )
         rows.append((name, *cells))
-    heads = (("Mean radius", "mm"), ("Centre off, first axis", "µm"), ("Second", "µm"), ("Innermost", "µm"), ("Outermost", "µm"))
+    heads = (
+        ("Mean radius", "mm"),
+        ("Centre off, first axis", "µm"),
+        ("Second", "µm"),
+        ("Innermost", "µm"),
+        ("Outermost", "µm"),
+    )
     columns = (words("Path"), *(Column(*head) for head in (*heads, ("Deviation", "µm"), ("RMS", "µm"))))
-    return Table(f"Circular test of {record.name}, radial errors about each path's mean circle", columns, tuple(rows))
+    return Table(
+        f"Circular test of {record.name}, radial errors about each path's mean circle", columns, tuple(rows)
+    )
 
 
 def trial_table(result: MotionResult) -> Table | None:
@@ -90,7 +142,19 @@ def trial_table(result: MotionResult) -> Table | None:
     if t is None or len(t.name) < 2:
         return None
     parts = zip(t.round, t.name, t.gap, t.gap_validation, t.kept, strict=True)
-    rows = [(f"{turn:.0f}", name, number(gap, 3), number(judged, 3), "kept" if kept else "") for turn, name, gap, judged, kept in parts]
-    columns = (Column("Round"), words("Effect added"), Column("Gap"), Column("Gap, records that judge"), words("Decision"))
-    note = "Each is added to the model of its round and fitted; the best stays if it takes 1 % off the gap on the records that judge."
+    rows = [
+        (f"{turn:.0f}", name, number(gap, 3), number(judged, 3), "kept" if kept else "")
+        for turn, name, gap, judged, kept in parts
+    ]
+    columns = (
+        Column("Round"),
+        words("Effect added"),
+        Column("Gap"),
+        Column("Gap, records that judge"),
+        words("Decision"),
+    )
+    note = (
+        "Each is added to the model of its round and fitted; the best stays if it takes 1 % off the gap on"
+        " the records that judge."
+    )
     return Table("Effects that may be missing", columns, tuple(rows), note)

@@ -27,7 +27,9 @@ def print_motion(result: MotionResult) -> None:
 
 
 def _table(printed: Printed) -> Table:
-    table = Table(*(column.head for column in printed.columns), title=printed.title, box=SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        *(column.head for column in printed.columns), title=printed.title, box=SIMPLE_HEAD, pad_edge=False
+    )
     for row in printed.rows:
         table.add_row(*map(escape, row))
     return table

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
+from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.objective import Objective
 from identify.vibration.costs.target import FrfTarget, Targets, share_bench
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 COSTS = Registry(
     "cost",
@@ -48,23 +46,33 @@ class FrfObjective(Objective, Generic[CostOfFrf]):
 
     def __init__(self, cost: CostOfFrf, targets: Targets) -> None:
         if not targets.frf:
-            raise InputError("cost", f"{cost.kind} compares FRFs, and no measurement to be fitted has any", "`measurements` with `file`")
+            raise InputError(
+                "cost",
+                f"{cost.kind} compares FRFs, and no measurement to be fitted has any",
+                "`measurements` with `file`",
+            )
         self.cost, self.targets = cost, share_bench(targets.frf)
 
     def costs(self, candidates: Array) -> Array:
-        """The sum over measurements, a chunk of the population at a time, so that what they share is computed once."""
+        """The sum over measurements, a chunk of the population at a time, so that what they share is computed
+        once.
+        """
         total = np.full(len(candidates), np.inf)
         possible = np.flatnonzero(np.isfinite(candidates).all(axis=1))
         total[possible] = 0.0
         with np.errstate(all="ignore"):  # a candidate whose model has no solution costs infinity
-            for part in min((target.chunks(len(possible)) for target in self.targets), key=lambda parts: -len(parts)):
+            for part in min(
+                (target.chunks(len(possible)) for target in self.targets), key=lambda parts: -len(parts)
+            ):
                 for target in self.targets:
                     total[possible[part]] += self.sums(target, candidates[possible[part]])
         return self.finish(np.where(np.isnan(total), np.inf, total))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
         """Those of all measurements in a row."""
-        with np.errstate(all="ignore"):  # where the model has no solution they are not finite, which optimizers look for
+        with np.errstate(
+            all="ignore"
+        ):  # where the model has no solution they are not finite, which optimizers look for
             parts = [self.parts(target, values, free) for target in self.targets]
         return np.concatenate([r for r, _ in parts]), np.concatenate([j for _, j in parts])
 
@@ -84,11 +92,15 @@ class FrfObjective(Objective, Generic[CostOfFrf]):
 def real_rows(residual: NDArray[np.complex128], gradient: NDArray[np.complex128]) -> tuple[Array, Array]:
     """Complex residuals (...) and gradients (..., free) as real rows: real parts, then imaginary parts."""
     flat = gradient.reshape(-1, gradient.shape[-1])
-    return np.concatenate([residual.real.ravel(), residual.imag.ravel()]), np.concatenate([flat.real, flat.imag])
+    return np.concatenate([residual.real.ravel(), residual.imag.ravel()]), np.concatenate(
+        [flat.real, flat.imag]
+    )
 
 
 def parse_cost(data: Any) -> Cost:
-    """A cost from its name or mapping in the config; raises ValueError for pydantic to report with its key."""
+    """A cost from its name or mapping in the config; raises ValueError for pydantic to report with its
+    key.
+    """
     if isinstance(data, Cost):
         return data
     cost: Cost = parse_kind(COSTS, {"kind": data} if isinstance(data, str) else data)

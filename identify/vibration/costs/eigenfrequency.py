@@ -1,4 +1,6 @@
-"""Natural frequencies and damping ratios (UMONS, ICSV25 2018, Eq. 2), with conditions such as "mode 4 above 100 Hz"."""
+"""Natural frequencies and damping ratios (UMONS, ICSV25 2018, Eq. 2), with conditions such as "mode 4 above
+100 Hz".
+"""
 
 from __future__ import annotations
 
@@ -8,16 +10,19 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.optimize import linear_sum_assignment
 
+from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.modal.mac import macx
 from identify.model.modes import Modes, complex_modes, frequency_and_damping_gradient
-from identify.vibration.costs.base import Array, Cost, Index
+from identify.vibration.costs.base import Cost
 from identify.vibration.costs.target import ModalTarget, Targets
 
 
 class Condition(BaseModel):
-    """A bound on the frequency of a model mode, counted from 1 in order of frequency; what is missing to it adds to J in Hz."""
+    """A bound on the frequency of a model mode, counted from 1 in order of frequency; what is missing to it
+    adds to J in Hz.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     mode: int = Field(ge=1, description="number of the mode")
@@ -28,13 +33,16 @@ class Condition(BaseModel):
 class Eigenfrequency(Cost):
     """J = sum |f_sim - f_exp| in Hz + sum |zeta_sim - zeta_exp| in percent, over all measured modes.
 
-    With shapes, each measured mode is compared with the model mode of highest total MAC and nearness in frequency
-    (one to one); without, the first with the first.  `relative` compares per cent of each value instead.
+    With shapes, each measured mode is compared with the model mode of highest total MAC and nearness in
+    frequency (one to one); without, the first with the first.  `relative` compares per cent of each value
+    instead.
     """
 
     kind: Literal["eigenfrequency"] = "eigenfrequency"
     damping: bool = Field(True, description="false: frequencies only")
-    scale: Literal["absolute", "relative"] = Field("absolute", description="Hz and points of damping, or per cent of each")
+    scale: Literal["absolute", "relative"] = Field(
+        "absolute", description="Hz and points of damping, or per cent of each"
+    )
     conditions: list[Condition] = Field([], description="bounds on model modes that were not measured")
 
     def objective(self, targets: Targets) -> Objective:
@@ -43,12 +51,16 @@ class Eigenfrequency(Cost):
 
 
 class EigenfrequencyObjective(Objective):
-    """Sum of absolute differences; gradient methods minimise the sum of their squares instead, which has the same zero."""
+    """Sum of absolute differences; gradient methods minimise the sum of their squares instead, which has the
+    same zero.
+    """
 
     def __init__(self, cost: Eigenfrequency, targets: Targets) -> None:
         if not targets.modal:
             raise InputError(
-                "cost", "eigenfrequency compares modes, and no measurement to be fitted has any", "`measurements` with `modes`"
+                "cost",
+                "eigenfrequency compares modes, and no measurement to be fitted has any",
+                "`measurements` with `modes`",
             )
         self.cost, self.targets = cost, targets.modal
 
@@ -74,11 +86,16 @@ class EigenfrequencyObjective(Objective):
         missing, missing_slope = self._missing(modes, slopes[0])
         return np.concatenate([residual, missing]), np.concatenate([slope, missing_slope])[:, free]
 
-    def _differences(self, target: ModalTarget, modes: Modes, slopes: tuple[Array, Array]) -> tuple[Array, Array]:
+    def _differences(
+        self, target: ModalTarget, modes: Modes, slopes: tuple[Array, Array]
+    ) -> tuple[Array, Array]:
         data, order = target.data, pair_all(target, modes)
         relative = self.cost.scale == "relative"
         scale = 100 / data.frequency_hz if relative else np.ones(len(data))
-        residual, slope = (modes.frequency_hz[order] - data.frequency_hz) * scale, slopes[0][order] * scale[:, None]
+        residual, slope = (
+            (modes.frequency_hz[order] - data.frequency_hz) * scale,
+            slopes[0][order] * scale[:, None],
+        )
         if not self.cost.damping:
             return residual, slope
         known = ~np.isnan(data.damping_ratio)
@@ -88,17 +105,25 @@ class EigenfrequencyObjective(Objective):
         return np.concatenate([residual, damping]), np.concatenate([slope, damping_slope])
 
     def _missing(self, modes: Modes, slope: Array) -> tuple[Array, Array]:
-        missing, slopes = np.zeros(len(self.cost.conditions)), np.zeros((len(self.cost.conditions), slope.shape[1]))
+        missing, slopes = (
+            np.zeros(len(self.cost.conditions)),
+            np.zeros((len(self.cost.conditions), slope.shape[1])),
+        )
         for row, condition in enumerate(self.cost.conditions):
             frequency = modes.frequency_hz[condition.mode - 1]
-            for excess, sign in ((condition.above_hz - frequency, -1.0), (frequency - condition.below_hz, 1.0)):
+            for excess, sign in (
+                (condition.above_hz - frequency, -1.0),
+                (frequency - condition.below_hz, 1.0),
+            ):
                 if excess > 0:
                     missing[row], slopes[row] = excess, sign * slope[condition.mode - 1]
         return missing, slopes
 
 
 def pair_all(target: ModalTarget, modes: Modes) -> Index:
-    """The model mode (measured modes,) of each measured mode: by MAC and nearness in frequency with shapes, by order without."""
+    """The model mode (measured modes,) of each measured mode: by MAC and nearness in frequency with shapes,
+    by order without.
+    """
     if target.out is None or target.data.shapes is None:
         return np.arange(len(target.data))
     apart = np.abs(np.log(modes.frequency_hz[None, :] / target.data.frequency_hz[:, None]))

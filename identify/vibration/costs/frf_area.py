@@ -7,17 +7,20 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array, Complex, Index
 from identify.fitting.objective import Objective
-from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, real_rows
-from identify.vibration.costs.target import Complex, FrfTarget, Targets
+from identify.vibration.costs.base import Cost, FrfObjective, real_rows
+from identify.vibration.costs.target import FrfTarget, Targets
 
 _DECIBEL = 20 / np.log(10)
 
 
 class FrfArea(Cost):
-    """F = sum over lines and FRFs of |H_sim - H_exp|, of magnitudes (as published) or complex, linear or in decibels.
+    """F = sum over lines and FRFs of |H_sim - H_exp|, of magnitudes (as published) or complex, linear or in
+    decibels.
 
-    On the linear scale, complex differences of channels the model cannot move count in full; decibels leave them out.
+    On the linear scale, complex differences of channels the model cannot move count in full; decibels leave
+    them out.
     """
 
     kind: Literal["frf-area"] = "frf-area"
@@ -30,7 +33,9 @@ class FrfArea(Cost):
 
 
 class FrfAreaObjective(FrfObjective[FrfArea]):
-    """Sum of absolute differences; gradient methods minimise the sum of their squares instead, which has the same zero."""
+    """Sum of absolute differences; gradient methods minimise the sum of their squares instead, which has the
+    same zero.
+    """
 
     def _difference(self, h: Complex, measured: Complex) -> Complex:
         if self.cost.compare == "magnitude":

@@ -1,4 +1,6 @@
-"""FRF residuals in units of their own noise: the maximum-likelihood cost, and a robust logarithmic form for a first stage."""
+"""FRF residuals in units of their own noise: the maximum-likelihood cost, and a robust logarithmic form for a
+first stage.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +9,22 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array, Complex, Index
 from identify.fitting.objective import Objective
-from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, real_rows
-from identify.vibration.costs.target import Complex, FrfTarget, Targets
+from identify.vibration.costs.base import Cost, FrfObjective, real_rows
+from identify.vibration.costs.target import FrfTarget, Targets
 
 _LOG_FLOOR = 0.1
 """Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""
 
 
 class FrfLeastSquares(Cost):
-    """`complex`: RMS of (H_sim - H_exp)/sigma over real and imaginary parts, the gap; least where the data are most likely (Gaussian).
+    """`complex`: RMS of (H_sim - H_exp)/sigma over real and imaginary parts, the gap; least where the data
+    are most likely (Gaussian).
 
-    `log`: RMS of ln(H_sim/H_exp) with weights from the noise; its valley is wide, so a first stage from poor guesses
-    ends in the right one.  Channels that the model cannot move say nothing on a log scale and are left out of it.
+    `log`: RMS of ln(H_sim/H_exp) with weights from the noise; its valley is wide, so a first stage from poor
+    guesses ends in the right one.  Channels that the model cannot move say nothing on a log scale and are
+    left out of it.
     """
 
     kind: Literal["frf-least-squares"] = "frf-least-squares"
@@ -39,7 +44,9 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         self._known: tuple[Array, Array] | None = None
 
     def costs(self, candidates: Array) -> Array:
-        """Known already where residuals have just been computed, as they are before every step of a gradient method."""
+        """Known already where residuals have just been computed, as they are before every step of a gradient
+        method.
+        """
         if self._known is not None and np.array_equal(self._known[0], candidates):
             return self._known[1]
         return super().costs(candidates)

@@ -1,7 +1,8 @@
 """Normalised responses to several forces at once, weighted around modes (fast chirp, Eqs. 2 and 10).
 
-A rotating offset mass pushes in x and, a quarter turn later, in y.  The responses divided by the force amplitude A are
-X/A = H_xx + H_xy e^{-j pi/2} and so on (Eq. 2, whose printed indices are wrong): a fixed combination of the columns of H.
+A rotating offset mass pushes in x and, a quarter turn later, in y.  The responses divided by the force
+amplitude A are X/A = H_xx + H_xy e^{-j pi/2} and so on (Eq. 2, whose printed indices are wrong): a fixed
+combination of the columns of H.
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.measured.channel import Channel
-from identify.vibration.costs.base import Array, Cost, FrfObjective, Index, real_rows
+from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.target import FrfTarget, Targets
 
 
@@ -36,7 +38,9 @@ class NormalizedResponse(Cost):
     """sum over lines and outputs of W |(X/A)_sim - (X/A)_exp|, as the modulus of the complex difference."""
 
     kind: Literal["normalized-response"] = "normalized-response"
-    excitation: dict[str, float] = Field(min_length=1, description="force channel -> phase in degrees, such as {14:+X: 0, 14:+Y: -90}")
+    excitation: dict[str, float] = Field(
+        min_length=1, description="force channel -> phase in degrees, such as {14:+X: 0, 14:+Y: -90}"
+    )
     weights: Weights | None = Field(None, description="where modes are; default: all lines alike")
 
     def objective(self, targets: Targets) -> Objective:
@@ -57,14 +61,24 @@ class NormalizedResponseObjective(FrfObjective[NormalizedResponse]):
             channel = Channel.parse(text, "cost.excitation")
             if channel not in target.data.inputs:
                 known = ", ".join(map(str, target.data.inputs))
-                raise InputError("cost.excitation", f"force channel {channel} is not in {target.name}", f"one of {known}")
+                raise InputError(
+                    "cost.excitation", f"force channel {channel} is not in {target.name}", f"one of {known}"
+                )
             phasor[target.data.inputs.index(channel)] = np.exp(1j * np.deg2rad(phase_deg))
         if np.isnan(target.data.frf[..., phasor != 0]).any():
-            raise InputError(target.name, "an FRF of an excited channel is missing", "every output measured from every force channel")
+            raise InputError(
+                target.name,
+                "an FRF of an excited channel is missing",
+                "every output measured from every force channel",
+            )
         return phasor
 
     def _weight(self, target: FrfTarget) -> Array:
-        return np.ones(len(target.data.s)) if self.cost.weights is None else self.cost.weights.at(target.data.frequency_hz)
+        return (
+            np.ones(len(target.data.s))
+            if self.cost.weights is None
+            else self.cost.weights.at(target.data.frequency_hz)
+        )
 
     def _measured(self, target: FrfTarget) -> tuple[np.ndarray, np.ndarray]:
         phasor = self.phasors[self.targets.index(target)]
@@ -81,4 +95,6 @@ class NormalizedResponseObjective(FrfObjective[NormalizedResponse]):
         phasor, measured = self._measured(target)
         weight = self._weight(target)[:, None]
         h, gradient = target.gradient(values, free)
-        return real_rows(weight * (h @ phasor - measured), weight[..., None] * np.einsum("loip,i->lop", gradient, phasor))
+        return real_rows(
+            weight * (h @ phasor - measured), weight[..., None] * np.einsum("loip,i->lop", gradient, phasor)
+        )

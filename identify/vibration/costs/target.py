@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
@@ -16,25 +17,32 @@ from identify.measured.modal_table import ModalTable
 from identify.model.effects.measurement import MeasurementEffect, Reading
 from identify.model.frf import frf, frf_and_gradient, frf_slope, gradient_with
 from identify.model.impact import Impact
-from identify.model.struck import frf_struck
+from identify.model.impacted import frf_struck
 from identify.model.system import System
 from identify.robot.points import Point
-from identify.vibration.costs.blow import Bench, Blow, blow_on
+from identify.vibration.costs.impact import Bench, Blow, blow_on
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
 _CHUNK = 100_000
 """Complex numbers worked on at a time for a population: what stays in a processor's cache."""
 
 
-def channel_rows(system: System, points: Mapping[int, Point], channels: tuple[Channel, ...], where: str) -> Array:
-    """(channels, n): motion of each channel per released coordinate; a channel without a point is an InputError."""
+def channel_rows(
+    system: System, points: Mapping[int, Point], channels: tuple[Channel, ...], where: str
+) -> Array:
+    """(channels, n): motion of each channel per released coordinate; a channel without a point is an
+    InputError.
+    """
     rows = []
     for channel in channels:
         if channel.node not in points:
-            raise InputError(where, f"channel {channel} has no point", "a node of the points file", "add it there or leave the channel out")
+            raise InputError(
+                where,
+                f"channel {channel} has no point",
+                "a node of the points file",
+                "add it there or leave the channel out",
+            )
         point = points[channel.node]
         motion = system.jacobian(point.link, point.position, where)
         turned = np.concatenate([point.axes @ motion[:3], point.axes @ motion[3:]])
@@ -44,12 +52,14 @@ def channel_rows(system: System, points: Mapping[int, Point], channels: tuple[Ch
 
 @dataclass(frozen=True, eq=False)
 class FrfTarget:
-    """One measured FRF set and its prediction; noise (lines, outputs, inputs) is the standard deviation of real or imaginary part, or None.
+    """One measured FRF set and its prediction; noise (lines, outputs, inputs) is the standard deviation of
+    real or imaginary part, or None.
 
-    out (channels, n), force (n, inputs): the channels in the system's coordinates; those of out are the set's outputs, then what
-    readings need besides.  readings: what effects of the measurement do to the FRFs, with the numbers of their parameters.
-    record: length of the records behind the FRFs, s, where the response may not have died out (`identify.model.record`), or None.
-    blow: what must be simulated of a nonlinear system, on a bench that may serve other sets too.
+    out (channels, n), force (n, inputs): the channels in the system's coordinates; those of out are the set's
+    outputs, then what readings need besides.  readings: what effects of the measurement do to the FRFs, with
+    the numbers of their parameters. record: length of the records behind the FRFs, s, where the response may
+    not have died out (`identify.model.truncation`), or None. blow: what must be simulated of a nonlinear
+    system, on a bench that may serve other sets too.
     """
 
     name: str
@@ -71,7 +81,9 @@ class FrfTarget:
 
     @cached_property
     def moved(self) -> NDArray[np.intp]:
-        """Which pairs the model moves at all: a point on a rigid base has no FRF to compare on a logarithmic scale."""
+        """Which pairs the model moves at all: a point on a rigid base has no FRF to compare on a logarithmic
+        scale.
+        """
         outputs, inputs = self.pairs
         return np.flatnonzero(np.any(self.out, axis=1)[outputs] & np.any(self.force, axis=0)[inputs])
 
@@ -86,7 +98,12 @@ class FrfTarget:
         """(lines, pairs): the noise of the measured FRFs; an InputError where it is not known."""
         if self.noise is None:
             fix = "give `noise: {relative: 0.02}` in the measurement, or choose another cost"
-            raise InputError(self.name, "its noise is not known: no coherence and no repeats", "coherence with `averages`, or `noise`", fix)
+            raise InputError(
+                self.name,
+                "its noise is not known: no coherence and no repeats",
+                "coherence with `averages`, or `noise`",
+                fix,
+            )
         outputs, inputs = self.pairs
         return np.asarray(self.noise[:, outputs, inputs])
 
@@ -107,7 +124,9 @@ class FrfTarget:
         return mixed
 
     def _linear(self, values: Array, s: Complex) -> Complex:
-        return frf(*self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self._ends)
+        return frf(
+            *self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self._ends
+        )
 
     def _struck(self, blow: Blow, values: Array) -> Complex:
         """What the blow of a hammer measures of a nonlinear system."""
@@ -116,7 +135,10 @@ class FrfTarget:
         struck = self._simulated.each(blow, flat, s)
         lines = np.broadcast_to(s, (len(flat), s.shape[-1]))
         models = zip(*self.system.matrices(flat), lines, struck, strict=True)
-        h = [frf_struck((m, c, k), line, self.out, self.force, POWER[self.data.quantity], one) for m, c, k, line, one in models]
+        h = [
+            frf_struck((m, c, k), line, self.out, self.force, POWER[self.data.quantity], one)
+            for m, c, k, line, one in models
+        ]
         return np.array(h).reshape(*values.shape[:-1], *h[0].shape)
 
     @cached_property
@@ -125,7 +147,9 @@ class FrfTarget:
         return self.bench or Bench([blow for blow in (self.blow,) if blow is not None])
 
     def s_at(self, values: Array) -> Complex:
-        """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect corrects the window's decay."""
+        """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect
+        corrects the window's decay.
+        """
         return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
 
     @property
@@ -153,7 +177,9 @@ class FrfTarget:
         return np.asarray(h[..., outputs, inputs])
 
     def gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
-        """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values (parameters,)."""
+        """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values
+        (parameters,).
+        """
         s, decay = self.s_at(values), self._decay[free]
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.blow is None:
@@ -182,7 +208,10 @@ class FrfTarget:
             return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self._ends)
         either = [self.s_at(values) + change for change in (_CHANGE, -_CHANGE)]
         struck = [self._simulated.each(self.blow, values[None], s)[0] for s in either]
-        up, down = (frf_struck(matrices, s, self.out, self.force, power, one) for s, one in zip(either, struck, strict=True))
+        up, down = (
+            frf_struck(matrices, s, self.out, self.force, power, one)
+            for s, one in zip(either, struck, strict=True)
+        )
         return np.asarray((up - down) / (2 * _CHANGE))
 
     def gradient_pairs(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
@@ -218,8 +247,12 @@ def frf_target(
     record: float | None = None,
     impact: Impact | None = None,
 ) -> FrfTarget:
-    """A set with its prediction by a system, through the readings of the system's effects; InputError for a channel without a point."""
-    measuring = [(effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)]
+    """A set with its prediction by a system, through the readings of the system's effects; InputError for a
+    channel without a point.
+    """
+    measuring = [
+        (effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)
+    ]
     channels = data.outputs
     for effect, _ in measuring:
         channels += effect.needed(channels, points)
@@ -238,7 +271,9 @@ def record_length(data: FrfSet) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class ModalTarget:
-    """One measured modal table and the system whose modes it lists; out (channels, n) where the table has shapes."""
+    """One measured modal table and the system whose modes it lists; out (channels, n) where the table has
+    shapes.
+    """
 
     name: str
     data: ModalTable

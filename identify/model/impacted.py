@@ -1,11 +1,15 @@
-"""FRFs of a system with nonlinear joint torques as the blow of a hammer measures them, and their sensitivities.
+"""FRFs of a system with nonlinear joint torques as the blow of a hammer measures them, and their
+sensitivities.
 
-The torques T(t) of the simulated blow (`identify.model.transient`) are forces like others, so with F the transform of the blow
+The torques T(t) of the simulated blow (`identify.model.transient`) are forces like others, so with F the
+transform of the blow
 
-    Z(s) X = B F - E T(s) - e^(-s R) ((s M + C) x(R) + M v(R)),   H_k = (s^k X + e^(-s R) (s^(k-1) x(R) + s^(k-2) v(R))) / F
+    Z(s) X = B F - E T(s) - e^(-s R) ((s M + C) x(R) + M v(R)),   H_k = (s^k X + e^(-s R) (s^(k-1) x(R) +
+    s^(k-2) v(R))) / F
 
-where R is the length of the record, the terms with x(R) and v(R) as in `identify.model.record`.  All but T, x(R) and v(R) is linear
-and exact; how these three change with the parameters comes from further simulations with parameters moved a little.
+where R is the length of the record, the terms with x(R) and v(R) as in `identify.model.truncation`.  All but
+T, x(R) and v(R) is linear and exact; how these three change with the parameters comes from further
+simulations with parameters moved a little.
 """
 
 from __future__ import annotations
@@ -13,13 +17,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.model.frf import dynamic_stiffness
-from identify.model.record import Ending
+from identify.model.truncation import Ending
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Matrices = tuple[Array, Array, Array]
 
 
@@ -39,21 +41,31 @@ class Struck:
 
     def load(self, mass: Array, damping: Array, s: Complex) -> Complex:
         """(lines, n, inputs): what is taken off the force."""
-        return np.asarray(self.coordinates @ self.torque + self.ending.load(mass, damping, s) / self.blow[:, None, None])
+        return np.asarray(
+            self.coordinates @ self.torque + self.ending.load(mass, damping, s) / self.blow[:, None, None]
+        )
 
     def motion(self, s: Complex, power: int) -> Complex | float:
         """(lines, n, inputs): what is added to s^power X."""
         return self.ending.motion(s, power) / self.blow[:, None, None]
 
-    def gradient(self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int) -> Complex:
-        """(lines, outputs, inputs, p): what H changes by as the torques and the end of the record do; to_out is S Z^-1."""
+    def gradient(
+        self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
+    ) -> Complex:
+        """(lines, outputs, inputs, p): what H changes by as the torques and the end of the record do; to_out
+        is S Z^-1.
+        """
         seen = to_out @ self.coordinates
-        moved = (seen @ self.slopes.reshape(*self.slopes.shape[:2], -1)).reshape(*seen.shape[:2], *self.slopes.shape[2:])
+        moved = (seen @ self.slopes.reshape(*self.slopes.shape[:2], -1)).reshape(
+            *seen.shape[:2], *self.slopes.shape[2:]
+        )
         end = self.ending.gradient(mass, damping, s, out, to_out, power)
         return np.asarray(end / self.blow[:, None, None, None] - (s**power)[:, None, None, None] * moved)
 
 
-def frf_struck(matrices: Matrices, s: Complex, out: Array, force: Array, power: int, struck: Struck) -> Complex:
+def frf_struck(
+    matrices: Matrices, s: Complex, out: Array, force: Array, power: int, struck: Struck
+) -> Complex:
     """H (lines, outputs, inputs) at s (lines,); out (outputs, n), force (n, inputs)."""
     mass, damping, _ = matrices
     moved = np.linalg.solve(dynamic_stiffness(*matrices, s), force - struck.load(mass, damping, s))

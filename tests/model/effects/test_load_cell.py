@@ -1,4 +1,6 @@
-"""A load cell in the force path: what hangs on it swings on its springs, a stiff one is not there, and wrong places are refused."""
+"""A load cell in the force path: what hangs on it swings on its springs, a stiff one is not there, and wrong
+places are refused.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +39,15 @@ def _place(robot: Robot, height: float) -> np.ndarray:
 
 def _cell(robot: Robot, **changes: Any) -> Any:
     centre = tuple(_place(robot, 0.2).tolist())
-    settings = {"link": "link6", "at_m": 0.1, "mass": {"initial": 2.0, "bounds": [0.1, 5.0]}, "centre_m": centre}
-    return parse_effect({"kind": "load-cell", **settings, "stiffness": {"initial": [1e5, 2e5, 3e5]}, **changes})
+    settings = {
+        "link": "link6",
+        "at_m": 0.1,
+        "mass": {"initial": 2.0, "bounds": [0.1, 5.0]},
+        "centre_m": centre,
+    }
+    return parse_effect(
+        {"kind": "load-cell", **settings, "stiffness": {"initial": [1e5, 2e5, 3e5]}, **changes}
+    )
 
 
 def _receptance(robot: Robot, effects: list[Any], response: float, force: float) -> np.ndarray:
@@ -65,7 +74,10 @@ def test_a_stiff_cell_is_not_there_and_a_soft_one_is(robot: Robot) -> None:
 
 def test_places_lie_between_neighbours_on_the_last_link(robot: Robot) -> None:
     heights = {12: 0.08, 14: 0.30}
-    points = {node: Point(node, str(node), "link6", _place(robot, height), np.eye(3), "") for node, height in heights.items()}
+    points = {
+        node: Point(node, str(node), "link6", _place(robot, height), np.eye(3), "")
+        for node, height in heights.items()
+    }
     assert [place.at_m for place in LoadCell.places(robot, points)] == pytest.approx([0.04, 0.19])
 
 

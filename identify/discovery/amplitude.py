@@ -1,4 +1,6 @@
-"""What amplitude has to do with a gap, before anything is fitted: do force levels disagree, and which joint's torque could explain it?"""
+"""What amplitude has to do with a gap, before anything is fitted: do force levels disagree, and which joint's
+torque could explain it?
+"""
 
 from __future__ import annotations
 
@@ -6,19 +8,17 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.measured.frf_set import POWER
 from identify.model.frf import dynamic_stiffness
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Problem
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 
 def level_gap(problem: Problem) -> float:
-    """RMS difference of FRFs measured at one posture with blows of different strength, over its noise; NaN where there are none.
+    """RMS difference of FRFs measured at one posture with blows of different strength, over its noise; NaN
+    where there are none.
 
     1 is what noise makes of a linear robot, whatever its model.
     """
@@ -27,8 +27,12 @@ def level_gap(problem: Problem) -> float:
 
 
 def _differences(measurements: Sequence[Given]) -> Iterator[Array]:
-    """Squares of the differences over their variance, pair by pair of measurements that differ in level alone."""
-    for one, other in combinations([m for m in measurements if m.impact is not None and m.noise is not None], 2):
+    """Squares of the differences over their variance, pair by pair of measurements that differ in level
+    alone.
+    """
+    for one, other in combinations(
+        [m for m in measurements if m.impact is not None and m.noise is not None], 2
+    ):
         if _alike(one, other) and one.noise is not None and other.noise is not None:
             change = one.data.frf - other.data.frf  # type: ignore[union-attr]
             squares = np.abs(change) ** 2 / (2 * (one.noise**2 + other.noise**2))
@@ -45,10 +49,12 @@ def _alike(one: Given, other: Given) -> bool:
 
 
 def torque_gaps(targets: Sequence[FrfTarget], values: Array) -> dict[str, float]:
-    """By coordinate, the gap that would remain if any torque whatever acted at that coordinate, at values (parameters,).
+    """By coordinate, the gap that would remain if any torque whatever acted at that coordinate, at values
+    (parameters,).
 
-    Whatever a joint does beside its model, linear or not, is a torque T there, and changes all FRFs of one force by H_T T / F, with H_T
-    from the model: one unknown for each line and force, beside as many knowns as there are responses.  Nothing is simulated.
+    Whatever a joint does beside its model, linear or not, is a torque T there, and changes all FRFs of one
+    force by H_T T / F, with H_T from the model: one unknown for each line and force, beside as many knowns as
+    there are responses.  Nothing is simulated.
     """
     sums: dict[str, float] = {}
     counts: dict[str, int] = {}
@@ -59,7 +65,9 @@ def torque_gaps(targets: Sequence[FrfTarget], values: Array) -> dict[str, float]
 
 
 def _remains(target: FrfTarget, values: Array) -> dict[str, tuple[float, int]]:
-    """By coordinate, the sum of squares over noise that no torque there explains, and how many real numbers are left to explain it."""
+    """By coordinate, the sum of squares over noise that no torque there explains, and how many real numbers
+    are left to explain it.
+    """
     residual, weight = _whitened(target, target.data.frf - target.predict(values))
     known = int(np.count_nonzero(residual))
     result = {}
@@ -73,7 +81,9 @@ def _remains(target: FrfTarget, values: Array) -> dict[str, tuple[float, int]]:
 
 
 def _whitened(target: FrfTarget, difference: Complex) -> tuple[Complex, Array]:
-    """A difference (lines, outputs, inputs) over noise, zero where nothing was measured, and one over the noise."""
+    """A difference (lines, outputs, inputs) over noise, zero where nothing was measured, and one over the
+    noise.
+    """
     noise = np.full(difference.shape, np.nan) if target.noise is None else target.noise
     known = np.isfinite(difference) & (noise > 0)
     weight = np.divide(1.0, noise, out=np.zeros(noise.shape), where=known)
@@ -84,7 +94,9 @@ def _driven(target: FrfTarget, values: Array, number: int) -> Complex:
     """(lines, outputs, 1): FRFs of the set's outputs with a unit torque at a coordinate."""
     s, unit = target.s_at(values), np.zeros((len(target.system.coordinates), 1), dtype=complex)
     unit[number] = 1.0
-    moved = np.linalg.solve(dynamic_stiffness(*target.system.matrices(values), s), np.broadcast_to(unit, (len(s), *unit.shape)))
+    moved = np.linalg.solve(
+        dynamic_stiffness(*target.system.matrices(values), s), np.broadcast_to(unit, (len(s), *unit.shape))
+    )
     h = np.asarray((s ** POWER[target.data.quantity])[:, None, None] * (target.out @ moved), dtype=complex)
     for reading, numbers in target.readings:
         h = reading.apply(h, values[numbers], s)

@@ -52,11 +52,16 @@ def test_delay_is_that_of_the_recorded_signal(tmp_path: Path) -> None:
 
 def test_a_late_response_under_a_window_of_another_decay(tmp_path: Path) -> None:
     """The delay acts at the decay that the window had, not at the stated one, in value and derivatives."""
-    effects = ({"kind": "time-delay", "delay": {"initial": 0.004}}, {"kind": "window-decay", "error": {"initial": 5.0}})
+    effects = (
+        {"kind": "time-delay", "delay": {"initial": 0.004}},
+        {"kind": "window-decay", "error": {"initial": 5.0}},
+    )
     system, values = _system(tmp_path, *effects)
     target = predictor(system, lines=12)
     late, plain = target.predict(values), _frfs(tmp_path, effects[1])
-    assert late / plain == pytest.approx(np.broadcast_to(np.exp(-(5.0 + target.data.s) * 0.004)[:, None, None], late.shape), rel=1e-9)
+    assert late / plain == pytest.approx(
+        np.broadcast_to(np.exp(-(5.0 + target.data.s) * 0.004)[:, None, None], late.shape), rel=1e-9
+    )
     number, step = len(values) - 1, 1e-5
     up, down = (target.predict(values + sign * step * np.eye(len(values))[number]) for sign in (1, -1))
     found = target.gradient(values, np.array([number]))[1][..., 0]
@@ -67,7 +72,9 @@ def test_delay_leaves_magnitudes_without_a_window_alone(tmp_path: Path) -> None:
     late, plain = _frfs(tmp_path, {"kind": "time-delay", "delay": {"initial": 1e-3}}), _frfs(tmp_path)
     ratio = late / plain
     f = np.linspace(3, 80, 12)
-    assert ratio == pytest.approx(np.broadcast_to(np.exp(-(0.7 + 2j * np.pi * f) * 1e-3)[:, None, None], ratio.shape), rel=1e-9)
+    assert ratio == pytest.approx(
+        np.broadcast_to(np.exp(-(0.7 + 2j * np.pi * f) * 1e-3)[:, None, None], ratio.shape), rel=1e-9
+    )
 
 
 def test_window_error_is_another_decay_in_the_data(tmp_path: Path) -> None:
@@ -84,15 +91,22 @@ def test_window_error_is_another_decay_in_the_data(tmp_path: Path) -> None:
 def test_gain_and_polarity_change_one_channel(name: str, tmp_path: Path) -> None:
     plain, row = _frfs(tmp_path), _row("2:+Y")
     factor = np.ones(9)
-    for effect, size in (({"kind": "channel-gain", "gain": {"initial": 1.3}}, 1.3), ({"kind": "channel-polarity"}, -1.0)):
+    for effect, size in (
+        ({"kind": "channel-gain", "gain": {"initial": 1.3}}, 1.3),
+        ({"kind": "channel-polarity"}, -1.0),
+    ):
         factor[row] = size
-        assert _frfs(tmp_path, {**effect, "channel": name}) == pytest.approx(plain * factor[:, None], rel=1e-12)
+        assert _frfs(tmp_path, {**effect, "channel": name}) == pytest.approx(
+            plain * factor[:, None], rel=1e-12
+        )
 
 
 @pytest.mark.parametrize("name", [2, "2", "link5_a"])
 def test_a_point_means_all_of_its_channels(name: str | int, tmp_path: Path) -> None:
     factor = np.where(np.isin(np.arange(9), (3, 4, 5)), -1.0, 1.0)
-    assert _frfs(tmp_path, {"kind": "channel-polarity", "channel": name}) == pytest.approx(_frfs(tmp_path) * factor[:, None], rel=1e-12)
+    assert _frfs(tmp_path, {"kind": "channel-polarity", "channel": name}) == pytest.approx(
+        _frfs(tmp_path) * factor[:, None], rel=1e-12
+    )
 
 
 def test_channels_that_a_set_does_not_have_are_left_alone(tmp_path: Path) -> None:
@@ -118,7 +132,11 @@ def test_a_swapped_or_turned_sensor_reads_what_was_not_recorded(tmp_path: Path) 
     swapped = _frfs(tmp_path, {"kind": "channel-swap", "point": 2, "axes": ["x", "y"]}, channels=only_x)
     assert swapped.shape == (12, 4, 3)
     assert swapped[:, 3] == pytest.approx(plain[:, 4], rel=1e-8)
-    turned = _frfs(tmp_path, {"kind": "sensor-rotation", "point": 2, "axis": "z", "angle": {"initial": 0.4}}, channels=only_x)
+    turned = _frfs(
+        tmp_path,
+        {"kind": "sensor-rotation", "point": 2, "axis": "z", "angle": {"initial": 0.4}},
+        channels=only_x,
+    )
     assert turned[:, 3] == pytest.approx(np.cos(0.4) * plain[:, 3] + np.sin(0.4) * plain[:, 4], rel=1e-8)
     assert turned[:, :3] == pytest.approx(plain[:, :3], rel=1e-8)
 
@@ -130,11 +148,15 @@ def test_turned_sensor_is_one_that_the_points_file_turns(axis: str, tmp_path: Pa
     lines = ["node,name,link,x_m,y_m,z_m,rx_deg,ry_deg,rz_deg"]
     for point in POINTS.values():
         place = ",".join(map(str, point.position))
-        lines.append(f"{point.node},{point.name},{point.link},{place},{angles if point.node == 2 else '0,0,0'}")
+        lines.append(
+            f"{point.node},{point.name},{point.link},{place},{angles if point.node == 2 else '0,0,0'}"
+        )
     (tmp_path / "points.csv").write_text("\n".join(lines))
     system, values = _system(tmp_path)
     straight = predictor(system, lines=12)
-    mounted = frf_target("turned", straight.data, system, read_points(tmp_path / "points.csv"), record=straight.record)
+    mounted = frf_target(
+        "turned", straight.data, system, read_points(tmp_path / "points.csv"), record=straight.record
+    )
     found, plain = _frfs(tmp_path, turn), _frfs(tmp_path)
     assert found == pytest.approx(mounted.predict(values), rel=1e-8, abs=1e-10 * np.abs(plain).max())
     assert np.abs(found - plain).max() > 0.1 * np.abs(plain[:, 3:6]).max()
@@ -149,7 +171,10 @@ def test_rotational_channels_turn_with_their_sensor(tmp_path: Path) -> None:
 
 
 def test_effects_act_in_the_order_of_the_config(tmp_path: Path) -> None:
-    swap, flip = {"kind": "channel-swap", "point": 2, "axes": ["x", "y"]}, {"kind": "channel-polarity", "channel": "2:+X"}
+    swap, flip = (
+        {"kind": "channel-swap", "point": 2, "axes": ["x", "y"]},
+        {"kind": "channel-polarity", "channel": "2:+X"},
+    )
     plain = _frfs(tmp_path)
     assert _frfs(tmp_path, swap, flip)[:, 3] == pytest.approx(-plain[:, 4])
     assert _frfs(tmp_path, flip, swap)[:, 4] == pytest.approx(-plain[:, 3])
@@ -163,7 +188,10 @@ def test_without_effects_of_the_measurement_nothing_is_done(tmp_path: Path) -> N
 
 def test_data_with_a_fault_fit_only_with_its_effect(tmp_path: Path) -> None:
     """Effects without parameters work in costs; the truth costs nothing with them and something without."""
-    faults = [{"kind": "channel-polarity", "channel": "2:+Y"}, {"kind": "time-delay", "delay": {"initial": 1e-3}}]
+    faults = [
+        {"kind": "channel-polarity", "channel": "2:+Y"},
+        {"kind": "time-delay", "delay": {"initial": 1e-3}},
+    ]
     data, parameters = targets(tmp_path, [DRIVE, *faults])
     plain, _ = targets(tmp_path, [DRIVE])
     values = initial(parameters)
@@ -176,10 +204,16 @@ def test_data_with_a_fault_fit_only_with_its_effect(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("effect", "message"),
     [
-        ({"kind": "channel-polarity", "channel": "9:+X"}, r"no measurement point '9'; expected .* 1 \(link3_a\)"),
+        (
+            {"kind": "channel-polarity", "channel": "9:+X"},
+            r"no measurement point '9'; expected .* 1 \(link3_a\)",
+        ),
         ({"kind": "channel-gain", "channel": "elbow"}, "no measurement point 'elbow'"),
         ({"kind": "channel-gain", "channel": "2:W"}, "channel '2:W'"),
-        ({"kind": "sensor-rotation", "point": 7, "axis": "x"}, "effects.sensor-rotation.point: no measurement point 7"),
+        (
+            {"kind": "sensor-rotation", "point": 7, "axis": "x"},
+            "effects.sensor-rotation.point: no measurement point 7",
+        ),
     ],
 )
 def test_unknown_points_are_named(effect: dict[str, Any], message: str, tmp_path: Path) -> None:

@@ -1,4 +1,6 @@
-"""Where model and measurement disagree: the gap by posture, band, channel, point, direction and mode, in numbers and in words."""
+"""Where model and measurement disagree: the gap by posture, band, channel, point, direction and mode, in
+numbers and in words.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +11,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.thresholds import QUIET
 from identify.model.modes import complex_modes
 from identify.results.discovery import GapByBand
 from identify.robot.points import Point
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
-
-Array = NDArray[np.float64]
 
 _BANDS = 12
 _CONCENTRATED = 0.5
@@ -25,7 +26,9 @@ _CONCENTRATED = 0.5
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the data: what it is one of (`band`, `point`, ...), its name, its gap, and its share of all that is above noise."""
+    """One part of the data: what it is one of (`band`, `point`, ...), its name, its gap, and its share of all
+    that is above noise.
+    """
 
     kind: str
     name: str
@@ -42,7 +45,9 @@ def band_limits(problem: Problem) -> Array:
 def gap_map(problem: Problem, values: Array, bands: Array) -> GapByBand:
     """The gap by band and response channel for each FRF measurement."""
     targets = _targets(problem)
-    names = tuple(sorted({channel_name(problem.points, output) for t in targets for output in t.data.outputs}))
+    names = tuple(
+        sorted({channel_name(problem.points, output) for t in targets for output in t.data.outputs})
+    )
     gap = np.full((len(targets), len(bands) - 1, len(names)), np.nan)
     for row, target in enumerate(targets):
         squares, outputs = _squares(target, values), target.pairs[0]
@@ -54,7 +59,9 @@ def gap_map(problem: Problem, values: Array, bands: Array) -> GapByBand:
 
 
 def parts(problem: Problem, values: Array, bands: Array) -> list[Part]:
-    """The gap of the fitted data by measurement, band, point, direction, force and mode, largest share first within each kind."""
+    """The gap of the fitted data by measurement, band, point, direction, force and mode, largest share first
+    within each kind.
+    """
     fitted = [t for t, m in zip(_targets(problem), _measurements(problem), strict=True) if m == "fit"]
     squares = [_squares(target, values) for target in fitted]
     whole = max(sum(float((s - 1).sum()) for s in squares), 1e-12)
@@ -69,7 +76,11 @@ def parts(problem: Problem, values: Array, bands: Array) -> list[Part]:
     for target, own in zip(fitted, squares, strict=True):
         add("measurement", target.name, [own])
     for band, (low, high) in enumerate(pairwise(bands)):
-        add("band", f"{low:.3g} to {high:.3g} Hz", [s[_lines(t, bands)[band]] for t, s in zip(fitted, squares, strict=True)])
+        add(
+            "band",
+            f"{low:.3g} to {high:.3g} Hz",
+            [s[_lines(t, bands)[band]] for t, s in zip(fitted, squares, strict=True)],
+        )
     for kind, label in (("point", _point_of), ("direction", _direction_of), ("force", _force_of)):
         names = {label(problem, t, pair) for t in fitted for pair in range(len(t.pairs[0]))}
         for name in names:
@@ -86,7 +97,12 @@ def in_words(found: list[Part], gap: float) -> str:
     if gap <= QUIET:
         return f"The residual is {gap:.2f} times the noise: nothing stands out."
     said = []
-    for kind, text in (("band", "at {}"), ("point", "at point {}"), ("direction", "along {}"), ("measurement", "in {}")):
+    for kind, text in (
+        ("band", "at {}"),
+        ("point", "at point {}"),
+        ("direction", "along {}"),
+        ("measurement", "in {}"),
+    ):
         rows = [part for part in found if part.kind == kind]
         if len(rows) < 2:
             continue
@@ -118,7 +134,9 @@ def _measurements(problem: Problem) -> list[str]:
 
 
 def _squares(target: FrfTarget, values: Array) -> Array:
-    """(lines, pairs): mean of the squares of real and imaginary part of the residual over noise; 1 is noise."""
+    """(lines, pairs): mean of the squares of real and imaginary part of the residual over noise; 1 is
+    noise.
+    """
     return np.asarray(np.abs((target.predict_pairs(values) - target.measured) / target.sigma) ** 2 / 2)
 
 
@@ -143,6 +161,10 @@ def _modes(fitted: list[FrfTarget], values: Array) -> list[tuple[float, float]]:
     """Frequency and half width, Hz, of the model's modes within the band, at the first posture."""
     first = fitted[0]
     modes = complex_modes(*first.system.matrices(values))
-    inside = (modes.frequency_hz > first.data.frequency_hz[0]) & (modes.frequency_hz < first.data.frequency_hz[-1])
-    width = np.maximum(2 * modes.damping_ratio * modes.frequency_hz, np.diff(first.data.frequency_hz).min(initial=1.0) * 2)
+    inside = (modes.frequency_hz > first.data.frequency_hz[0]) & (
+        modes.frequency_hz < first.data.frequency_hz[-1]
+    )
+    width = np.maximum(
+        2 * modes.damping_ratio * modes.frequency_hz, np.diff(first.data.frequency_hz).min(initial=1.0) * 2
+    )
     return list(zip(modes.frequency_hz[inside].tolist(), width[inside].tolist(), strict=True))

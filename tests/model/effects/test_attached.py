@@ -1,4 +1,6 @@
-"""Masses, resonators and springs that sit at a point of a link, against textbook formulas and against bodies of the engine."""
+"""Masses, resonators and springs that sit at a point of a link, against textbook formulas and against bodies
+of the engine.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ from identify.robot.points import Point
 from identify.robot.pose import pose
 from identify.robot.posture import at_posture, attach
 from tests.arms import arm, initial, system
-from tests.effects.pendulum import DRIVE, frequency
+from tests.model.effects.pendulum import DRIVE, frequency
 from tests.robot.random_arm import random_posture
 
 
@@ -32,42 +34,82 @@ def test_a_body_of_a_point_s_moments_is_that_point(tmp_path: Path) -> None:
     place, m = np.array([0.1, -0.2, 0.3]), 4.0
     point = {"kind": "added-mass", "link": "link5", "at_m": place.tolist(), "mass": {"initial": m}}
     seconds = [m * place[i] * place[j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))]
-    body = {"kind": "added-mass", "link": "link5", "extent": "body", "at_m": [0, 0, 0], "mass": {"initial": m}}
+    body = {
+        "kind": "added-mass",
+        "link": "link5",
+        "extent": "body",
+        "at_m": [0, 0, 0],
+        "mass": {"initial": m},
+    }
     body |= {"moment": {"initial": (m * place).tolist()}, "second_moment": {"initial": seconds}}
-    one, other = ((model, initial(parameters)) for model, parameters, _ in (system(robot, [drives, effect]) for effect in (point, body)))
+    one, other = (
+        (model, initial(parameters))
+        for model, parameters, _ in (system(robot, [drives, effect]) for effect in (point, body))
+    )
     for a, b in zip(one[0].matrices(one[1]), other[0].matrices(other[1]), strict=True):
         assert a == pytest.approx(b, abs=1e-7 * max(1.0, np.abs(a).max()))
 
 
 def test_a_body_is_what_the_robot_with_that_payload_is(tmp_path: Path) -> None:
     robot, drives = arm(tmp_path), {"kind": "joint-compliance", "axes": ["rz", "rx", "ty"]}
-    m, centre, inertia = 6.0, np.array([0.05, 0.1, 0.2]), np.array([[0.3, 0.02, -0.01], [0.02, 0.25, 0.03], [-0.01, 0.03, 0.2]])
+    m, centre, inertia = (
+        6.0,
+        np.array([0.05, 0.1, 0.2]),
+        np.array([[0.3, 0.02, -0.01], [0.02, 0.25, 0.03], [-0.01, 0.03, 0.2]]),
+    )
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia + m * np.outer(centre, centre)
-    body = {"kind": "added-mass", "link": "link6", "extent": "body", "at_m": [0, 0, 0], "mass": {"initial": m}}
-    body |= {"moment": {"initial": (m * centre).tolist()}, "second_moment": {"initial": second[np.triu_indices(3)].tolist()}}
+    body = {
+        "kind": "added-mass",
+        "link": "link6",
+        "extent": "body",
+        "at_m": [0, 0, 0],
+        "mass": {"initial": m},
+    }
+    body |= {
+        "moment": {"initial": (m * centre).tolist()},
+        "second_moment": {"initial": second[np.triu_indices(3)].tolist()},
+    }
     added, parameters, _ = system(robot, [drives, body])
     loaded, of_drives, _ = system(robot.with_payload("link6", m, centre, inertia), [drives])
     bare, _, _ = system(robot, [drives])
     drive_values = initial(parameters)[: len(of_drives)]
-    for with_effect, with_payload in zip(added.matrices(initial(parameters)), loaded.matrices(drive_values), strict=True):
+    for with_effect, with_payload in zip(
+        added.matrices(initial(parameters)), loaded.matrices(drive_values), strict=True
+    ):
         assert with_effect == pytest.approx(with_payload, abs=1e-7 * max(1.0, np.abs(with_payload).max()))
     assert np.abs(bare.mass - loaded.mass).max() > 0.01 * np.abs(bare.mass).max()
 
 
 def test_resonator_on_a_rigid_body_is_the_textbook_absorber(tmp_path: Path) -> None:
-    resonator = {"kind": "appended-resonator", "link": "ground", "axis": "z", "mass": {"initial": 4.0}, "stiffness": {"initial": 5e4}}
-    found = frequency(tmp_path, [{"kind": "base-compliance", "axes": ["tz"], "stiffness": {"initial": 1e6}}, resonator])
+    resonator = {
+        "kind": "appended-resonator",
+        "link": "ground",
+        "axis": "z",
+        "mass": {"initial": 4.0},
+        "stiffness": {"initial": 5e4},
+    }
+    found = frequency(
+        tmp_path, [{"kind": "base-compliance", "axes": ["tz"], "stiffness": {"initial": 1e6}}, resonator]
+    )
     total, ka, kb, m = 57.0, 1e6, 5e4, 4.0
     # det(K - w^2 M) = 0 with M = [[total, m], [m, m]], K = diag(ka, kb).
     squares = np.roots([total * m - m**2, -(total * kb + m * ka), ka * kb])
     assert found == pytest.approx(np.sqrt(np.sort(squares)) / (2 * np.pi), rel=1e-6)
-    across = frequency(tmp_path, [{"kind": "base-compliance", "axes": ["tz"], "stiffness": {"initial": 1e6}}, {**resonator, "axis": "x"}])
+    across = frequency(
+        tmp_path,
+        [
+            {"kind": "base-compliance", "axes": ["tz"], "stiffness": {"initial": 1e6}},
+            {**resonator, "axis": "x"},
+        ],
+    )
     assert across == pytest.approx(np.sort(np.sqrt([1e6 / 57, 5e4 / 4])) / (2 * np.pi), rel=1e-6)
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_resonator_is_a_sliding_body_of_the_engine(axis: str, tmp_path: Path) -> None:
-    """Mass matrix and gravity stiffness, with their coupling to all coordinates of the arm, from the engine's own body."""
+    """Mass matrix and gravity stiffness, with their coupling to all coordinates of the arm, from the engine's
+    own body.
+    """
     robot, posture, place, m = arm(tmp_path), random_posture(1), [0.1, 0.2, -0.1], 7.0
     axes = ["tx", "ty", "tz", "rx", "ry", "rz"]
     parsed = [
@@ -75,7 +117,13 @@ def test_resonator_is_a_sliding_body_of_the_engine(axis: str, tmp_path: Path) ->
         for effect in (
             {"kind": "joint-compliance", "axes": axes},
             {"kind": "base-compliance", "axes": axes},
-            {"kind": "appended-resonator", "link": "link3", "axis": axis, "at_m": place, "mass": {"initial": m}},
+            {
+                "kind": "appended-resonator",
+                "link": "link3",
+                "axis": axis,
+                "at_m": place,
+                "mass": {"initial": m},
+            },
         )
     ]
     site = build_site(robot, posture, parsed)
@@ -83,7 +131,15 @@ def test_resonator_is_a_sliding_body_of_the_engine(axis: str, tmp_path: Path) ->
     mass, _, stiffness = model.matrices(initial(parameters))
     springs = {parameter.name: parameter.initial for parameter in parameters}
     own = np.diag([springs[f"{name}.stiffness"] for name in model.coordinates])
-    engine = Engine(attach(at_posture(robot, posture), "hose", "link3", pose(place), Link("hose", m, np.zeros(3), 1e-9 * np.eye(3))))
+    engine = Engine(
+        attach(
+            at_posture(robot, posture),
+            "hose",
+            "link3",
+            pose(place),
+            Link("hose", m, np.zeros(3), 1e-9 * np.eye(3)),
+        )
+    )
     chosen = [engine.mechanism.coordinates.index(name) for name in (*model.coordinates[:-1], f"hose.t{axis}")]
     assert mass == pytest.approx(engine.mass_matrix()[np.ix_(chosen, chosen)], abs=1e-8 * np.abs(mass).max())
     gravity = engine.gravity_stiffness()[np.ix_(chosen, chosen)]
@@ -93,7 +149,13 @@ def test_resonator_is_a_sliding_body_of_the_engine(axis: str, tmp_path: Path) ->
 
 def test_spring_to_ground_holds_the_pendulum(tmp_path: Path) -> None:
     def held(*axes: str) -> np.ndarray:
-        spring = {"kind": "spring-to-ground", "link": "rod", "at_m": [0, 0, -0.9], "axes": axes, "stiffness": {"initial": 500.0}}
+        spring = {
+            "kind": "spring-to-ground",
+            "link": "rod",
+            "at_m": [0, 0, -0.9],
+            "axes": axes,
+            "stiffness": {"initial": 500.0},
+        }
         return frequency(tmp_path, [DRIVE, spring])
 
     stiffness, inertia = 400.0 + 3 * 9.81 * 0.5, 0.2 + 3 * 0.5**2
@@ -102,7 +164,13 @@ def test_spring_to_ground_holds_the_pendulum(tmp_path: Path) -> None:
 
 
 def test_directions_of_a_ground_spring_stay_with_the_base(tmp_path: Path) -> None:
-    spring = {"kind": "spring-to-ground", "link": "link2", "at_m": [0.1, 0.0, 0.4], "axes": ["z"], "stiffness": {"initial": 1e5}}
+    spring = {
+        "kind": "spring-to-ground",
+        "link": "link2",
+        "at_m": [0.1, 0.0, 0.4],
+        "axes": ["z"],
+        "stiffness": {"initial": 1e5},
+    }
     model, parameters, _ = system(arm(tmp_path), [{"kind": "joint-compliance"}, spring])
     row = model.base_jacobian("link2", np.array([0.1, 0.0, 0.4]))[2]
     assert model.terms["stiffness"][-2] == pytest.approx(np.outer(row, row))
@@ -114,7 +182,9 @@ def test_a_leaning_spring_is_a_spring_along_its_own_direction(tmp_path: Path) ->
     spring = {"kind": "spring-to-ground", "link": "link2", "at_m": at, "leaning": True}
     model, parameters, values = system(arm(tmp_path), [{"kind": "joint-compliance"}, spring])
     values, names = initial(parameters), [p.name for p in parameters]
-    rigid = [0.0 if name.startswith("link2.ground") else value for name, value in zip(names, values, strict=True)]
+    rigid = [
+        0.0 if name.startswith("link2.ground") else value for name, value in zip(names, values, strict=True)
+    ]
     along = list(rigid)
     for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
         along[names.index(f"link2.ground_{'xyz'[i]}{'xyz'[j] if i != j else ''}.stiffness")] = k * n[i] * n[j]
@@ -125,7 +195,9 @@ def test_a_leaning_spring_is_a_spring_along_its_own_direction(tmp_path: Path) ->
 
 def test_sensor_mass_is_an_added_mass_at_every_point(tmp_path: Path) -> None:
     places = {1: [0.0, 0.0, -0.4], 2: [0.1, 0.0, -0.9]}
-    points = {node: Point(node, "", "rod", np.array(at), np.eye(3), "points.csv") for node, at in places.items()}
+    points = {
+        node: Point(node, "", "rod", np.array(at), np.eye(3), "points.csv") for node, at in places.items()
+    }
     masses = [{"kind": "added-mass", "link": "rod", "at_m": [0.0, 0.0, -0.4], "mass": {"initial": 0.3}}]
     sensors = frequency(tmp_path, [DRIVE, {"kind": "sensor-mass", "mass": {"initial": 0.3}}], points)
     moment = 3 * 0.5 + 0.3 * (0.4 + 0.9)

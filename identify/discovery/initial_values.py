@@ -1,16 +1,15 @@
-"""Start values for the parameters that a candidate effect adds: a coarse grid over each quantity, because least squares is local."""
+"""Start values for the parameters that a candidate effect adds: a coarse grid over each quantity, because
+least squares is local.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Mask
 from identify.core.parameters import Parameter
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _STIFFER = np.geomspace(0.01, 1e3, 11)
 _HEAVIER = np.array([-10.0, 0.1, 0.3, 1.0, 3.0, 10.0])
@@ -19,14 +18,19 @@ _ACROSS = np.linspace(0.05, 0.95, 10)
 
 
 def guesses(parameters: Sequence[Parameter], band_hz: tuple[float, float]) -> Array:
-    """(m, parameters): the given start first, then the grid; a body on a spring of its own is tuned over the band."""
+    """(m, parameters): the given start first, then the grid; a body on a spring of its own is tuned over the
+    band.
+    """
     initial = np.array([p.initial for p in parameters])
     ends = np.array([p.name.rsplit(".", 1)[-1] for p in parameters])
     stiffness, damping, mass = ends == "stiffness", ends == "damping", (ends == "mass") | (ends == "inertia")
     if stiffness.any() and mass.any():
         rows = _tuned(initial, stiffness, damping, mass, band_hz)
     elif stiffness.any():
-        rows = [np.where(stiffness, initial * f, np.where(damping, initial * np.sqrt(f), initial)) for f in _STIFFER]
+        rows = [
+            np.where(stiffness, initial * f, np.where(damping, initial * np.sqrt(f), initial))
+            for f in _STIFFER
+        ]
     elif mass.any():
         rows = [np.where(mass, initial * f, initial) for f in _HEAVIER]
     else:
@@ -35,8 +39,12 @@ def guesses(parameters: Sequence[Parameter], band_hz: tuple[float, float]) -> Ar
     return np.asarray(np.clip(np.array([initial, *rows]), lower, upper))
 
 
-def _tuned(initial: Array, stiffness: Mask, damping: Mask, mass: Mask, band: tuple[float, float]) -> list[Array]:
-    """Masses of several sizes, each tuned to frequencies over the band with the damping ratio of the given start."""
+def _tuned(
+    initial: Array, stiffness: Mask, damping: Mask, mass: Mask, band: tuple[float, float]
+) -> list[Array]:
+    """Masses of several sizes, each tuned to frequencies over the band with the damping ratio of the given
+    start.
+    """
     rows = []
     ratio = initial[damping].sum() / np.sqrt(initial[stiffness][0] * initial[mass][0])
     for share in _SHARES:

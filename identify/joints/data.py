@@ -1,4 +1,6 @@
-"""What all curves of a study share: drives, where signals stand in files, the robot; and how a run is read."""
+"""What all curves of a study share: drives, where signals stand in files, the robot; and how a run is
+read.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.conditioning import Motion, condition
 from identify.measured.record_files import JOINT, RecordFile
@@ -16,13 +18,12 @@ from identify.measured.records import Quantity, SignalSettings, TimeAxis, read_r
 from identify.measured.units import parse_signal_unit
 from identify.robot.description import Robot
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Bench:
-    """folder: of the config; gear_ratio (joints,); torque_ratio (joints,): what a recorded torque is multiplied by to be one at the joint;
-    slow: rad/s up to which a joint stands; inputs: sha256 of every file read so far, by its name.
+    """folder: of the config; gear_ratio (joints,); torque_ratio (joints,): what a recorded torque is
+    multiplied by to be one at the joint; slow: rad/s up to which a joint stands; inputs: sha256 of every file
+    read so far, by its name.
     """
 
     folder: Path
@@ -45,17 +46,22 @@ class Bench:
     def rigid(self, where: str) -> Robot:
         """The robot; InputError where the study has none."""
         if self.robot is None:
-            raise InputError(where, "no `robot` in the study", "its URDF or Denavit-Hartenberg table", "add `robot:`")
+            raise InputError(
+                where, "no `robot` in the study", "its URDF or Denavit-Hartenberg table", "add `robot:`"
+            )
         return self.robot
 
     def checked(self, joint: int, where: str) -> int:
         """The number of a joint from 0; InputError for a joint that is not there."""
         if joint > self.joints:
-            raise InputError(f"{where}, key joint", f"{joint}", f"a number from 1 to {self.joints}, one per gear ratio")
+            raise InputError(
+                f"{where}, key joint", f"{joint}", f"a number from 1 to {self.joints}, one per gear ratio"
+            )
         return joint - 1
 
     def motion(self, path: Path, quantities: Sequence[Quantity], joints: Sequence[int], where: str) -> Motion:
-        """A conditioned run with these quantities of these joints (from 0), others NaN; torques at the joints, N m.
+        """A conditioned run with these quantities of these joints (from 0), others NaN; torques at the
+        joints, N m.
 
         The motor speed is read too where the study says where it stands, and a current in place of a torque.
         """
@@ -71,7 +77,11 @@ class Bench:
 
     def torque_quantity(self) -> Quantity:
         """Which signal the torques come from."""
-        return "motor_current" if "motor_torque" not in self.signals and "motor_current" in self.signals else "motor_torque"
+        return (
+            "motor_current"
+            if "motor_torque" not in self.signals and "motor_current" in self.signals
+            else "motor_torque"
+        )
 
     def column(self, file: RecordFile, at: SignalSettings, joint: int, where: str) -> Array:
         """One joint's numbers (samples,) in SI out of a table without time."""
@@ -82,7 +92,12 @@ class Bench:
     def at(self, quantity: Quantity, where: str) -> SignalSettings:
         """Where a quantity stands in the files; InputError where the study does not say."""
         if quantity not in self.signals:
-            raise InputError(f"{where}, key signals", f"no {quantity}", "where it stands in the files", f"add `{quantity}:` to `signals`")
+            raise InputError(
+                f"{where}, key signals",
+                f"no {quantity}",
+                "where it stands in the files",
+                f"add `{quantity}:` to `signals`",
+            )
         return self.signals[quantity]
 
     def _at(self, quantity: Quantity, joints: Sequence[int], where: str) -> SignalSettings:
@@ -90,5 +105,9 @@ class Bench:
         present = [joint + 1 for joint in joints]
         missing = [joint for joint in present if settings.joints is not None and joint not in settings.joints]
         if missing:
-            raise InputError(f"{where}, key signals.{quantity}.joints", f"no {quantity} of joint {missing[0]}", "one of every joint in use")
+            raise InputError(
+                f"{where}, key signals.{quantity}.joints",
+                f"no {quantity} of joint {missing[0]}",
+                "one of every joint in use",
+            )
         return settings.model_copy(update={"joints": present}) if JOINT in settings.at else settings

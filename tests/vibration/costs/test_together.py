@@ -17,7 +17,9 @@ def test_the_joint_response_stands_in_the_first_column(tmp_path: Path) -> None:
     each, parameters = targets(tmp_path)
     apart = each.frf[0]
     at_once = replace(apart, data=replace(apart.data, together=PHASORS))
-    values = np.array([parameter.initial for parameter in parameters]) * np.linspace(0.8, 1.2, len(parameters))
+    values = np.array([parameter.initial for parameter in parameters]) * np.linspace(
+        0.8, 1.2, len(parameters)
+    )
     h, mixed = apart.predict(values), at_once.predict(values)
     assert mixed[..., 0] == pytest.approx(h[..., 0] - 1j * h[..., 1], rel=1e-12)
     assert mixed[..., 1:] == pytest.approx(h[..., 1:])

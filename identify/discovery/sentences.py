@@ -1,16 +1,18 @@
-"""What a discovery says: an effect by name with its numbers, what a step decided, the verdict; sentences an engineer would say."""
+"""What a discovery says: an effect by name with its numbers, what a step decided, the verdict; sentences an
+engineer would say.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
+from identify.core.text import listed
 from identify.core.thresholds import CONVINCING, QUIET
 from identify.discovery.evidence import confirmed, removed
 from identify.discovery.loop import Discovery
 from identify.discovery.search import Option, Step
 from identify.model.effects.base import Effect
-from identify.reports.kit.cells import listed
 from identify.results.tables import ParameterTable
 
 
@@ -25,7 +27,11 @@ def named(effect: Effect, own: Sequence[str], p: ParameterTable) -> str:
     for name in own:
         row = p.name.index(name)
         unit = "" if p.unit[row] == "1" else f" {p.unit[row]}"
-        spread = f" ({p.low_95[row]:.4g} to {p.high_95[row]:.4g})" if p.free[row] and p.status[row] != "not determined" else ""
+        spread = (
+            f" ({p.low_95[row]:.4g} to {p.high_95[row]:.4g})"
+            if p.free[row] and p.status[row] != "not determined"
+            else ""
+        )
         doubt = " (not determined)" if p.status[row] == "not determined" else ""
         said.append(f"{name} = {p.value[row]:.4g}{unit}{spread}{doubt}")
     return f"{effect.sentence()}: {', '.join(said)}" if said else effect.sentence()
@@ -36,7 +42,10 @@ def verdict_of(option: Option, step: Step) -> str:
     said = (
         (step.best is option, "best"),
         (option in step.alike, "the data cannot tell it from the best"),
-        (math.isinf(option.trial.squares), f"no solution: {option.trial.failure or 'it does not fit the model'}"),
+        (
+            math.isinf(option.trial.squares),
+            f"no solution: {option.trial.failure or 'it does not fit the model'}",
+        ),
         (not option.thorough, "ruled out by a look at few lines"),
         (option.evidence <= 0, "not worth its parameters"),
         (not confirmed(step.before, option.trial), "worse on data that were not fitted"),
@@ -52,7 +61,10 @@ def decision(step: Step, kept: bool) -> str:
         why = "none improves fitted and other data by more than its parameters are worth"
         return f"None of {len(step.options)} candidates is supported by the data: {why}."
     trial, share = best.trial, removed(before.gap, best.trial.gap)
-    fell = f"the gap goes from {gaps(before.gap, before.gap_validation)} to {gaps(trial.gap, trial.gap_validation)}"
+    fell = (
+        f"the gap goes from {gaps(before.gap, before.gap_validation)} to"
+        f" {gaps(trial.gap, trial.gap_validation)}"
+    )
     found = f"{_capital(best.effect.sentence())} fits best: {fell}, {share:.0%} of what is above noise."
     if kept:
         return found + " It was added."
@@ -64,11 +76,24 @@ def verdict(found: Discovery) -> tuple[str, ...]:
     first, final = found.first, found.final
     before, after = gaps(first.gap, first.gap_validation), gaps(final.gap, final.gap_validation)
     if not found.added and first.gap <= QUIET:
-        return (f"Nothing is missing: the model explains the data to within their noise, gap {before}, and no candidate is supported.",)
+        return (
+            (
+                f"Nothing is missing: the model explains the data to within their noise, gap {before}, and no"
+                " candidate is supported."
+            ),
+        )
     if not found.added:
-        return (f"The gap is {before}, and nothing in the catalogue explains it: something else is missing, or wrong in the data.",)
+        return (
+            (
+                f"The gap is {before}, and nothing in the catalogue explains it: something else is missing,"
+                " or wrong in the data."
+            ),
+        )
     names = listed([option.effect.sentence() for option in found.added])
-    closed = f"Missing from the model: {names}. With {'it' if len(found.added) == 1 else 'them'}, the gap goes from {before} to {after}."
+    closed = (
+        f"Missing from the model: {names}. With {'it' if len(found.added) == 1 else 'them'}, the gap goes"
+        f" from {before} to {after}."
+    )
     if final.gap <= QUIET:
         return closed, "What is left is noise."
     return closed, "What is left is more than noise, and nothing in the catalogue explains most of it."
@@ -81,7 +106,11 @@ def alike(step: Step) -> tuple[str, ...]:
 
 def remark(option: Option, before: float) -> str:
     """A comment for the config."""
-    strength = "" if option.evidence > 1e6 else f", evidence {option.evidence:.0f} (above {CONVINCING:.0f} convinces)"
+    strength = (
+        ""
+        if option.evidence > 1e6
+        else f", evidence {option.evidence:.0f} (above {CONVINCING:.0f} convinces)"
+    )
     return f"found by identify discover: gap {before:.2f} -> {option.trial.gap:.2f}{strength}"
 
 

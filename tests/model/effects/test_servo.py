@@ -1,4 +1,6 @@
-"""Servo loops: the added coordinate is the controller exactly, stiff loops lock the rotor, and loops that cannot be are refused."""
+"""Servo loops: the added coordinate is the controller exactly, stiff loops lock the rotor, and loops that
+cannot be are refused.
+"""
 
 from __future__ import annotations
 
@@ -44,15 +46,21 @@ def _servo(**changes: Any) -> Any:
 def test_without_its_coordinate_the_rotor_feels_the_cascade_of_loops(robot: Robot) -> None:
     system, parameters = model(robot, [DRIVES, _servo()])
     z = dynamic_stiffness(*system.matrices(initial(parameters)), S)
-    for joint, ratio, inertia, gain, position, current in ((2, 120, 2e-3, 1.5, 25, 300), (3, 90, 1e-3, 0.9, 40, 500)):
+    for joint, ratio, inertia, gain, position, current in (
+        (2, 120, 2e-3, 1.5, 25, 300),
+        (3, 90, 1e-3, 0.9, 40, 500),
+    ):
         rotor, state = (system.coordinates.index(f"joint{joint}.{name}") for name in ("rotor", "servo"))
         left = z[:, rotor, rotor] - z[:, rotor, state] * z[:, state, rotor] / z[:, state, state]
-        # What a controller does, read off the block diagram: current = lag of PI of (position loop's command - rate).
+        # What a controller does, read off the block diagram: current = lag of PI of (position loop's command
+        # - rate).
         lag = 2 * np.pi * current / (S + 2 * np.pi * current)
         torque_per_angle = lag * gain * (1 + 1 / (0.05 * S)) * (position + S)
         body = system.site.inertia(f"joint{joint}.rz")
         gravity = system.stiffness[rotor, rotor]
-        assert left == pytest.approx(S**2 * body + gravity + ratio**2 * (S**2 * inertia + torque_per_angle), rel=1e-9)
+        assert left == pytest.approx(
+            S**2 * body + gravity + ratio**2 * (S**2 * inertia + torque_per_angle), rel=1e-9
+        )
 
 
 def test_fast_route_agrees_with_a_solve_per_line(robot: Robot) -> None:
@@ -67,7 +75,9 @@ def test_a_stiff_loop_holds_the_rotor_and_a_soft_one_does_not(robot: Robot) -> N
     locked = predictor(bare).predict(initial(parameters))
     apart = []
     for factor in (1e4, 1.0):
-        system, parameters = model(robot, [DRIVES, _servo(velocity_gain={"initial": [1.5 * factor, 0.9 * factor]})])
+        system, parameters = model(
+            robot, [DRIVES, _servo(velocity_gain={"initial": [1.5 * factor, 0.9 * factor]})]
+        )
         h = predictor(system).predict(initial(parameters))
         apart.append(np.linalg.norm(h - locked) / np.linalg.norm(locked))
     assert apart[0] < 1e-3
@@ -76,8 +86,19 @@ def test_a_stiff_loop_holds_the_rotor_and_a_soft_one_does_not(robot: Robot) -> N
 
 def test_its_gains_are_known_unless_freed(robot: Robot) -> None:
     site = build_site(robot, random_posture(1), [DRIVES, _servo()])
-    assert not any(p.free for p in list_parameters(robot, site, [_servo(inertia={"initial": [2e-3, 1e-3], "fixed": True},
-                   velocity_gain={"initial": [1.5, 0.9], "fixed": True})]))  # fmt: skip
+    assert not any(
+        p.free
+        for p in list_parameters(
+            robot,
+            site,
+            [
+                _servo(
+                    inertia={"initial": [2e-3, 1e-3], "fixed": True},
+                    velocity_gain={"initial": [1.5, 0.9], "fixed": True},
+                )
+            ],
+        )
+    )
     assert all(p.free for p in list_parameters(robot, site, [_servo()]))
 
 
@@ -99,7 +120,9 @@ def test_a_rotor_without_inertia_and_a_rotor_claimed_twice_are_refused(robot: Ro
     nothing = _servo(inertia={})
     with pytest.raises(InputError, match="data sheet"):
         list_parameters(robot, build_site(robot, random_posture(1), [DRIVES, nothing]), [nothing])
-    held = parse_effect({"kind": "rotor-inertia", "joints": [2], "gear_ratio": [120], "inertia": {"initial": 2e-3}})
+    held = parse_effect(
+        {"kind": "rotor-inertia", "joints": [2], "gear_ratio": [120], "inertia": {"initial": 2e-3}}
+    )
     twice = [DRIVES, held, _servo()]
     with pytest.raises(InputError, match=r"joint2\.rotor\.inertia is claimed"):
         list_parameters(robot, build_site(robot, random_posture(1), twice), twice)
@@ -108,4 +131,7 @@ def test_a_rotor_without_inertia_and_a_rotor_claimed_twice_are_refused(robot: Ro
 def test_a_joint_that_was_taken_off_takes_its_controller_along(robot: Robot) -> None:
     effects = [DRIVES, _servo()]
     system = assemble(robot, build_site(robot, random_posture(1), effects, "link3"), effects)
-    assert {name for name in system.coordinates if "servo" in name or "rotor" in name} == {"joint2.rotor", "joint2.servo"}
+    assert {name for name in system.coordinates if "servo" in name or "rotor" in name} == {
+        "joint2.rotor",
+        "joint2.servo",
+    }

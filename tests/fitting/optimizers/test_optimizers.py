@@ -1,4 +1,6 @@
-"""A contract battery: every registered optimizer by problems with known answers; and what is special of each."""
+"""A contract battery: every registered optimizer by problems with known answers; and what is special of
+each.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ KINDS = OPTIMIZERS.names()
 
 
 class Known(Objective):
-    """A sum of squares with its minimum at `truth`, on log scales, for each of n parameters: a bowl, a curved valley, or many minima."""
+    """A sum of squares with its minimum at `truth`, on log scales, for each of n parameters: a bowl, a curved
+    valley, or many minima.
+    """
 
     def __init__(self, shape: str, size: int) -> None:
         self.shape, self.truth = shape, np.exp(np.linspace(-0.6, 0.6, size))
@@ -39,7 +43,10 @@ class Known(Objective):
 
     def residuals(self, values: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         z, step = np.log(values / self.truth), 1e-6
-        columns = [(self._residual(z + step * unit) - self._residual(z - step * unit)) / (2 * step) for unit in np.eye(len(z))]
+        columns = [
+            (self._residual(z + step * unit) - self._residual(z - step * unit)) / (2 * step)
+            for unit in np.eye(len(z))
+        ]
         return self._residual(z), (np.array(columns).T / values)[:, free]
 
 

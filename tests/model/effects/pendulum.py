@@ -19,11 +19,13 @@ PENDULUM = """<robot name="pendulum">
 <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="3"/>
 <inertia ixx="0.2" iyy="0.2" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="hinge" type="continuous"><parent link="ground"/><child link="rod"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
-</robot>"""
+</robot>"""  # noqa: E501
 DRIVE = {"kind": "joint-compliance", "stiffness": {"initial": 400.0}, "damping": {"initial": 1.0}}
 
 
-def pendulum(folder: Path, effects: list[dict[str, object]], points: dict[int, Point] | None = None) -> tuple[System, np.ndarray]:
+def pendulum(
+    folder: Path, effects: list[dict[str, object]], points: dict[int, Point] | None = None
+) -> tuple[System, np.ndarray]:
     """The pendulum with effects, hanging, and the start values of its parameters."""
     path = folder / "pendulum.urdf"
     path.write_text(PENDULUM)
@@ -32,7 +34,9 @@ def pendulum(folder: Path, effects: list[dict[str, object]], points: dict[int, P
     return assemble(robot, site, parsed), initial(list_parameters(robot, site, parsed))
 
 
-def frequency(folder: Path, effects: list[dict[str, object]], points: dict[int, Point] | None = None) -> np.ndarray:
+def frequency(
+    folder: Path, effects: list[dict[str, object]], points: dict[int, Point] | None = None
+) -> np.ndarray:
     model, values = pendulum(folder, effects, points)
     mass, _, stiffness = model.matrices(values)
     return undamped_modes(mass, stiffness)[0]

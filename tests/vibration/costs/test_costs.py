@@ -26,8 +26,16 @@ VARIANTS = [
     {"kind": "frf-area", "compare": "complex"},
     {"kind": "frf-area", "scale": "log", "compare": "complex"},
     {"kind": "eigenfrequency"},
-    {"kind": "eigenfrequency", "scale": "relative", "conditions": [{"mode": 1, "above_hz": 500.0}, {"mode": 5, "below_hz": 1.0}]},
-    {"kind": "normalized-response", "excitation": {"3:+X": 0, "3:+Y": -90}, "weights": {"modes_hz": [15.0, 30.0]}},
+    {
+        "kind": "eigenfrequency",
+        "scale": "relative",
+        "conditions": [{"mode": 1, "above_hz": 500.0}, {"mode": 5, "below_hz": 1.0}],
+    },
+    {
+        "kind": "normalized-response",
+        "excitation": {"3:+X": 0, "3:+Y": -90},
+        "weights": {"modes_hz": [15.0, 30.0]},
+    },
 ]
 
 
@@ -37,9 +45,13 @@ def test_every_registered_cost_is_in_this_battery() -> None:
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=str)
 class TestContract:
-    def test_zero_at_the_truth_and_positive_elsewhere(self, variant: dict[str, object], tmp_path: Path) -> None:
+    def test_zero_at_the_truth_and_positive_elsewhere(
+        self, variant: dict[str, object], tmp_path: Path
+    ) -> None:
         data, parameters = targets(tmp_path)
-        objective = parse_cost({**variant, "conditions": []} if "conditions" in variant else variant).objective(data)
+        objective = parse_cost(
+            {**variant, "conditions": []} if "conditions" in variant else variant
+        ).objective(data)
         truth = initial(parameters)
         off = truth * np.exp(np.random.default_rng(0).normal(size=(6, len(truth))) * 0.2)
         costs = objective.costs(np.vstack([truth, off]))
@@ -49,7 +61,9 @@ class TestContract:
     def test_population_and_inputs(self, variant: dict[str, object], tmp_path: Path) -> None:
         data, parameters = targets(tmp_path, noise=0.02)
         objective = parse_cost(variant).objective(data)
-        population = initial(parameters) * np.exp(np.random.default_rng(0).normal(size=(4, len(parameters))) * 0.2)
+        population = initial(parameters) * np.exp(
+            np.random.default_rng(0).normal(size=(4, len(parameters))) * 0.2
+        )
         before = population.copy()
         together = objective.costs(population)
         assert together == pytest.approx([objective.costs(one[None])[0] for one in population], rel=1e-7)
@@ -66,7 +80,9 @@ class TestContract:
             expected = (plus - minus) / (2 * step[number])
             assert np.abs(slopes[:, column] - expected).max() < 1e-5 * np.abs(expected).max()
 
-    def test_a_hopeless_candidate_costs_infinity_not_an_exception(self, variant: dict[str, object], tmp_path: Path) -> None:
+    def test_a_hopeless_candidate_costs_infinity_not_an_exception(
+        self, variant: dict[str, object], tmp_path: Path
+    ) -> None:
         data, parameters = targets(tmp_path)
         hopeless = np.full(len(parameters), np.nan)
         with np.errstate(all="ignore"):
@@ -81,7 +97,9 @@ class TestContract:
 
 def test_gap_is_one_where_only_noise_is_left(tmp_path: Path) -> None:
     data, parameters = targets(tmp_path, noise=0.03)
-    assert parse_cost("frf-least-squares").objective(data).costs(initial(parameters)[None])[0] == pytest.approx(1.0, abs=0.03)
+    assert parse_cost("frf-least-squares").objective(data).costs(initial(parameters)[None])[
+        0
+    ] == pytest.approx(1.0, abs=0.03)
 
 
 def test_eigenfrequency_is_eq_2_of_umons(tmp_path: Path) -> None:
@@ -90,7 +108,9 @@ def test_eigenfrequency_is_eq_2_of_umons(tmp_path: Path) -> None:
     shifts = np.array([0.1, -0.2, 0.3]), np.array([0.01, 0.0, -0.02])
     table = ModalTable(modal.data.frequency_hz[:3] + shifts[0], modal.data.damping_ratio[:3] + shifts[1])
     cost = parse_cost({"kind": "eigenfrequency", "conditions": [{"mode": 4, "above_hz": 1000.0}]})
-    found = cost.objective(Targets(modal=(ModalTarget("m", table, modal.system),))).costs(initial(parameters)[None])[0]
+    found = cost.objective(Targets(modal=(ModalTarget("m", table, modal.system),))).costs(
+        initial(parameters)[None]
+    )[0]
     missing = 1000.0 - modal.data.frequency_hz[3]
     assert found == pytest.approx(0.6 + 3.0 + missing)
 
@@ -109,7 +129,11 @@ def test_modes_are_paired_by_shape_where_frequency_misleads(tmp_path: Path) -> N
 def test_normalized_response_combines_force_columns(tmp_path: Path) -> None:
     data, parameters = targets(tmp_path)
     values = initial(parameters) * 1.2
-    found = parse_cost({"kind": "normalized-response", "excitation": {"3:+X": 0, "3:+Y": -90}}).objective(data).costs(values[None])[0]
+    found = (
+        parse_cost({"kind": "normalized-response", "excitation": {"3:+X": 0, "3:+Y": -90}})
+        .objective(data)
+        .costs(values[None])[0]
+    )
     target = data.frf[0]
     difference = target.predict(values) - target.data.frf
     assert found == pytest.approx(np.abs(difference[..., 0] - 1j * difference[..., 1]).sum())

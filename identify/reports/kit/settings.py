@@ -14,13 +14,17 @@ _COLUMNS = (words("Setting"), words("Value"), words("Source"))
 
 
 def given_table(provenance: Provenance) -> Table | None:
-    """The settings that a config or the command line gave; None where sources were not kept, or nothing was given."""
+    """The settings that a config or the command line gave; None where sources were not kept, or nothing was
+    given.
+    """
     rows = tuple(row for row in _rows(provenance) if row[2] != DEFAULT)
     return Table("Settings that were given", _COLUMNS, rows) if rows else None
 
 
 def default_table(provenance: Provenance) -> Table | None:
-    """The settings nobody gave, with the values that were used; a star stands for every entry of a list with the same value."""
+    """The settings nobody gave, with the values that were used; a star stands for every entry of a list with
+    the same value.
+    """
     rows = tuple(_together([row for row in _rows(provenance) if row[2] == DEFAULT]))
     return Table("Defaults that were used", _COLUMNS[:2], tuple(row[:2] for row in rows)) if rows else None
 

@@ -1,7 +1,8 @@
-"""Blows on systems with nonlinear joint torques: what is simulated for an FRF set, together with those of other sets, and remembered.
+"""Blows on systems with nonlinear joint torques: what is simulated for an FRF set, together with those of
+other sets, and remembered.
 
-Simulating takes about as long for many models as for one, so all sets of a cost share a `Bench`, and the models with parameters
-moved a little, from which derivatives come, run along.
+Simulating takes about as long for many models as for one, so all sets of a cost share a `Bench`, and the
+models with parameters moved a little, from which derivatives come, run along.
 """
 
 from __future__ import annotations
@@ -10,20 +11,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
 from identify.model.effects.nonlinear import Law
 from identify.model.impact import Impact
-from identify.model.record import Ending
-from identify.model.struck import Struck
+from identify.model.impacted import Struck
 from identify.model.system import System
 from identify.model.transient import Attached, Models, Response, simulate
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.intp]
+from identify.model.truncation import Ending
 
 _STEPS_PER_PERIOD = 16
 """Time steps in a period of the highest line."""
@@ -35,7 +32,8 @@ _MOVED = 1e-4
 class Blow:
     """What is simulated for one set.
 
-    force (n, inputs); laws: each with the coordinate (n,) that it turns and the numbers of its parameters; the record is cut in `steps`.
+    force (n, inputs); laws: each with the coordinate (n,) that it turns and the numbers of its parameters;
+    the record is cut in `steps`.
     """
 
     system: System
@@ -56,7 +54,9 @@ class Blow:
         return np.stack([coordinate for _, coordinate, _ in self.laws], axis=1)
 
     def shares(self, values: Array) -> Array:
-        """(parameters,): the largest share of a coordinate's mass, damping or stiffness that a unit of the parameter contributes."""
+        """(parameters,): the largest share of a coordinate's mass, damping or stiffness that a unit of the
+        parameter contributes.
+        """
         totals = dict(zip(("mass", "damping", "stiffness"), self.system.matrices(values), strict=True))
         result = np.zeros(len(values))
         for role, whole in totals.items():
@@ -69,7 +69,8 @@ class Blow:
 def blow_on(name: str, data: FrfSet, system: System, force: Array, impact: Impact | None) -> Blow | None:
     """What to simulate for a set (force (n, inputs)); None for a linear system.
 
-    Raises InputError where a law acts on what no compliance releases, or the measurement does not say its impact.
+    Raises InputError where a law acts on what no compliance releases, or the measurement does not say its
+    impact.
     """
     if not system.laws:
         return None
@@ -79,9 +80,19 @@ def blow_on(name: str, data: FrfSet, system: System, force: Array, impact: Impac
             raise InputError("effects", found, "a joint-compliance that releases it")
     if impact is None:
         found = "no `impact`, on which a nonlinear effect depends"
-        raise InputError(name, found, "the mean peak force of the blows", "add `impact: {peak_n: 180}` to the measurement")
-    laws = tuple((one.law, system.site.vector(one.coordinate)[system.released], one.numbers) for one in system.laws)
-    return Blow(system, force, impact, laws, int(np.ceil(impact.record * _STEPS_PER_PERIOD * float(data.frequency_hz[-1]))))
+        raise InputError(
+            name, found, "the mean peak force of the blows", "add `impact: {peak_n: 180}` to the measurement"
+        )
+    laws = tuple(
+        (one.law, system.site.vector(one.coordinate)[system.released], one.numbers) for one in system.laws
+    )
+    return Blow(
+        system,
+        force,
+        impact,
+        laws,
+        int(np.ceil(impact.record * _STEPS_PER_PERIOD * float(data.frequency_hz[-1]))),
+    )
 
 
 class Bench:
@@ -106,38 +117,50 @@ class Bench:
         return known[blow].of(slice(count))
 
     def struck(self, blow: Blow, values: Array, s: Complex, free: Index) -> Struck:
-        """What the torques do to FRFs at s (lines,) and values (parameters,), with derivatives by parameters `free`."""
+        """What the torques do to FRFs at s (lines,) and values (parameters,), with derivatives by parameters
+        `free`.
+        """
         own = np.concatenate([numbers for _, _, numbers in blow.laws])
         shares = np.max([one.shares(values) for one in self._blows], axis=0)
         columns = np.flatnonzero((shares[free] > 0) | np.isin(free, own))
         moving, moved = free[columns], np.tile(values, (len(columns) + 1, 1))
         share = shares[moving]
-        steps = _MOVED / np.where(share > 0, share, 1 / np.maximum(np.abs(values[moving]), np.finfo(float).tiny))
+        steps = _MOVED / np.where(
+            share > 0, share, 1 / np.maximum(np.abs(values[moving]), np.finfo(float).tiny)
+        )
         moved[np.arange(1, len(moved)), moving] += steps
         response = self.responses(blow, moved)
         force, torque = blow.impact.transform(s), response.transform(s)
         ends = np.array([response.x, response.v])
         slopes = np.zeros((*torque[:, :, 0].shape, len(free)), dtype=complex)
-        slopes[..., columns] = np.moveaxis(torque[:, :, 1:] - torque[:, :, :1], 2, 3) / force[:, None, None, None] / steps
+        slopes[..., columns] = (
+            np.moveaxis(torque[:, :, 1:] - torque[:, :, :1], 2, 3) / force[:, None, None, None] / steps
+        )
         rates = np.zeros((*ends[:, 0].shape, len(free)))
         rates[..., columns] = np.moveaxis(ends[:, 1:] - ends[:, :1], 1, 3) / steps
         ending = Ending(blow.impact.record, response.x[0], response.v[0], rates)
         return Struck(ending, force, blow.coordinates, torque[:, :, 0] / force[:, None, None], slopes)
 
     def each(self, blow: Blow, values: Array, s: Complex) -> list[Struck]:
-        """What the torques do at values (S, parameters), for each of S models, without derivatives; s (lines,) or (S, lines)."""
+        """What the torques do at values (S, parameters), for each of S models, without derivatives; s
+        (lines,) or (S, lines).
+        """
         response = self.responses(blow, values)
         result = []
         for number, line in enumerate(np.broadcast_to(s, (len(values), s.shape[-1]))):
             one, force = response.of(slice(number, number + 1)), blow.impact.transform(line)
             torque = one.transform(line)[:, :, 0] / force[:, None, None]
             ending = Ending(blow.impact.record, one.x[0], one.v[0], np.zeros((2, *one.x[0].shape, 0)))
-            result.append(Struck(ending, force, blow.coordinates, torque, np.zeros((*torque.shape, 0), dtype=complex)))
+            result.append(
+                Struck(ending, force, blow.coordinates, torque, np.zeros((*torque.shape, 0), dtype=complex))
+            )
         return result
 
 
 def _simulate(blows: Sequence[Blow], values: Array) -> Response:
-    """What follows blows that are alike at values (S, parameters): the models of the first blow, then those of the second, and so on."""
+    """What follows blows that are alike at values (S, parameters): the models of the first blow, then those
+    of the second, and so on.
+    """
     matrices = [blow.system.matrices(values) for blow in blows]
     mass, damping, stiffness = (np.concatenate(parts) for parts in zip(*matrices, strict=True))
     force = np.concatenate([np.broadcast_to(blow.force, (len(values), *blow.force.shape)) for blow in blows])
@@ -147,4 +170,6 @@ def _simulate(blows: Sequence[Blow], values: Array) -> Response:
         turned = np.repeat([blow.laws[number][1] for blow in blows], len(values), axis=0)
         attached.append(Attached(law, turned, np.tile(values[:, numbers], (len(blows), 1))))
     with np.errstate(all="ignore"):  # a model that grows without bound ends in NaN, which costs infinity
-        return simulate(Models(mass, damping, stiffness, force, impacts), attached, blows[0].impact.record, blows[0].steps)
+        return simulate(
+            Models(mass, damping, stiffness, force, impacts), attached, blows[0].impact.record, blows[0].steps
+        )

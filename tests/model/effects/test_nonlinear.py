@@ -1,4 +1,6 @@
-"""Amplitude-dependent effects in FRFs: their linear limits, derivatives, and what they find in simulated hammer tests at several levels."""
+"""Amplitude-dependent effects in FRFs: their linear limits, derivatives, and what they find in simulated
+hammer tests at several levels.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,7 @@ import numpy as np
 import pytest
 
 from identify.core.errors import InputError, InputErrors
-from identify.discovery.levels import level_gap, torque_gaps
+from identify.discovery.amplitude import level_gap, torque_gaps
 from identify.fitting.fit import fit
 from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.impact import Impact
@@ -37,8 +39,12 @@ STAGES = [
 FRICTION = {"kind": "joint-friction", "joints": [2], "torque": {"initial": 30.0}}
 
 
-def _target(folder: Path, *effects: dict[str, Any], peak: float = 180.0, top: float = 80.0) -> tuple[FrfTarget, np.ndarray]:
-    """A target of the random arm with its drives elastic, struck with a peak force (N), up to `top` Hz, and the initial values."""
+def _target(
+    folder: Path, *effects: dict[str, Any], peak: float = 180.0, top: float = 80.0
+) -> tuple[FrfTarget, np.ndarray]:
+    """A target of the random arm with its drives elastic, struck with a peak force (N), up to `top` Hz, and
+    the initial values.
+    """
     system, parameters = model(arm(folder), [parse_effect(effect) for effect in (DRIVES, *effects)])
     target = predictor(system, lines=40, band=(3.0, top))
     if target.blow is not None:
@@ -53,7 +59,10 @@ def _apart(one: np.ndarray, other: np.ndarray) -> float:
 
 @pytest.mark.parametrize(
     ("effect", "lost", "felt"),
-    [(FRICTION, 1e9, 180.0), ({"kind": "hardening-stiffness", "joints": [2], "cubic": {"initial": 1e9}}, 1e-6, 1e6)],
+    [
+        (FRICTION, 1e9, 180.0),
+        ({"kind": "hardening-stiffness", "joints": [2], "cubic": {"initial": 1e9}}, 1e-6, 1e6),
+    ],
 )
 def test_a_blow_that_makes_the_torque_negligible_gives_the_linear_frfs(
     effect: dict[str, Any], lost: float, felt: float, tmp_path: Path
@@ -67,9 +76,15 @@ def test_a_blow_that_makes_the_torque_negligible_gives_the_linear_frfs(
 
 
 def test_friction_that_never_slips_is_a_damper_and_an_inertia(tmp_path: Path) -> None:
-    """T = D v + D tau dv/dt, exactly linear: the whole route through time against the route through matrices."""
+    """T = D v + D tau dv/dt, exactly linear: the whole route through time against the route through
+    matrices.
+    """
     linear, values = _target(tmp_path)
-    own = {"torque": {"initial": 1e4}, "stick_damping": {"initial": 3e3, "bounds": [1, 1e6]}, "stick_time": {"initial": 0.03}}
+    own = {
+        "torque": {"initial": 1e4},
+        "stick_damping": {"initial": 3e3, "bounds": [1, 1e6]},
+        "stick_time": {"initial": 0.03},
+    }
     stuck = {"kind": "joint-friction", "joints": [2], **own}
     struck, more = _target(tmp_path, stuck, peak=1e-3)
     tau = more[-1]
@@ -86,7 +101,11 @@ def test_friction_that_never_slips_is_a_damper_and_an_inertia(tmp_path: Path) ->
     [
         [FRICTION],
         [{"kind": "hardening-stiffness", "joints": [1, 3], "cubic": {"initial": [1e13, 3e13]}}],
-        [FRICTION, {"kind": "hardening-stiffness", "joints": [3], "cubic": {"initial": 3e13}}, {"kind": "window-decay"}],
+        [
+            FRICTION,
+            {"kind": "hardening-stiffness", "joints": [3], "cubic": {"initial": 3e13}},
+            {"kind": "window-decay"},
+        ],
     ],
 )
 def test_derivatives_are_those_of_the_prediction(effects: list[dict[str, Any]], tmp_path: Path) -> None:
@@ -110,12 +129,18 @@ def test_sets_that_share_a_bench_are_predicted_as_each_alone(tmp_path: Path) -> 
     objective = parse_cost("frf-least-squares").objective(Targets(tuple(both)))
     free = np.array([2, 3, 12])
     together, slopes = objective.residuals(values, free)
-    alone = [parse_cost("frf-least-squares").objective(Targets((one,))).residuals(values, free) for one in both]
+    alone = [
+        parse_cost("frf-least-squares").objective(Targets((one,))).residuals(values, free) for one in both
+    ]
     assert together == pytest.approx(np.concatenate([r for r, _ in alone]), rel=1e-9, abs=1e-12)
-    assert slopes == pytest.approx(np.concatenate([j for _, j in alone]), rel=1e-6, abs=1e-12 * np.abs(slopes).max())
+    assert slopes == pytest.approx(
+        np.concatenate([j for _, j in alone]), rel=1e-6, abs=1e-12 * np.abs(slopes).max()
+    )
     assert _apart(target.predict(values), harder.predict(values)) > 0.01
     crowd = values * np.exp(0.1 * np.random.default_rng(0).normal(size=(13, len(values))))
-    assert objective.costs(crowd) == pytest.approx([float(objective.costs(one[None])[0]) for one in crowd], rel=1e-9)
+    assert objective.costs(crowd) == pytest.approx(
+        [float(objective.costs(one[None])[0]) for one in crowd], rel=1e-9
+    )
 
 
 def test_levels_are_needed_by_these_effects_only() -> None:
@@ -124,7 +149,9 @@ def test_levels_are_needed_by_these_effects_only() -> None:
 
 
 def test_a_locked_joint_and_a_blow_that_was_not_stated_are_refused(tmp_path: Path) -> None:
-    system, _ = model(arm(tmp_path), [parse_effect({"kind": "joint-compliance", "joints": [1, 3]}), parse_effect(FRICTION)])
+    system, _ = model(
+        arm(tmp_path), [parse_effect({"kind": "joint-compliance", "joints": [1, 3]}), parse_effect(FRICTION)]
+    )
     with pytest.raises(InputError, match=r"joint2\.rz, which is locked"):
         predictor(system)
     path = _study(_tested("none", tmp_path, levels=(1.0,)), [FRICTION], stated=False)
@@ -144,11 +171,21 @@ def _study(test: Path, effects: list[dict[str, Any]], stated: bool = True) -> Pa
     about = json.loads((test / "test.json").read_text())
     usual = {"averages": about["averages"], "window_decay_per_s": about["exponential_window_decay_per_s"]}
     files = [
-        {"file": one["file"], "posture_deg": one["posture_deg"], **usual, **({"impact": {"peak_n": one["level_n"]}} if stated else {})}
+        {
+            "file": one["file"],
+            "posture_deg": one["posture_deg"],
+            **usual,
+            **({"impact": {"peak_n": one["level_n"]}} if stated else {}),
+        }
         for one in about["files"]
     ]
     springs = {**DRIVES, "stiffness": {"initial": about["initial_stiffness_nm_per_rad"]}}
-    study = {"schema": "identify/1", "robot": {"urdf": "robot.urdf"}, "points": "points.csv", "measurements": files}
+    study = {
+        "schema": "identify/1",
+        "robot": {"urdf": "robot.urdf"},
+        "points": "points.csv",
+        "measurements": files,
+    }
     study |= {"band_hz": [3, 80], "effects": [springs, *effects], "starts": 1, "optimizer": STAGES}
     (test / "study.yaml").write_text(json.dumps(study))
     return test / "study.yaml"
@@ -167,8 +204,12 @@ def _fitted(test: Path, effects: list[dict[str, Any]]) -> tuple[Problem, np.ndar
         ("hardening_j3", "hardening-stiffness", "joint3.rz.cubic_stiffness", "cubic_nm_per_rad3", 0.3),
     ],
 )
-def test_it_is_found_in_a_simulated_test(case: str, kind: str, parameter: str, truth_of: str, close: float, tmp_path: Path) -> None:
-    """Four blows within 20 % of their level leave 6 % of their mean open (one sigma), and twice that of a cubic stiffness."""
+def test_it_is_found_in_a_simulated_test(
+    case: str, kind: str, parameter: str, truth_of: str, close: float, tmp_path: Path
+) -> None:
+    """Four blows within 20 % of their level leave 6 % of their mean open (one sigma), and twice that of a
+    cubic stiffness.
+    """
     joint = int(case[-1])
     test = _tested(case, tmp_path)
     hidden = json.loads((tmp_path / "truth.json").read_text())["effects"][0][truth_of]
@@ -192,7 +233,9 @@ def test_levels_agree_where_nothing_depends_on_them(tmp_path: Path) -> None:
 
 
 def test_the_nonlinear_response_explains_friction_in_a_test_made_outside_this_project(tmp_path: Path) -> None:
-    """At least half of what is above noise must go, on fitted and on validation data; most of it does (base fit: several starts)."""
+    """At least half of what is above noise must go, on fitted and on validation data; most of it does (base
+    fit: several starts).
+    """
     gaps, initial = [], {}
     for extra in ("", "  - {kind: joint-friction, joints: [2]}\nstarts: 1\n"):
         keys = f"{extra}optimizer: {json.dumps(STAGES)}\ninitial: {json.dumps(initial)}"
@@ -201,6 +244,8 @@ def test_the_nonlinear_response_explains_friction_in_a_test_made_outside_this_pr
         there = problem.file.study.cost.objective(problem.targets("validate"))
         gaps.append((found.cost, float(there.costs(found.values[None])[0])))
         initial = {p.name: float(v) for p, v in zip(problem.parameters, found.values, strict=True)}
-    assert [initial[f"joint{n}.rz.stiffness"] for n in range(1, 7)] == pytest.approx(truth("friction_j2_101")["k"], rel=0.02)
+    assert [initial[f"joint{n}.rz.stiffness"] for n in range(1, 7)] == pytest.approx(
+        truth("friction_j2_101")["k"], rel=0.02
+    )
     for before, after in zip(*gaps, strict=True):
         assert after - 1 < 0.2 * (before - 1)

@@ -1,13 +1,15 @@
-"""What FRFs look like whose records ended before the response had died out, and the exact sensitivities of that.
+"""What FRFs look like whose records ended before the response had died out, and the exact sensitivities of
+that.
 
-A record of length T, begun by the blow, sees the impulse response only up to T.  What it ends with, the displacement x(T) and
-velocity v(T), is missing from the transform:
+A record of length T, begun by the blow, sees the impulse response only up to T.  What it ends with, the
+displacement x(T) and velocity v(T), is missing from the transform:
 
     Z(s) X = F - e^(-sT) ((s M + C) x(T) + M v(T)),   H_k = s^k X + e^(-sT) (s^(k-1) x(T) + s^(k-2) v(T))
 
-with k = 0, 1, 2 for displacement, velocity and acceleration; terms with negative powers of s do not exist.  An exponential window
-makes the difference small: e^-5 of H at a resonance of 10 Hz with 2 % damping after 1.6 s with a window of 2 / s.  A model that
-grows faster than the window decays, such as one with a negative mass, has no transform at s, and nothing is taken off.
+with k = 0, 1, 2 for displacement, velocity and acceleration; terms with negative powers of s do not exist.
+An exponential window makes the difference small: e^-5 of H at a resonance of 10 Hz with 2 % damping after 1.6
+s with a window of 2 / s.  A model that grows faster than the window decays, such as one with a negative mass,
+has no transform at s, and nothing is taken off.
 """
 
 from __future__ import annotations
@@ -19,18 +21,18 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.model.modes import state_eigen
 from identify.model.system import Factors
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 NEGLIGIBLE = 1e-4
 """Size of what is missing relative to H, at a resonance, below which it is not computed."""
 
 
 class Missing(Protocol):
-    """What a model's force lacks of a unit force and its motion has besides, line by line, and what both do to derivatives."""
+    """What a model's force lacks of a unit force and its motion has besides, line by line, and what both do
+    to derivatives.
+    """
 
     def load(self, mass: Array, damping: Array, s: Complex) -> Complex:
         """(lines, n, inputs): what is taken off the force."""
@@ -38,13 +40,19 @@ class Missing(Protocol):
     def motion(self, s: Complex, power: int) -> Complex | float:
         """(lines, n, inputs): what is added to s^power X."""
 
-    def gradient(self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int) -> Complex:
-        """(lines, outputs, inputs, p): what H changes by as load and motion do; to_out (lines, outputs, n) is S Z^-1."""
+    def gradient(
+        self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
+    ) -> Complex:
+        """(lines, outputs, inputs, p): what H changes by as load and motion do; to_out (lines, outputs, n) is
+        S Z^-1.
+        """
 
 
 @dataclass(frozen=True)
 class Ending:
-    """Where a unit blow at each input has led after `record` seconds: x, v (n, inputs); slopes (2, n, inputs, p) of both by parameters."""
+    """Where a unit blow at each input has led after `record` seconds: x, v (n, inputs); slopes (2, n, inputs,
+    p) of both by parameters.
+    """
 
     record: float
     x: Array
@@ -63,39 +71,58 @@ class Ending:
             return 0.0
         return np.asarray(np.exp(-line * self.record) * (self.x if power == 1 else line * self.x + self.v))
 
-    def slope(self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int) -> Complex:
+    def slope(
+        self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
+    ) -> Complex:
         """(lines, outputs, inputs): derivative with respect to s of what the ending does to H."""
         line = s[:, None, None]
-        change = line**power * (to_out @ (self.record * ((line * mass + damping) @ self.x + mass @ self.v) - mass @ self.x))
+        change = line**power * (
+            to_out @ (self.record * ((line * mass + damping) @ self.x + mass @ self.v) - mass @ self.x)
+        )
         if power == 1:
             change = change - self.record * (out @ self.x)
         if power == 2:
             change = change + out @ (self.x - self.record * (line * self.x + self.v))
         return np.asarray(np.exp(-line * self.record) * change)
 
-    def gradient(self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int) -> Complex:
-        """(lines, outputs, inputs, p): what H changes by as x(T) and v(T) do; to_out (lines, outputs, n) is S Z^-1."""
+    def gradient(
+        self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
+    ) -> Complex:
+        """(lines, outputs, inputs, p): what H changes by as x(T) and v(T) do; to_out (lines, outputs, n) is S
+        Z^-1.
+        """
         line = s[:, None, None]
         of_x = line ** (power - 1) * out * (power > 0) - line**power * (to_out @ (line * mass + damping))
         of_v = out * (power == 2) - line**power * (to_out @ mass)
         both = np.concatenate([of_x, of_v], axis=2) * np.exp(-line * self.record)
         flat = both.reshape(-1, both.shape[2])
         ends = self.slopes.reshape(both.shape[2], -1)
-        product = np.concatenate([flat.real, flat.imag]) @ ends  # copied, because BLAS refuses the strides of a real part
+        product = (
+            np.concatenate([flat.real, flat.imag]) @ ends
+        )  # copied, because BLAS refuses the strides of a real part
         product = product[: len(flat)] + 1j * product[len(flat) :]
         return np.asarray(product.reshape(*to_out.shape[:2], *self.slopes.shape[2:]))
 
 
 def lasting(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_]:
-    """Whether motions with eigenvalues (..., r) last beyond the record as seen through the window that s (..., lines) implies, (...)."""
+    """Whether motions with eigenvalues (..., r) last beyond the record as seen through the window that s
+    (..., lines) implies, (...).
+    """
     growth = eigenvalues.real.max(axis=-1) - s.real.min(axis=-1)
     return np.asarray((growth < 0) & (growth * record > np.log(NEGLIGIBLE)))
 
 
 def ending(
-    matrices: tuple[Array, Array, Array], factors: Factors, s: Complex, force: Array, record: float, parameters: NDArray[np.intp]
+    matrices: tuple[Array, Array, Array],
+    factors: Factors,
+    s: Complex,
+    force: Array,
+    record: float,
+    parameters: NDArray[np.intp],
 ) -> Ending | None:
-    """The ending with its slopes for the parameters whose numbers are given; None where the response has died out."""
+    """The ending with its slopes for the parameters whose numbers are given; None where the response has died
+    out.
+    """
     mass, damping, _ = matrices
     eigenvalues, shapes = state_eigen(*matrices)
     if not lasting(eigenvalues, s, record):
@@ -105,19 +132,30 @@ def ending(
     decayed = np.exp(eigenvalues * record)[:, None] * participation
     columns = np.flatnonzero(np.isin(factors.owner, parameters))
     owned = (factors.owner[columns, None] == parameters).astype(float)
-    slopes = [_slopes((eigenvalues, shapes, norm), participation, record, factors, columns, rate) for rate in (0, 1)]
+    slopes = [
+        _slopes((eigenvalues, shapes, norm), participation, record, factors, columns, rate) for rate in (0, 1)
+    ]
     moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
     x, v = np.split(moved.real, 2, axis=1)
-    return Ending(record, x, v, np.array([(shapes @ slope).real.reshape(*x.shape, -1) @ owned for slope in slopes]))
+    return Ending(
+        record, x, v, np.array([(shapes @ slope).real.reshape(*x.shape, -1) @ owned for slope in slopes])
+    )
 
 
 def _slopes(
-    modes: tuple[Complex, Complex, Complex], participation: Complex, record: float, factors: Factors, columns: NDArray[np.intp], rate: int
+    modes: tuple[Complex, Complex, Complex],
+    participation: Complex,
+    record: float,
+    factors: Factors,
+    columns: NDArray[np.intp],
+    rate: int,
 ) -> Complex:
-    """Derivatives (modes, inputs * columns) of the modal parts of x(T), or of v(T) with rate 1, for unit changes of Z by each column.
+    """Derivatives (modes, inputs * columns) of the modal parts of x(T), or of v(T) with rate 1, for unit
+    changes of Z by each column.
 
-    x(T) is the integral of e^(zT) Z(z)^-1 F / 2 pi j around all eigenvalues; so its change is minus the sum over pairs of
-    modes of residues times the divided difference of z^(k + rate) e^(zT), with k the power of s of the column.
+    x(T) is the integral of e^(zT) Z(z)^-1 F / 2 pi j around all eigenvalues; so its change is minus the sum
+    over pairs of modes of residues times the divided difference of z^(k + rate) e^(zT), with k the power of s
+    of the column.
     """
     eigenvalues, shapes, norm = modes
     result = np.zeros((len(eigenvalues), participation.shape[1], len(columns)), dtype=complex)
@@ -132,14 +170,25 @@ def _slopes(
         modal = shapes.T @ factors.vectors[:, chosen]
         driven = divided @ (participation[:, :, None] * modal[:, None, :]).reshape(len(eigenvalues), -1)
         driven = driven.reshape(-1, participation.shape[1], len(chosen))
-        result[..., factors.power[columns] == k] = -driven * (modal / norm[:, None] * factors.weight[chosen])[:, None, :]
+        result[..., factors.power[columns] == k] = (
+            -driven * (modal / norm[:, None] * factors.weight[chosen])[:, None, :]
+        )
     return result.reshape(len(eigenvalues), -1)
 
 
 def rest_by_exponential(
-    mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int, record: float
+    mass: Array,
+    damping: Array,
+    stiffness: Array,
+    s: Complex,
+    out: Array,
+    force: Array,
+    power: int,
+    record: float,
 ) -> Complex:
-    """What is missing from H (..., lines, outputs, inputs), for a population (..., n, n), by matrix exponentials: defective systems too."""
+    """What is missing from H (..., lines, outputs, inputs), for a population (..., n, n), by matrix
+    exponentials: defective systems too.
+    """
     size = mass.shape[-1]
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)

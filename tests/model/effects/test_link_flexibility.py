@@ -1,4 +1,6 @@
-"""Link flexibility against cantilevers in closed form and against a chain of many rigid pieces built directly in MuJoCo."""
+"""Link flexibility against cantilevers in closed form and against a chain of many rigid pieces built directly
+in MuJoCo.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ from identify.robot.urdf import read_urdf
 from tests.arms import arm, initial
 from tests.robot.random_arm import general_arm, random_posture, write
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 LENGTH, EI, EI2, GJ, DRIVES = 1.0, 3e5, 4.5e5, 2e5, 8e5
 ROD, LOAD = (30.0, 0.04), (40.0, (0.2, 0.1, 0.3), (1.5, 1.2, 0.9))
@@ -36,22 +38,38 @@ URDF = """<robot name="two">
 <inertia ixx="{j[0]}" iyy="{j[1]}" izz="{j[2]}" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="j1" type="continuous"><parent link="base_link"/><child link="beam"/><origin xyz="0 0 0.4"/><axis xyz="0 1 0"/></joint>
 <joint name="j2" type="continuous"><parent link="beam"/><child link="load"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
-</robot>"""
+</robot>"""  # noqa: E501
 POSTURE = np.array([0.0, 0.9])
-FLEXIBLE = {"kind": "link-flexibility", "link": "beam", "bending": {"initial": [EI, EI2]}, "torsion": {"initial": GJ}}
+FLEXIBLE = {
+    "kind": "link-flexibility",
+    "link": "beam",
+    "bending": {"initial": [EI, EI2]},
+    "torsion": {"initial": GJ},
+}
 JOINTS = {"kind": "joint-compliance", "stiffness": {"initial": DRIVES}}
 
 
-def _robot(folder: Path, rod: float = ROD[0], load: float = LOAD[0], centre: tuple[float, ...] = LOAD[1]) -> Robot:
+def _robot(
+    folder: Path, rod: float = ROD[0], load: float = LOAD[0], centre: tuple[float, ...] = LOAD[1]
+) -> Robot:
     """A uniform rod that carries a block, without gravity; `rod` and `load` are their masses."""
     across = rod * ROD[1] ** 2
-    text = URDF.format(m=rod, i=rod * LENGTH**2 / 12 + across, t=2 * across, load=load, c=centre, j=[load / LOAD[0] * j for j in LOAD[2]])
+    text = URDF.format(
+        m=rod,
+        i=rod * LENGTH**2 / 12 + across,
+        t=2 * across,
+        load=load,
+        c=centre,
+        j=[load / LOAD[0] * j for j in LOAD[2]],
+    )
     path = folder / "two.urdf"
     path.write_text(text)
     return replace(read_urdf(path), gravity=np.zeros(3))
 
 
-def _model(robot: Robot, effects: list[dict[str, Any]], detached: str | None = None) -> tuple[System, np.ndarray]:
+def _model(
+    robot: Robot, effects: list[dict[str, Any]], detached: str | None = None
+) -> tuple[System, np.ndarray]:
     parsed = [parse_effect(effect) for effect in effects]
     values = initial(list_parameters(robot, build_site(robot, POSTURE, parsed), parsed))
     return assemble(robot, build_site(robot, POSTURE, parsed, detached), parsed), values
@@ -75,9 +93,17 @@ def _chain(pieces: int, share: float, flexible: bool = True) -> tuple[mujoco.MjM
             text += "".join(f'<joint axis="{axis}"/>' for axis in ("0 1 0", "1 0 0", "0 0 1"))
             stiffness += [bend * pieces / (share * LENGTH) for bend in (EI, EI2, GJ)]
         text += _piece(0.0, edges[number], edges[number + 1])
-    text += f'<body name="load" pos="0 0 {LENGTH - edges[-2]:.12g}" quat="{np.cos(0.45)} 0 {np.sin(0.45)} 0"><joint axis="0 1 0"/>'
-    text += f'<inertial pos="{_words(LOAD[1])}" mass="{LOAD[0]}" diaginertia="{_words(LOAD[2])}"/></body>' + "</body>" * (pieces + 1)
-    model = mujoco.MjModel.from_xml_string(f'<mujoco><option gravity="0 0 0"/><worldbody>{text}</worldbody></mujoco>')
+    text += (
+        f'<body name="load" pos="0 0 {LENGTH - edges[-2]:.12g}" quat="{np.cos(0.45)} 0 {np.sin(0.45)}'
+        ' 0"><joint axis="0 1 0"/>'
+    )
+    text += (
+        f'<inertial pos="{_words(LOAD[1])}" mass="{LOAD[0]}" diaginertia="{_words(LOAD[2])}"/></body>'
+        + "</body>" * (pieces + 1)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option gravity="0 0 0"/><worldbody>{text}</worldbody></mujoco>'
+    )
     return model, np.array([*stiffness, DRIVES])
 
 
@@ -93,7 +119,9 @@ def _words(values: tuple[float, ...]) -> str:
 
 
 def _chain_frfs(model: mujoco.MjModel, stiffness: np.ndarray, s: complex) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies, and receptance (6, 3) at s from forces at a point of the load to it and to a point of the rod at 0.6 m."""
+    """Frequencies, and receptance (6, 3) at s from forces at a point of the load to it and to a point of the
+    rod at 0.6 m.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     mass = np.zeros((model.nv, model.nv))
@@ -101,13 +129,18 @@ def _chain_frfs(model: mujoco.MjModel, stiffness: np.ndarray, s: complex) -> tup
     load = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "load")
     rod = max(body for body in range(1, load) if data.xpos[body][2] <= 0.4 + 0.6)
     rows = []
-    for body, place in ((load, data.xpos[load] + Rotation.from_rotvec([0, 0.9, 0]).apply([0.1, 0.2, 0.3])), (rod, [0.05, 0.0, 1.0])):
+    for body, place in (
+        (load, data.xpos[load] + Rotation.from_rotvec([0, 0.9, 0]).apply([0.1, 0.2, 0.3])),
+        (rod, [0.05, 0.0, 1.0]),
+    ):
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_jac(model, data, jacobian, None, np.asarray(place), body)
         rows.append(jacobian)
     both = np.vstack(rows)
     z = np.diag(stiffness) + s**2 * mass
-    return np.sqrt(scipy.linalg.eigh(np.diag(stiffness), mass, eigvals_only=True)) / (2 * np.pi), both @ np.linalg.solve(z, rows[0].T)
+    return np.sqrt(scipy.linalg.eigh(np.diag(stiffness), mass, eigvals_only=True)) / (
+        2 * np.pi
+    ), both @ np.linalg.solve(z, rows[0].T)
 
 
 @pytest.mark.parametrize("share", [1.0, 0.7])
@@ -123,7 +156,12 @@ def test_frequencies_and_frfs_are_those_of_a_fine_chain(share: float, tmp_path: 
     assert found[4] == pytest.approx(expected[4], rel=0.05)
     rigid = _frequencies(robot, [JOINTS])
     assert abs(rigid[0] / expected[0] - 1) > 0.05, "the flexibility matters"
-    rows = np.vstack([model.base_jacobian("load", np.array([0.1, 0.2, 0.3])), model.base_jacobian("beam", np.array([0.05, 0.0, 0.6]))])
+    rows = np.vstack(
+        [
+            model.base_jacobian("load", np.array([0.1, 0.2, 0.3])),
+            model.base_jacobian("beam", np.array([0.05, 0.0, 0.6])),
+        ]
+    )
     h = frf_by_solve(mass, 0 * damping, stiffness, s, rows, rows[:3].T, 0)
     for line, at in enumerate(s):
         other = _chain_frfs(*chain, at)[1]
@@ -131,7 +169,9 @@ def test_frequencies_and_frfs_are_those_of_a_fine_chain(share: float, tmp_path: 
 
 
 def test_four_pieces_are_roughly_a_beam(tmp_path: Path) -> None:
-    """The hidden truth elsewhere is a chain of few pieces, whose hinges are spread less than a beam's flexibility."""
+    """The hidden truth elsewhere is a chain of few pieces, whose hinges are spread less than a beam's
+    flexibility.
+    """
     expected = _chain_frfs(*_chain(3, 1.0), 1j)[0]
     found = _frequencies(_robot(tmp_path), [JOINTS, {**FLEXIBLE, "flexible_share": 1.0}])
     assert found[:4] == pytest.approx(expected[:4], rel=0.05)
@@ -142,7 +182,9 @@ def _held(robot: Robot, rod_only: bool = False) -> np.ndarray:
 
 
 def test_light_cantilever_with_a_heavy_end_in_closed_form(tmp_path: Path) -> None:
-    """Bending sqrt(3 EI / (m L^3)) in both planes; a block with its centre at the end, almost without inertia of its own."""
+    """Bending sqrt(3 EI / (m L^3)) in both planes; a block with its centre at the end, almost without inertia
+    of its own.
+    """
     robot = _robot(tmp_path, rod=1e-3, load=100.0, centre=(0.0, 0.0, 0.0))
     small = replace(robot.links[2], inertia=1e-6 * np.eye(3))
     robot = replace(robot, links=(*robot.links[:2], small))
@@ -184,7 +226,9 @@ def test_slices_are_the_body() -> None:
     for mass, centre, inertia in parts:
         d = centre - body.centre
         total += inertia + mass * (d @ d * np.eye(3) - np.outer(d, d))
-        assert np.linalg.eigvalsh(0.5 * np.trace(inertia) * np.eye(3) - inertia).min() > -1e-9, "each is a body"
+        assert np.linalg.eigvalsh(0.5 * np.trace(inertia) * np.eye(3) - inertia).min() > -1e-9, (
+            "each is a body"
+        )
     assert total == pytest.approx(body.inertia)
 
 
@@ -195,21 +239,27 @@ def test_stiff_link_is_a_rigid_link(tmp_path: Path) -> None:
 
 
 def test_a_body_at_the_end_of_an_uneven_link_moves_with_the_end_alone(tmp_path: Path) -> None:
-    """All parameters of unevenness at zero: the even link.  A body at the end: sqrt(3 EI / (m L^3)), and the rigid link as it was."""
+    """All parameters of unevenness at zero: the even link.  A body at the end: sqrt(3 EI / (m L^3)), and the
+    rigid link as it was.
+    """
     robot = _robot(tmp_path, rod=1e-3, load=1e-4, centre=(0.0, 0.0, 0.0))
     even, values = _model(robot, [JOINTS, FLEXIBLE])
     uneven, more = _model(robot, [JOINTS, {**FLEXIBLE, "uneven": True}])
     assert np.array_equal(more[: len(values)], values) and not more[len(values) :].any()
     for one, other in zip(even.matrices(values), uneven.matrices(more), strict=True):
         assert np.array_equal(one, other)
-    names = [p.name for p in list_parameters(robot, uneven.site, [parse_effect({**FLEXIBLE, "uneven": True})])]
+    names = [
+        p.name for p in list_parameters(robot, uneven.site, [parse_effect({**FLEXIBLE, "uneven": True})])
+    ]
     more[names.index("beam.end_mass") - len(names)] = 50.0
     mass, _, stiffness = uneven.matrices(more)
     joints = [n for n, name in enumerate(uneven.coordinates) if name.startswith("joint")]
     assert np.array_equal(mass[np.ix_(joints, joints)], even.mass[np.ix_(joints, joints)])
     flexible = [n for n in range(len(mass)) if n not in joints]
     found = undamped_modes(mass[np.ix_(flexible, flexible)], stiffness[np.ix_(flexible, flexible)])[0]
-    assert found[:2] == pytest.approx(np.sqrt(3 * np.array([EI, EI2]) / (50.0 * LENGTH**3)) / (2 * np.pi), rel=1e-3)
+    assert found[:2] == pytest.approx(
+        np.sqrt(3 * np.array([EI, EI2]) / (50.0 * LENGTH**3)) / (2 * np.pi), rel=1e-3
+    )
 
 
 def test_what_lies_beyond_may_be_taken_off(tmp_path: Path) -> None:
@@ -218,7 +268,10 @@ def test_what_lies_beyond_may_be_taken_off(tmp_path: Path) -> None:
     mass, _, stiffness = model.matrices(values)
     assert model.coordinates[0] == "joint1.rz"
     assert len(model.coordinates) == 6
-    found, expected = undamped_modes(mass, stiffness)[0], undamped_modes(*[bare.matrices(values)[part] for part in (0, 2)])[0]
+    found, expected = (
+        undamped_modes(mass, stiffness)[0],
+        undamped_modes(*[bare.matrices(values)[part] for part in (0, 2)])[0],
+    )
     assert found[:3] == pytest.approx(expected[:3], rel=1e-4)
     assert len(values) == len(bare_values)
 
@@ -240,7 +293,9 @@ def test_the_first_plane_is_that_of_the_joint(tmp_path: Path) -> None:
 
 def test_links_without_length_are_refused_and_no_place(tmp_path: Path) -> None:
     robot = arm(tmp_path)
-    assert [place.link for place in parse_effect(FLEXIBLE).places(robot, {})] == [f"link{number}" for number in range(1, 6)]  # type: ignore[attr-defined]
+    assert [place.link for place in parse_effect(FLEXIBLE).places(robot, {})] == [
+        f"link{number}" for number in range(1, 6)
+    ]  # type: ignore[attr-defined]
     met = replace(robot.joints[3], origin=np.eye(4))
     wrist = replace(robot, joints=(*robot.joints[:3], met, *robot.joints[4:]))
     assert "link3" not in [place.link for place in parse_effect(FLEXIBLE).places(wrist, {})]  # type: ignore[attr-defined]
@@ -251,8 +306,14 @@ def test_links_without_length_are_refused_and_no_place(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("make", ["urdf", "dh"])
 def test_both_sides_of_the_far_joint_move_alike(make: str, tmp_path: Path) -> None:
-    """At the next joint's origin the deformed link and the link beyond are one: nothing aligned, and frames at the far ends."""
-    robot = read_urdf(write(tmp_path, general_arm(2))) if make == "urdf" else read_dh(ROOT / "data" / "umons_tx200" / "robot.yaml")
+    """At the next joint's origin the deformed link and the link beyond are one: nothing aligned, and frames
+    at the far ends.
+    """
+    robot = (
+        read_urdf(write(tmp_path, general_arm(2)))
+        if make == "urdf"
+        else read_dh(ROOT / "data" / "umons_tx200" / "robot.yaml")
+    )
     places = list(EFFECTS.get("link-flexibility").places(robot, {}))
     assert len(places) >= 3
     for place in places:

@@ -1,25 +1,26 @@
-"""A recorded motion as motion effects see it: positions, velocities, accelerations, and the torque that the gears carry."""
+"""A recorded motion as motion effects see it: positions, velocities, accelerations, and the torque that the
+gears carry.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.robot.inverse_dynamics import RigidArm
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Scene:
-    """One record.  Arrays over all joints of the robot are (samples, joints), in rad, rad/s, rad/s^2, N m at the joint.
+class RecordedMotion:
+    """One record.  Arrays over all joints of the robot are (samples, joints), in rad, rad/s, rad/s^2, N m at
+    the joint.
 
-    axes: numbers (from 1) of the examined joints; gear_ratio (joints,): motor turns per joint turn; load: torque that each gear
-    passes on to the links as far as it is known; motor_torque: as measured, at the motor; error: command minus motor position,
-    or None; slow: the speed (rad/s) up to which a joint counts as standing.
+    axes: numbers (from 1) of the examined joints; gear_ratio (joints,): motor turns per joint turn; load:
+    torque that each gear passes on to the links as far as it is known; motor_torque: as measured, at the
+    motor; error: command minus motor position, or None; slow: the speed (rad/s) up to which a joint counts as
+    standing.
     """
 
     time_s: Array
@@ -34,7 +35,9 @@ class Scene:
     gear_ratio: Array
     slow: float
     relative: bool
-    """Whether positions count from where the record began, so that phases of waves differ from record to record."""
+    """Whether positions count from where the record began, so that phases of waves differ from record to
+    record.
+    """
     payload: tuple[str, tuple[float, float, float]]
     """Link that carries the payload and the place (m) of the payload's centre in its frame."""
     cache: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
@@ -46,7 +49,9 @@ class Scene:
         return found
 
     def on_all(self, *torques: Array) -> Array:
-        """(samples, examined joints, columns) at the motors out of torques (samples, joints) at the joints."""
+        """(samples, examined joints, columns) at the motors out of torques (samples, joints) at the
+        joints.
+        """
         rows = [axis - 1 for axis in self.axes]
         return np.stack([torque[:, rows] / self.gear_ratio[rows] for torque in torques], axis=2)
 

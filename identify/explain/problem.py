@@ -1,4 +1,6 @@
-"""From conditioned motions to what is to be explained: torque, deflection and tracking error of the examined joints."""
+"""From conditioned motions to what is to be explained: torque, deflection and tracking error of the examined
+joints.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.explain.effects.base import Target
-from identify.explain.effects.scene import Array, Mask, Scene
+from identify.explain.recorded_motion import RecordedMotion
 from identify.explain.regression import Case, Fit
 from identify.measured.conditioning import Motion
 from identify.robot.description import Robot
@@ -20,10 +23,11 @@ UNITS: dict[Target, str] = {"torque": "N m", "deflection": "rad", "tracking": "r
 
 @dataclass(frozen=True)
 class Known:
-    """What is known before anything is explained: gear ratio and rotor inertia (joints,), kg m^2 at the motor.
+    """What is known before anything is explained: gear ratio and rotor inertia (joints,), kg m^2 at the
+    motor.
 
-    joints: numbers (from 1) of the joints to explain; slow: rad/s up to which a joint stands; payload: link and place (m) of its centre;
-    relative: positions count from where each record began.
+    joints: numbers (from 1) of the joints to explain; slow: rad/s up to which a joint stands; payload: link
+    and place (m) of its centre; relative: positions count from where each record began.
     """
 
     robot: Robot
@@ -35,15 +39,17 @@ class Known:
     relative: bool = False
 
 
-def scene_of(motion: Motion, known: Known) -> Scene:
+def scene_of(motion: Motion, known: Known) -> RecordedMotion:
     """A motion with the torques that its rigid links need; InputError where a joint was not recorded."""
     for what, values in (("motor_position", motion.position), ("motor speed", motion.velocity)):
         if not np.isfinite(values).all():
             joint = int(np.argmin(np.isfinite(values).all(axis=0))) + 1
             fix = "the rigid bodies need the motion of all joints"
-            raise InputError(f"record {motion.name}", f"no {what} of joint {joint}", "one of every joint", fix)
+            raise InputError(
+                f"record {motion.name}", f"no {what} of joint {joint}", "one of every joint", fix
+            )
     arm = RigidArm(known.robot, motion.position, motion.velocity, motion.acceleration)
-    return Scene(
+    return RecordedMotion(
         time_s=motion.time_s,
         position=motion.position,
         velocity=motion.velocity,
@@ -60,21 +66,30 @@ def scene_of(motion: Motion, known: Known) -> Scene:
     )
 
 
-def torque_case(motion: Motion, scene: Scene, known: Known) -> Case:
-    """Measured motor torque less that of the known rigid links and rotors; samples at which a joint stands do not count.
+def torque_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case:
+    """Measured motor torque less that of the known rigid links and rotors; samples at which a joint stands do
+    not count.
 
-    A standing joint's friction may be anything up to the torque that breaks it loose, so such samples say nothing about it.
+    A standing joint's friction may be anything up to the torque that breaks it loose, so such samples say
+    nothing about it.
     """
     rows = [joint - 1 for joint in known.joints]
     rotor = known.gear_ratio * known.rotor_inertia * motion.acceleration
     left = motion.torque - scene.arm.torque / known.gear_ratio - rotor
-    return Case(motion.name, scene, _finite(left[:, rows], known.joints, motion, "motor torque"), _moving(motion, known), datum=False)
+    return Case(
+        motion.name,
+        scene,
+        _finite(left[:, rows], known.joints, motion, "motor torque"),
+        _moving(motion, known),
+        datum=False,
+    )
 
 
-def deflection_case(motion: Motion, scene: Scene, known: Known) -> Case:
+def deflection_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case:
     """Motor-side minus link-side position; each joint has a datum of its own, as the encoders have.
 
-    Samples at which a joint stands do not count: it keeps the hysteresis and the wave at which it stopped, many times over.
+    Samples at which a joint stands do not count: it keeps the hysteresis and the wave at which it stopped,
+    many times over.
     """
     if motion.link_position is None:
         raise ValueError("no link-side position")
@@ -83,7 +98,7 @@ def deflection_case(motion: Motion, scene: Scene, known: Known) -> Case:
     return Case(motion.name, scene, left, _moving(motion, known), datum=True)
 
 
-def tracking_case(motion: Motion, scene: Scene, known: Known) -> Case:
+def tracking_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case:
     """Command minus motor position; each joint has a datum of its own."""
     if scene.error is None:
         raise ValueError("no command")
@@ -93,7 +108,9 @@ def tracking_case(motion: Motion, scene: Scene, known: Known) -> Case:
 
 
 def loaded(case: Case, fit: Fit) -> Case:
-    """The case with the torques in the gears as the fit knows them: rigid links, and whatever else passes through the gears."""
+    """The case with the torques in the gears as the fit knows them: rigid links, and whatever else passes
+    through the gears.
+    """
     scene, load = case.scene, case.scene.arm.torque.copy()
     rows = [joint - 1 for joint in scene.axes]
     for effect in fit.effects:
@@ -124,5 +141,10 @@ def _moving(motion: Motion, known: Known) -> Mask:
 def _finite(values: Array, joints: Sequence[int], motion: Motion, what: str) -> Array:
     missing = [joint for joint, column in zip(joints, values.T, strict=True) if not np.isfinite(column).all()]
     if missing:
-        raise InputError(f"record {motion.name}", f"no {what} of joint {missing[0]}", "one of every joint in `joints`", "correct `joints`")
+        raise InputError(
+            f"record {motion.name}",
+            f"no {what} of joint {missing[0]}",
+            "one of every joint in `joints`",
+            "correct `joints`",
+        )
     return values

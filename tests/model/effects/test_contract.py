@@ -75,7 +75,9 @@ def test_it_sits_in_all_its_places(kind: str, robot: Robot) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_can_be_written_to_a_config_and_read_again(kind: str, robot: Robot) -> None:
     for place in _places(kind, robot):
-        written = json.loads(json.dumps(place.model_dump(mode="json", exclude_defaults=True) | {"kind": kind}))
+        written = json.loads(
+            json.dumps(place.model_dump(mode="json", exclude_defaults=True) | {"kind": kind})
+        )
         assert parse_effect(written) == place
 
 
@@ -91,19 +93,29 @@ def test_matrices_are_affine_symmetric_and_stable(kind: str, robot: Robot) -> No
     for place in _some(kind, robot):
         system, parameters = model(robot, _with_others(place))
         values = initial(parameters)
-        for at_zero, at_one, at_two in zip(*(system.matrices(scale * values) for scale in (0, 1, 2)), strict=True):
-            assert at_two - at_one == pytest.approx(at_one - at_zero, rel=1e-9, abs=1e-9 * np.abs(at_one).max())
+        for at_zero, at_one, at_two in zip(
+            *(system.matrices(scale * values) for scale in (0, 1, 2)), strict=True
+        ):
+            assert at_two - at_one == pytest.approx(
+                at_one - at_zero, rel=1e-9, abs=1e-9 * np.abs(at_one).max()
+            )
             assert at_one == pytest.approx(at_one.T, abs=1e-9 * np.abs(at_one).max())
-        bodies = np.array(["servo" not in name for name in system.coordinates])  # a controller has states, but no mass
+        bodies = np.array(
+            ["servo" not in name for name in system.coordinates]
+        )  # a controller has states, but no mass
         mass = system.matrices(values)[0][np.ix_(bodies, bodies)]
         assert np.linalg.eigvalsh(mass).min() > 0
         modes = complex_modes(*system.matrices(values))
         assert np.all(modes.eigenvalues.real < 0)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if not issubclass(EFFECTS.get(kind), NonlinearEffect)])
+@pytest.mark.parametrize(
+    "kind", [kind for kind in KINDS if not issubclass(EFFECTS.get(kind), NonlinearEffect)]
+)
 def test_gradients_of_frfs_are_exact(kind: str, robot: Robot) -> None:
-    """A part of the structure with respect to its own parameters; a reading with respect to all, because it changes all derivatives."""
+    """A part of the structure with respect to its own parameters; a reading with respect to all, because it
+    changes all derivatives.
+    """
     rng = np.random.default_rng(0)
     for place in _some(kind, robot):
         system, parameters = model(robot, _with_others(place))
@@ -123,14 +135,20 @@ def test_gradients_of_frfs_are_exact(kind: str, robot: Robot) -> None:
         for column, number in enumerate(free):
             unit = span[number] * (np.arange(len(values)) == number)
             # Curvature limits large steps, rounding small ones: one of them must do.
-            expected = [_change(predict, values, step * unit) / (step * span[number]) for step in (2e-3, 1e-4, 1e-5)]
+            expected = [
+                _change(predict, values, step * unit) / (step * span[number]) for step in (2e-3, 1e-4, 1e-5)
+            ]
             errors = [np.abs(gradient[..., column] - one).max() / np.abs(one).max() for one in expected]
             assert min(errors) < 1e-6, (place.sentence(), parameters[number].name)
 
 
 def _change(predict: Callable[[np.ndarray], np.ndarray], values: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Change of H per `step` (parameters,): H is analytic, so the mean over four directions in the complex plane is exact to order four."""
-    return np.asarray(sum(predict(values + direction * step) / (4 * direction) for direction in (1, 1j, -1, -1j)))
+    """Change of H per `step` (parameters,): H is analytic, so the mean over four directions in the complex
+    plane is exact to order four.
+    """
+    return np.asarray(
+        sum(predict(values + direction * step) / (4 * direction) for direction in (1, 1j, -1, -1j))
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -142,14 +160,26 @@ def test_a_population_is_predicted_as_its_members(kind: str, robot: Robot) -> No
     population = initial(parameters) + 0.1 * rng.uniform(0, 1, (4, len(span))) * span
     together = target.predict(population)
     assert together.shape == (4, 7, 9, 3)
-    assert together == pytest.approx(np.array([target.predict(values) for values in population]), rel=1e-8, abs=1e-12)
+    assert together == pytest.approx(
+        np.array([target.predict(values) for values in population]), rel=1e-8, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_was_taken_off_contributes_nothing(kind: str, robot: Robot) -> None:
     for place in _places(kind, robot):
         short, _ = model(robot, _with_others(place), detached="link4")
-        assert {name.split(".")[0] for name in short.coordinates} <= {"base", "joint1", "joint2", "joint3", "link1", "link2", "link3"}
-        gone = any(word in place.sentence() for word in ("link4", "link5", "link6", "joint 4", "joint 5", "joint 6"))
+        assert {name.split(".")[0] for name in short.coordinates} <= {
+            "base",
+            "joint1",
+            "joint2",
+            "joint3",
+            "link1",
+            "link2",
+            "link3",
+        }
+        gone = any(
+            word in place.sentence() for word in ("link4", "link5", "link6", "joint 4", "joint 5", "joint 6")
+        )
         if not isinstance(place, (MeasurementEffect, NonlinearEffect)):
             assert np.isin(short.effects[-1][1], short.factors.owner).any() != gone, place.sentence()
