@@ -22,13 +22,13 @@ _NEAREST = 2
 
 def candidates(problem: Problem, known: Sequence[Effect]) -> list[Effect]:
     """All of them; of a group of axes those that nothing in `known` releases."""
-    taken = {name for effect in known for name in effect.released(problem.robot)}
+    taken = {name for effect in known for name in effect.free_coordinates(problem.robot)}
     found, levels = [], level_gap(problem) > QUIET
     for name in EFFECTS.names():
         kind = EFFECTS.get(name)
         if kind.needs_levels and not levels:
             continue
-        for effect in kind.places(problem.robot, problem.points):
+        for effect in kind.instances(problem.robot, problem.points):
             rest = _beyond(effect, problem, taken)
             if rest is not None and rest not in known:
                 found.append(rest)
@@ -58,7 +58,7 @@ def plausible(problem: Problem, values: Mapping[str, float], found: Sequence[Eff
 
 def _beyond(effect: Effect, problem: Problem, taken: set[str]) -> Effect | None:
     """The effect without the axes that are released already; None where nothing is left of it."""
-    released = effect.released(problem.robot)
+    released = effect.free_coordinates(problem.robot)
     free = [name not in taken for name in released]
     if all(free):
         return effect

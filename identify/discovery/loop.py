@@ -55,7 +55,7 @@ class Discovery:
         effects = self.final.task.effects
 
         def there(effect: Effect) -> bool:
-            return any(form in effects for form in (effect, *effect.forms()))
+            return any(one in effects for one in (effect, *effect.variants()))
 
         return tuple(step.best is not None and there(step.best.effect) for step in self.steps)
 
@@ -158,15 +158,15 @@ def _reshaped(
     tasks = []
     for option in options:
         tasks += [
-            Task(_without(final, option.effect), (form,), final.values, "thorough")
-            for form in option.effect.forms()
+            Task(_without(final, option.effect), (variant,), final.values, "thorough")
+            for variant in option.effect.variants()
         ]
     judge = EvidenceCriterion(final.gap**2)
-    forms = as_options(judge, final, workers.run(tasks))
-    if not forms or forms[0].evidence <= CONVINCING or not confirmed(final, forms[0].trial):
+    variants = as_options(judge, final, workers.run(tasks))
+    if not variants or variants[0].evidence <= CONVINCING or not confirmed(final, variants[0].trial):
         return options, final
-    best = forms[0]
-    story.steps.append(Step(final, tuple(forms), best, (), judge, best.trial.gap))
+    best = variants[0]
+    story.steps.append(Step(final, tuple(variants), best, (), judge, best.trial.gap))
     story.say(
         f"{best.effect.sentence()} in place of another form of it: gap"
         f" {best.trial.gap:.2f}{_elsewhere(best.trial)}."

@@ -25,7 +25,7 @@ from identify.vibration.uncertainty import uncertainty
 
 _GLANCED, _REFITTED, _MOST, _FORMED = 8, 12, 4, 2
 """How many effects of single channels get further than a glance; candidates further than a few steps; further
-than quick trials; and of those, are tried in their other forms."""
+than quick trials; and of those, are tried in their other variants."""
 _ENOUGH, _PAIRED, _OF_A_KIND, _FAR_MORE = 0.9, 9, 2, 0.5
 """Where the best one explains less than this share of what is above noise, so many are tried in pairs; how
 many of them may be of one kind; what a pair must leave at most of what the best one leaves."""
@@ -80,11 +80,11 @@ def search(
         workers, plausible(model, before.values, candidates(problem, before.task.effects)), before, done
     )
     promising = _promising(workers, before, quick)
-    forms = _thoroughly(workers, promising)
+    variants = _thoroughly(workers, promising)
     judge = EvidenceCriterion(
-        inflation(problem, min([before, *(trial for trials in forms for trial in trials)], key=_squares))
+        inflation(problem, min([before, *(trial for trials in variants for trial in trials)], key=_squares))
     )
-    judged = as_options(judge, before, [min(trials, key=judge.score) for trials in forms if trials])
+    judged = as_options(judge, before, [min(trials, key=judge.score) for trials in variants if trials])
     rest = [Option(t.task.new[0], t, float("nan")) for t in quick if t not in promising]
     best = next(
         (option for option in judged if option.evidence > CONVINCING and confirmed(before, option.trial)),
@@ -206,11 +206,11 @@ def _promising(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[
 
 
 def _thoroughly(workers: Workers, promising: Sequence[Trial]) -> list[list[Trial]]:
-    """Each promising candidate on all lines, the best of them in their other forms too."""
+    """Each promising candidate on all lines, the best of them in their other variants too."""
     tasks, owners = [], []
     for number, trial in enumerate(promising):
-        forms = trial.task.new[0].forms() if number < _FORMED and not trial.task.anchor else []
-        for effect in (trial.task.new[0], *forms):
+        variants = trial.task.new[0].variants() if number < _FORMED and not trial.task.anchor else []
+        for effect in (trial.task.new[0], *variants):
             tasks.append(Task(trial.task.known, (effect,), trial.values, "thorough"))
             owners.append(number)
     found = list(zip(owners, workers.run(tasks), strict=True))

@@ -27,7 +27,7 @@ def candidates(
     for kind in kinds if kinds is not None else MOTION_EFFECTS.names():
         cls = MOTION_EFFECTS.get(kind, "effects")
         if cls.target == target:
-            found += cls.places(scene)
+            found += cls.instances(scene)
     return found
 
 

@@ -122,7 +122,7 @@ def build_site(
     there = {node: point for node, point in (points or {}).items() if point.link not in gone}
     names = (*own, *(one.name for one in kept))
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone))
-    brought = [matrix for effect in effects if (matrix := effect.brought_mass(robot, site)) is not None]
+    brought = [matrix for effect in effects if (matrix := effect.consistent_mass(robot, site)) is not None]
     return replace(site, mass=np.sum([mass, *brought], axis=0))
 
 
@@ -150,7 +150,7 @@ def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array |
     """The system at one posture, with joint rates (joints,), rad/s, if the robot moves; raises InputError
     where nothing is released.
     """
-    free = {name for effect in effects for name in effect.released(robot)}
+    free = {name for effect in effects for name in effect.free_coordinates(robot)}
     released = np.array([index for index, name in enumerate(site.coordinates) if name in free], dtype=int)
     if not released.size:
         raise InputError(

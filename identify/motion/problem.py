@@ -193,7 +193,7 @@ def load_motion(file: MotionFile) -> MotionProblem:
             for n, effect in enumerate(study.effects)
             for p in effect.parameters(robot, site, f"effects.{n}")
         ]
-    arm = MovingArm(robot, [name for effect in study.effects for name in effect.released(robot)])
+    arm = MovingArm(robot, [name for effect in study.effects for name in effect.free_coordinates(robot)])
     table = number_table(_sections(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
     rigid = MovingArm(robot)

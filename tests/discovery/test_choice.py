@@ -122,7 +122,7 @@ def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: 
     rest.
     """
     even = parse_effect({"kind": "link-flexibility", "link": "link2"})
-    [uneven] = even.forms()
+    [uneven] = even.variants()
     late = parse_effect({"kind": "time-delay"})
     gaps = {"": 60.0, "even": 40.0, "even late": 2.0, "late uneven": 1.0}
 

@@ -121,7 +121,7 @@ class MotionEffect(ABC):
         """What this instance is, as an engineer would say it."""
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """One instance for each place where the effect can sit: by default every examined joint."""
         for axis in scene.axes:
             yield cls(axis)

@@ -26,7 +26,7 @@ class GearCoupling(MotionEffect):
     coefficients = (Coefficient("share", "1"),)
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Every pair of examined wrist joints."""
         wrist = [axis for axis in scene.axes if axis >= _WRIST]
         yield from (cls(axis, other) for axis in wrist for other in wrist if other != axis)

@@ -31,7 +31,7 @@ class GravityBalancer(MotionEffect):
     coefficients = (Coefficient("sine", "N m at the joint"), Coefficient("cosine", "N m at the joint"))
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Joint 2."""
         if _JOINT in scene.axes:
             yield cls(_JOINT)
@@ -64,7 +64,7 @@ class BalancerPreload(MotionEffect):
     follows: ClassVar[str] = "gravity-balancer"
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Joint 2."""
         if _JOINT in scene.axes:
             yield cls(_JOINT)

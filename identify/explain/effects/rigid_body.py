@@ -29,7 +29,7 @@ class PayloadMass(MotionEffect):
     coefficients = (Coefficient("mass", "kg"),)
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """The last joint, which carries the payload."""
         yield cls(len(scene.gear_ratio))
 
@@ -58,7 +58,7 @@ class _OfLink(MotionEffect):
     in_gear: ClassVar[bool] = True
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """The links that the examined joints move."""
         yield from (cls(axis) for axis in scene.axes)
 
@@ -74,7 +74,7 @@ class LinkFirstMoment(_OfLink):
     """
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """The links that the examined joints move, but for the first on an upright axis."""
         robot = scene.arm.robot
         first = robot.joints[0]

@@ -38,7 +38,7 @@ class TorqueRipple(MotionEffect):
     shapes = (LAG,)
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Every order at every examined joint."""
         yield from (cls(axis, order) for axis in scene.axes for order in ORDERS)
 

@@ -33,7 +33,7 @@ class AngularTransmissionError(MotionEffect):
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
 
     @classmethod
-    def places(cls, scene: RecordedMotion) -> Iterator[Self]:
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Up to three waves on every examined joint."""
         yield from (cls(axis, number) for axis in scene.axes for number in range(1, WAVES + 1))
 

@@ -27,7 +27,7 @@ class AddedMass(AttachedMass):
         return f"added {'mass' if self.extent == 'point' else 'body (mass, centre, inertia)'} on {self.link}"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """On every moving link, as a body; the mass may be negative, where the description says too much."""
         whole = sum(link.mass for link in robot.links)
         for link in robot.links[1:]:
@@ -39,7 +39,7 @@ class AddedMass(AttachedMass):
                     mass=Values(initial=round(0.02 * link.mass, 6), bounds=reach),
                 )
 
-    def forms(self) -> list[Self]:
+    def variants(self) -> list[Self]:
         """A point at the link's centre of mass."""
         return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
 

@@ -46,7 +46,7 @@ class AppendedResonator(AttachedMass):
         )
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Along each axis of every moving link, as a body: a point at the centre of mass is rarely where it
         sits.
         """
@@ -55,7 +55,7 @@ class AppendedResonator(AttachedMass):
             for axis in axes:
                 yield cls(link=link.name, axis=axis, extent="body")
 
-    def forms(self) -> list[Self]:
+    def variants(self) -> list[Self]:
         """A point at the link's centre of mass."""
         return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
 
@@ -67,7 +67,7 @@ class AppendedResonator(AttachedMass):
         """Its displacement against the link."""
         return [Added(self._coordinate, self.link)]
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """Its displacement against the link."""
         return [self._coordinate]
 

@@ -43,7 +43,7 @@ class Attached(Effect, ABC):
         """Place in the config, for errors about the link."""
         return f"effects.{self.kind}.link"
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """None: it acts on coordinates that others release."""
         return []
 

@@ -78,15 +78,13 @@ class Effect(BaseModel, ABC):
 
     @classmethod
     @abstractmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """One instance for each place where the effect can sit on a robot and its measurement points (by
         node), for discovery.
         """
 
-    def forms(self) -> list[Self]:
-        """Simpler and richer forms of the same thing in the same place, for discovery to choose from; none by
-        default.
-        """
+    def variants(self) -> list[Self]:
+        """Simpler and richer variants of it in the same place, for discovery to choose from."""
         return []
 
     @property
@@ -94,7 +92,7 @@ class Effect(BaseModel, ABC):
         """Whether it brings bodies, coordinates or mass of its own; one that does not acts on the site of the
         others.
         """
-        bringing = ("attach", "added_coordinates", "brought_mass")
+        bringing = ("attach", "added_coordinates", "consistent_mass")
         return any(getattr(type(self), name) is not getattr(Effect, name) for name in bringing)
 
     def attach(self, mechanism: Mechanism, robot: Robot) -> Mechanism:
@@ -105,12 +103,12 @@ class Effect(BaseModel, ABC):
         """Further coordinates, such as a rotor that turns its link, or the bending of a link."""
         return []
 
-    def brought_mass(self, robot: Robot, site: Site) -> Array | None:
+    def consistent_mass(self, robot: Robot, site: Site) -> Array | None:
         """Mass matrix (n, n) whatever the parameters: a link's own mass that moves when the link bends."""
         return None
 
     @abstractmethod
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """The coordinates that this effect lets move."""
 
     @abstractmethod

@@ -27,7 +27,7 @@ class BaseCompliance(Springs):
         return f"compliance of the base ({', '.join(self.axes)})"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Rocking, turning, sliding and lifting; nothing for a base whose inertia is not known, which cannot
         move.
         """
@@ -37,10 +37,10 @@ class BaseCompliance(Springs):
         for axes in groups:
             yield cls(axes=list(axes))
 
-    def forms(self) -> list[Self]:
+    def variants(self) -> list[Self]:
         """Each of its axes alone."""
         return [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """base.rx and so on."""
         return [f"base.{axis}" for axis in self.axes]

@@ -33,7 +33,7 @@ class ChannelGain(MeasurementEffect):
         return f"gain of channel {self.channel}"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The three translations of every point."""
         for node in points:
             for direction in (1, 2, 3):

@@ -49,7 +49,7 @@ class ChannelSwap(MeasurementEffect):
         return f"axes {self.axes[0]} and {self.axes[1]} of point {self.point} exchanged"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The three pairs of every point."""
         for node in points:
             for axes in _PAIRS:

@@ -45,7 +45,7 @@ class HystereticDamping(Effect):
         return f"hysteretic damping of {which} ({', '.join(self.axes)})"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The drive of every joint."""
         for number in range(1, len(robot.joints) + 1):
             yield cls(joints=[number])
@@ -53,7 +53,7 @@ class HystereticDamping(Effect):
     def _coordinates(self, robot: Robot) -> list[str]:
         return joint_coordinates(robot, self.joints, self.axes, "effects.hysteretic-damping.joints")
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """None: without a spring it is no bearing."""
         return []
 

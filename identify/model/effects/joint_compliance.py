@@ -41,16 +41,16 @@ class JointCompliance(Springs):
         return f"{what}compliance of {joints} {', '.join(map(str, self.joints))} ({', '.join(self.axes)})"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every class of axes at every joint."""
         for number in range(1, len(robot.joints) + 1):
             for axes in CLASSES.values():
                 yield cls(joints=[number], axes=list(axes))
 
-    def forms(self) -> list[Self]:
+    def variants(self) -> list[Self]:
         """Each of its axes alone."""
         return [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """joint1.rz and so on, joint by joint."""
         return joint_coordinates(robot, self.joints, self.axes, "effects.joint-compliance.joints")

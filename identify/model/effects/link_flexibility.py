@@ -72,14 +72,14 @@ class LinkFlexibility(Effect):
         return f"flexibility of {self.link} (bending, torsion{', unevenly spread' if self.uneven else ''})"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every moving link that reaches from joint to joint."""
         spans = [np.linalg.norm(np.subtract(*_ends(robot, number))) for number in range(1, len(robot.joints))]
         for number, span in enumerate(spans, start=1):
             if span > _SHORT * sum(spans):
                 yield cls(link=robot.links[number].name)
 
-    def forms(self) -> list[Self]:
+    def variants(self) -> list[Self]:
         """With stiffness and mass unevenly spread."""
         return [self.model_copy(update={"uneven": not self.uneven})]
 
@@ -127,7 +127,7 @@ class LinkFlexibility(Effect):
             added.append(Added(name, self.link, engine, deformation))
         return added
 
-    def brought_mass(self, robot: Robot, site: Site) -> Array | None:
+    def consistent_mass(self, robot: Robot, site: Site) -> Array | None:
         """The link's mass in slices along the beam that move as it deforms, less the same slices on the rigid
         link.
         """
@@ -145,7 +145,7 @@ class LinkFlexibility(Effect):
                 )
         return total
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """All five coordinates."""
         return self._names()
 

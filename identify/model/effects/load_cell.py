@@ -68,7 +68,7 @@ class LoadCell(Effect):
         return f"flexible load cell on {self.link}, {self.at_m:.3f} m from its joint"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Half way between neighbours among the last joint's origin and the measurement points of the last
         link, as seen along its axis.
         """
@@ -99,7 +99,7 @@ class LoadCell(Effect):
         """Displacement and rotation (6,) of a point (3,) by a unit along an axis (3,)."""
         return np.concatenate([axis * (_height(robot, point) > self.at_m), np.zeros(3)])
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """All three."""
         return self._names
 

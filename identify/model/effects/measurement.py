@@ -53,7 +53,7 @@ class Reading(ABC):
 class MeasurementEffect(Effect):
     """An effect that acts on FRFs through its `reading`, on no matrix, and releases nothing."""
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """None."""
         return []
 

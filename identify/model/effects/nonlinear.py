@@ -65,7 +65,7 @@ class NonlinearEffect(Effect):
     )
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The drive of every joint."""
         for number in range(1, len(robot.joints) + 1):
             yield cls.model_validate({"kind": cls.model_fields["kind"].default, "joints": [number]})
@@ -83,7 +83,7 @@ class NonlinearEffect(Effect):
         )
         return f"{joints} ({', '.join(self.axes)})"
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """None: without a spring it is no bearing."""
         return []
 

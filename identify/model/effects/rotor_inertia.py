@@ -41,7 +41,7 @@ class RotorInertia(Geared):
         return f"rotor inertia of {self.which} behind the gear"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every joint, as an armature of unknown inertia with the common gear ratio of 100."""
         for number in range(1, len(robot.joints) + 1):
             yield cls(joints=[number], gear_ratio=[100.0], inertia=Values(initial=1e-4, bounds=(1e-7, 1.0)))
@@ -58,7 +58,7 @@ class RotorInertia(Geared):
             Added(f"joint{n}.rotor", robot.links[n].name, {f"joint{n}.rz": 1.0}) for n in self.numbers(robot)
         ]
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """The rotors' own coordinates, if they have any."""
         return self._coordinates(robot) if self.holding_stiffness else []
 

@@ -31,12 +31,12 @@ class SensorMass(Effect):
         return "mass of the sensors"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """All points together, if there are any."""
         if points:
             yield cls()
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """None."""
         return []
 

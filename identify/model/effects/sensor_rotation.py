@@ -40,7 +40,7 @@ class SensorRotation(MeasurementEffect):
         return f"sensor at point {self.point} turned about its {self.axis} axis"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Each axis of every point."""
         for node in points:
             for axis in _AXES:

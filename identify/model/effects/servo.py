@@ -84,7 +84,7 @@ class Servo(Geared):
         return f"servo loop{'s' if len(self.joints) > 1 else ''} of {self.which} behind the gear"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every joint, with usual loops around a rotor of unknown inertia and gain behind the common gear
         ratio of 100.
         """
@@ -119,7 +119,7 @@ class Servo(Geared):
         rotors = [Added(f"joint{n}.rotor", robot.links[n].name, {f"joint{n}.rz": 1.0}) for n in numbers]
         return rotors + [Added(f"joint{n}.servo", robot.links[n].name) for n in numbers]
 
-    def released(self, robot: Robot) -> list[str]:
+    def free_coordinates(self, robot: Robot) -> list[str]:
         """The rotors and the states of their controllers."""
         return [f"joint{n}.{what}" for what in ("rotor", "servo") for n in self.numbers(robot)]
 

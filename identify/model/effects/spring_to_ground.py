@@ -48,14 +48,14 @@ class SpringToGround(Attached):
         )
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """In any direction, at the centre of mass and at the far end of every moving link."""
         for link in robot.links[1:]:
             ends = [joint.origin[:3, 3] for joint in robot.joints if joint.parent == link.name]
             for at in (None, *((float(x), float(y), float(z)) for x, y, z in ends)):
                 yield cls(link=link.name, at_m=at, leaning=True)
 
-    def forms(self) -> list[Self]:
+    def variants(self) -> list[Self]:
         """Along the base's axes, and each of them alone."""
         if not self.leaning:
             return (

@@ -39,7 +39,7 @@ class Springs(Effect):
 
     def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
         """A stiffness and a damping per coordinate, in that order."""
-        names = self.released(robot)
+        names = self.free_coordinates(robot)
         inertia = np.array([site.inertia(name) for name in names])
         k = spread(self.stiffness, inertia * (2 * np.pi * START_HZ) ** 2, f"{where}.stiffness")
         c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * inertia), f"{where}.damping")
@@ -59,7 +59,7 @@ class Springs(Effect):
 
     def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
         """One on the diagonal of K and of C per coordinate."""
-        units = [site.unit(name) for name in self.released(robot)]
+        units = [site.unit(name) for name in self.free_coordinates(robot)]
         return [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
 
 

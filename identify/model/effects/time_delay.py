@@ -33,7 +33,7 @@ class TimeDelay(MeasurementEffect):
         return "time delay of all responses"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The measurement as a whole."""
         yield cls()
 

@@ -35,7 +35,7 @@ class WindowDecay(MeasurementEffect):
         return "decay of the exponential window other than stated"
 
     @classmethod
-    def places(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The measurement as a whole."""
         yield cls()
 

@@ -34,7 +34,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
 
 
 def _places(kind: str, robot: Robot) -> list[Effect]:
-    places: list[Effect] = list(EFFECTS.get(kind).places(robot, POINTS))
+    places: list[Effect] = list(EFFECTS.get(kind).instances(robot, POINTS))
     return places
 
 

@@ -157,7 +157,7 @@ def test_a_base_without_inertia_has_no_place_for_compliance(tmp_path: Path) -> N
     )
     path.write_text(nothing)
     robot = read_urdf(path)
-    assert list(EFFECTS.get("base-compliance").places(robot, {})) == []
+    assert list(EFFECTS.get("base-compliance").instances(robot, {})) == []
     parsed = [parse_effect({"kind": "base-compliance"})]
     with pytest.raises(
         InputError, match=r"'base.rx' moves the base, which has no inertia; give the base link its mass"

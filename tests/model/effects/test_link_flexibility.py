@@ -293,12 +293,12 @@ def test_the_first_plane_is_that_of_the_joint(tmp_path: Path) -> None:
 
 def test_links_without_length_are_refused_and_no_place(tmp_path: Path) -> None:
     robot = arm(tmp_path)
-    assert [place.link for place in parse_effect(FLEXIBLE).places(robot, {})] == [
+    assert [place.link for place in parse_effect(FLEXIBLE).instances(robot, {})] == [
         f"link{number}" for number in range(1, 6)
     ]  # type: ignore[attr-defined]
     met = replace(robot.joints[3], origin=np.eye(4))
     wrist = replace(robot, joints=(*robot.joints[:3], met, *robot.joints[4:]))
-    assert "link3" not in [place.link for place in parse_effect(FLEXIBLE).places(wrist, {})]  # type: ignore[attr-defined]
+    assert "link3" not in [place.link for place in parse_effect(FLEXIBLE).instances(wrist, {})]  # type: ignore[attr-defined]
     effects = [parse_effect({"kind": "link-flexibility", "link": "link3"})]
     with pytest.raises(InputError, match="link3 has no length"):
         build_site(wrist, np.zeros(6), effects)
@@ -314,7 +314,7 @@ def test_both_sides_of_the_far_joint_move_alike(make: str, tmp_path: Path) -> No
         if make == "urdf"
         else read_dh(ROOT / "data" / "umons_tx200" / "robot.yaml")
     )
-    places = list(EFFECTS.get("link-flexibility").places(robot, {}))
+    places = list(EFFECTS.get("link-flexibility").instances(robot, {}))
     assert len(places) >= 3
     for place in places:
         site = build_site(robot, random_posture(4), [place])

@@ -78,7 +78,7 @@ def test_places_lie_between_neighbours_on_the_last_link(robot: Robot) -> None:
         node: Point(node, str(node), "link6", _place(robot, height), np.eye(3), "")
         for node, height in heights.items()
     }
-    assert [place.at_m for place in LoadCell.places(robot, points)] == pytest.approx([0.04, 0.19])
+    assert [place.at_m for place in LoadCell.instances(robot, points)] == pytest.approx([0.04, 0.19])
 
 
 def test_a_link_between_two_joints_is_refused(robot: Robot) -> None:
