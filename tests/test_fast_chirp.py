@@ -14,6 +14,7 @@ import pytest
 from identify.fitting.fit import fit
 from identify.model.frf import frf_by_solve
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 from tests.digits import nine_digits
@@ -113,7 +114,7 @@ def test_the_study_runs_and_approaches_the_data(tmp_path: Path) -> None:
     problem = _problem(tmp_path, text)
     initial = np.array([p.initial for p in problem.parameters])
     objective = problem.file.study.cost.objective(problem.targets())
-    assert fit(problem).cost < objective.costs(initial[None])[0]
+    assert fit(fit_plan(problem)).cost < objective.costs(initial[None])[0]
 
 
 def test_the_tool_moves_at_ten_millimetres_a_second_and_the_spindle_as_stated() -> None:

@@ -14,6 +14,7 @@ from identify.fitting.fit import Progress, fit
 from identify.results.file import read, write
 from identify.results.fit import FitResult
 from identify.results.side_by_side import compare
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
@@ -136,7 +137,7 @@ def test_a_run_that_fails_leaves_an_older_result_alone(
 def test_same_seed_same_result_and_history_counts(tmp_path: Path) -> None:
     problem = load_problem(read_study(ROOT / "configs" / "umons_tx200.yaml"))
     progress = Progress()
-    one, other = fit(problem, progress), fit(problem)
+    one, other = fit(fit_plan(problem), progress), fit(fit_plan(problem))
     assert np.array_equal(one.values, other.values)
     assert np.array_equal(one.history[:, :4], other.history[:, :4])
     assert one.cost == problem.file.study.cost.objective(problem.targets()).costs(one.values[None])[0]
@@ -151,7 +152,7 @@ def test_tx200_is_as_good_as_the_issue_asks() -> None:
     """
     for name, damping in (("umons_tx200", (12.3, 4, 3.55)), ("umons_tx200_rebalanced", (6.5, 7.2, 8))):
         problem = load_problem(read_study(ROOT / "configs" / f"{name}.yaml"))
-        found = fit(problem)
+        found = fit(fit_plan(problem))
         from identify.model.modes import complex_modes
 
         modes = complex_modes(*problem.measurements[0].system.matrices(found.values))

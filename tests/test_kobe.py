@@ -15,6 +15,7 @@ from identify.fitting.fit import fit
 from identify.modal.analysis import analyse
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import gap
@@ -109,7 +110,7 @@ def test_the_study_runs_in_its_two_stages(tmp_path: Path) -> None:
         )
         == 36
     )
-    found = fit(problem)
+    found = fit(fit_plan(problem))
     area = parse_cost("frf-area").objective(problem.targets())
     initial = np.array([parameter.initial for parameter in problem.parameters])
     assert found.cost < area.costs(initial[None])[0]

@@ -9,6 +9,7 @@ import pytest
 
 from identify.core.errors import InputError
 from identify.fitting.fit import fit
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 
@@ -30,23 +31,22 @@ def test_a_stage_moves_what_it_names_and_the_next_goes_on_from_there(tmp_path: P
     )
     names = [parameter.name for parameter in _problem(tmp_path, f"[{first}]").parameters]
     initial = np.array([parameter.initial for parameter in _problem(tmp_path, f"[{first}]").parameters])
-    one = fit(_problem(tmp_path, f"[{first}]"))
+    one = fit(fit_plan(_problem(tmp_path, f"[{first}]")))
     moved = {
         name
         for name, before, after in zip(names, initial, one.values, strict=True)
         if before != pytest.approx(after, rel=1e-9)
     }
     assert moved == {"joint1.rz.stiffness", "joint1.rz.damping", "joint2.rz.stiffness"}
-    both = fit(
-        _problem(tmp_path, f"[{first}, {{kind: gauss-newton, evaluations: 8, parameters: [joint4.*]}}]")
-    )
+    second = "{kind: gauss-newton, evaluations: 8, parameters: [joint4.*]}"
+    both = fit(fit_plan(_problem(tmp_path, f"[{first}, {second}]")))
     assert both.values[:4] == pytest.approx(one.values[:4], rel=1e-12), "what the first stage found stays"
     assert names[6].startswith("joint4") and both.values[6] != pytest.approx(initial[6], rel=1e-9)
 
 
 def test_a_stage_compares_only_its_measurements(tmp_path: Path) -> None:
     stage = "{kind: gauss-newton, evaluations: 5, measurements: [%s]}"
-    one, two = (fit(_problem(tmp_path, f"[{stage % name}]")) for name in ("posture1", "posture2"))
+    one, two = (fit(fit_plan(_problem(tmp_path, f"[{stage % name}]"))) for name in ("posture1", "posture2"))
     assert one.values != pytest.approx(two.values, rel=1e-6)
 
 
@@ -63,4 +63,4 @@ def test_a_stage_compares_only_its_measurements(tmp_path: Path) -> None:
 def test_names_that_mean_nothing_are_refused(tmp_path: Path, option: str, sentence: str) -> None:
     problem = _problem(tmp_path, f"[{{kind: gauss-newton, {option}}}]")
     with pytest.raises(InputError, match=sentence):
-        fit(problem)
+        fit(fit_plan(problem))

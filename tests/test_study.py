@@ -16,6 +16,7 @@ from identify.fitting.fit import fit
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.uff.write import write_uff58
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.robot.random_arm import industrial_arm, write
@@ -56,7 +57,7 @@ def folder(tmp_path: Path) -> Path:
 
 def _message(folder: Path) -> str:
     with pytest.raises((InputError, InputErrors)) as caught:
-        fit(load_problem(read_study(folder / "config.yaml")))
+        fit(fit_plan(load_problem(read_study(folder / "config.yaml"))))
     return str(caught.value)
 
 

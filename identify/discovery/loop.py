@@ -118,12 +118,9 @@ def check_data(problem: Problem) -> None:
 
 def _base(problem: Problem, workers: Workers) -> Trial:
     """The present model, fitted from several starts: a local minimum looks exactly like something missing."""
-    known, names, scale = (
-        tuple(problem.file.study.effects),
-        [p.name for p in problem.parameters],
-        Scale(problem.parameters),
-    )
-    starts = [scale.to_values(x) for x in starting_points(problem, scale)]
+    study, names, scale = problem.file.study, [p.name for p in problem.parameters], Scale(problem.parameters)
+    points = starting_points(problem.parameters, study.starts, study.start_factor, study.seed)
+    known, starts = tuple(study.effects), [scale.to_values(x) for x in points]
     tasks = [Task(known, (), dict(zip(names, map(float, values), strict=True)), "start") for values in starts]
     ends: list[Trial] = []
     for first in range(0, len(tasks), _TOGETHER):

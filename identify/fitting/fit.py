@@ -1,4 +1,4 @@
-"""The fit loop, written once: several starts, each through the stages of the study; the best point is kept.
+"""The fit loop, written once: several starts, each through the stages of the plan; the best point is kept.
 
 What a fit says about itself afterwards (intervals, what the data do not determine) is in
 `identify.fitting.uncertainty`; what is kept of it on disk in `identify.results.fit`.
@@ -9,56 +9,21 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
-from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter, Scale
-from identify.core.thresholds import QUIET
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import Ended, Optimizer, Outcome, Search
-from identify.vibration.costs.base import parse_cost
+from identify.fitting.optimizers.base import Ended, Outcome, Search
+from identify.fitting.plan import FitPlan, Stage
 
 _SAME = 1e-3
 """Relative difference of cost below which two starts are said to have found the same minimum."""
 ENOUGH = 3
 """That many starts in the best minimum end the fit early, if the gap is noise."""
-
-
-class FittedFile(Protocol):
-    """A study with its file."""
-
-    @property
-    def study(self) -> Any:
-        """A study: `cost`, `stages`, `last_resort`, `starts`, `start_factor`, `target_cost` and `seed` are
-        read of it.
-        """
-
-
-class Fittable(Protocol):
-    """What can be fitted: a study, its parameters, and what its cost compares (`identify.vibration.problem`,
-    `identify.motion.problem`).
-    """
-
-    @property
-    def file(self) -> FittedFile:
-        """The study with its file."""
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """All parameters, fixed ones too."""
-
-    @property
-    def initial(self) -> Array:
-        """Where the search starts, (parameters,)."""
-
-    def targets(self, use: str = "fit", names: Sequence[str] | None = None) -> Any:
-        """What the study's cost compares, of these measurements or of all."""
 
 
 @dataclass(frozen=True)
@@ -99,15 +64,6 @@ class Fit:
         return agreeing([start.cost for start in self.starts])
 
 
-@dataclass(frozen=True)
-class Stage:
-    """One stage: what searches, what it minimises, and which parameters (parameters,) it moves."""
-
-    optimizer: Optimizer
-    objective: Objective
-    moves: NDArray[np.bool_]
-
-
 @dataclass
 class Progress:
     """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations,
@@ -120,34 +76,22 @@ class Progress:
     rows: list[tuple[float, ...]] = field(default_factory=list)
 
 
-def fit(problem: Fittable, progress: Progress | None = None) -> Fit:
-    """Fit a problem as its study says; the same seed gives the same result.
+def fit(plan: FitPlan, progress: Progress | None = None) -> Fit:
+    """Fit as the plan says; the same plan gives the same result.
 
     Raises InputError where the data cannot move a free parameter, or the model has no solution at any start.
     """
-    study, progress = problem.file.study, progress or Progress()
-    objective = study.cost.objective(problem.targets())
-    scale = Scale(problem.parameters)
-    check_moves(problem, objective)
+    progress = progress or Progress()
+    scale = Scale(plan.parameters)
+    check_moves(plan.parameters, plan.objective)
     starts: list[Start] = []
-    stages = _stages(study.stages, problem, objective)
-    for number, x in enumerate(starting_points(problem, scale)):
-        starts.append(_run(number, x, stages, objective, scale, problem, progress))
-        if _settled(starts, study):
+    for number, x in enumerate(starting_points(plan.parameters, plan.starts, plan.start_factor, plan.seed)):
+        starts.append(_run(number, x, plan.stages, plan, progress))
+        if _settled(starts, plan):
             break
-    if study.last_resort and len(starts) > 1 and not _settled(starts, study):
+    if plan.last_resort and len(starts) > 1 and not _settled(starts, plan):
         x = scale.to_x(min(starts, key=lambda start: start.cost).final)
-        starts.append(
-            _run(
-                len(starts),
-                x,
-                _stages(study.last_resort, problem, objective),
-                objective,
-                scale,
-                problem,
-                progress,
-            )
-        )
+        starts.append(_run(len(starts), x, plan.last_resort, plan, progress))
     winner = min(starts, key=lambda start: start.cost)
     if not np.isfinite(winner.cost):
         raise InputError(
@@ -157,42 +101,15 @@ def fit(problem: Fittable, progress: Progress | None = None) -> Fit:
     return Fit(winner.final, winner.cost, tuple(starts), history, time.perf_counter() - progress.began)
 
 
-def _stages(optimizers: Sequence[Optimizer], problem: Fittable, objective: Objective) -> list[Stage]:
-    """Each optimizer with its own cost or the study's, on its own measurements or all, for its own parameters
-    or all.
-    """
-    stages, names = [], [parameter.name for parameter in problem.parameters]
-    for number, one in enumerate(optimizers):
-        own = objective
-        if one.cost or one.measurements:
-            own = (one.cost or problem.file.study.cost).objective(problem.targets(names=one.measurements))
-        moves = np.ones(len(names), dtype=bool)
-        if one.parameters:
-            moves = np.array(
-                [any(fnmatchcase(name, pattern) for pattern in one.parameters) for name in names]
-            )
-            if not any(p.free and moved for p, moved in zip(problem.parameters, moves, strict=True)):
-                found = f"no free parameter is called {' or '.join(one.parameters)}"
-                raise InputError(
-                    f"optimizer.{number}.parameters",
-                    found,
-                    "names such as " + ", ".join(names[:3]),
-                    "`*` stands for any part",
-                )
-        stages.append(Stage(one, own, moves))
-    return stages
-
-
-def _settled(starts: Sequence[Start], study: Any) -> bool:
-    """Whether the best minimum is beyond doubt: at its target, or found by several starts, and no more than
-    noise where that is known.
+def _settled(starts: Sequence[Start], plan: FitPlan) -> bool:
+    """Whether the best minimum is beyond doubt: at its target, or found by several starts and believed.
 
     A local minimum looks exactly like something missing from the model, so a gap above noise is not believed
-    early.
+    early where the noise is known.
     """
     best = min(start.cost for start in starts)
-    plausible = best <= QUIET or study.cost != parse_cost("frf-least-squares")
-    return best <= study.target_cost or (plausible and agreeing([start.cost for start in starts]) >= ENOUGH)
+    found = agreeing([start.cost for start in starts])
+    return best <= plan.target_cost or (best <= plan.believed_cost and found >= ENOUGH)
 
 
 def agreeing(costs: Sequence[float]) -> int:
@@ -201,88 +118,80 @@ def agreeing(costs: Sequence[float]) -> int:
     return sum(bool(np.isfinite(cost) and cost - best <= _SAME * max(best, 1e-12)) for cost in costs)
 
 
-def _run(
-    number: int,
-    x: Array,
-    stages: Sequence[Stage],
-    objective: Objective,
-    scale: Scale,
-    problem: Fittable,
-    progress: Progress,
-) -> Start:
-    began, initial, evaluations = time.perf_counter(), scale.to_values(x), 0
+def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress: Progress) -> Start:
+    """One start, from x (free,) through these stages."""
+    began, initial, evaluations = time.perf_counter(), Scale(plan.parameters).to_values(x), 0
     outcome, values = Outcome(False, "no stage ran"), initial
-    study = problem.file.study
     for position, stage in enumerate(stages):
 
         def watch(
             count: int, best: float, position: int = position, kind: str = stage.optimizer.kind
         ) -> None:
             progress.rows.append((number, position, count, best, time.perf_counter() - progress.began))
-            progress.show(number, study.starts, kind, count, best)
+            progress.show(number, plan.starts, kind, count, best)
 
-        target = study.target_cost if stage.objective is objective else 0.0
-        part = _part(problem, stage, values)
+        target = plan.target_cost if stage.objective is plan.objective else 0.0
+        part = _part(plan.parameters, stage, values)
         search = Search(stage.objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
         try:
             outcome = stage.optimizer.minimize(
-                search, part.to_x(values), np.random.default_rng([study.seed, number, position])
+                search, part.to_x(values), np.random.default_rng([plan.seed, number, position])
             )
         except Ended as end:
             outcome = Outcome(end.reached, end.reason)
         values = values if search.best_x is None else part.to_values(search.best_x)
         evaluations += search.evaluations
-    cost = float(objective.costs(values[None])[0])
+    cost = float(plan.objective.costs(values[None])[0])
     return Start(
         initial, values, cost, evaluations, time.perf_counter() - began, outcome.converged, outcome.sentence
     )
 
 
-def _part(problem: Fittable, stage: Stage, values: Array) -> Scale:
+def _part(parameters: Sequence[Parameter], stage: Stage, values: Array) -> Scale:
     """The parameters that a stage moves; the others are held at their present values (parameters,)."""
-    rows = zip(problem.parameters, values.tolist(), stage.moves.tolist(), strict=True)
+    rows = zip(parameters, values.tolist(), stage.moves.tolist(), strict=True)
     return Scale(tuple(replace(p, initial=value, free=p.free and moved) for p, value, moved in rows))
 
 
-def starting_points(problem: Fittable, scale: Scale) -> list[Array]:
-    """The initial values, then a Latin hypercube: within the start factor on log scales, within the bounds on
-    linear ones.
+def starting_points(parameters: tuple[Parameter, ...], starts: int, factor: float, seed: int) -> list[Array]:
+    """The initial values, then a Latin hypercube: within the factor on log scales, within the bounds on
+    linear ones; each (free,) on the search scale.
     """
     from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
 
-    study = problem.file.study
-    first = scale.to_x(problem.initial)
-    if study.starts == 1:
+    scale = Scale(parameters)
+    first = scale.to_x(np.array([parameter.initial for parameter in parameters]))
+    if starts == 1:
         return [first]
     lower, upper = scale.bounds()
-    log = np.array([parameter.log for parameter in problem.parameters if parameter.free])
-    reach = np.log(study.start_factor)
+    log = np.array([parameter.log for parameter in parameters if parameter.free])
+    reach = np.log(factor)
     low, high = (
         np.where(log, np.maximum(lower, first - reach), lower),
         np.where(log, np.minimum(upper, first + reach), upper),
     )
-    sampler = qmc.LatinHypercube(len(first), rng=np.random.default_rng([study.seed, 0x5747]))
-    return [first, *(low + sampler.random(study.starts - 1) * (high - low))]
+    sampler = qmc.LatinHypercube(len(first), rng=np.random.default_rng([seed, 0x5747]))
+    return [first, *(low + sampler.random(starts - 1) * (high - low))]
 
 
-def check_moves(problem: Fittable, objective: Objective) -> None:
+def check_moves(parameters: tuple[Parameter, ...], objective: Objective) -> None:
     """Raise an InputError that names the free parameters to which the cost is blind at the start."""
-    scale = Scale(problem.parameters)
-    initial = problem.initial
+    scale = Scale(parameters)
+    initial = np.array([parameter.initial for parameter in parameters])
     residuals, slopes = objective.residuals(initial, scale.free)
     if not np.isfinite(residuals).all():
         return
     moves = np.linalg.norm(slopes * scale.slope(scale.to_x(initial)), axis=0)
-    still = [
-        problem.parameters[n].name
+    unobservable = [
+        parameters[n].name
         for n, size in zip(scale.free, moves, strict=True)
         if size <= 1e-12 * moves.max(initial=0.0)
     ]
-    if still:
+    if unobservable:
         fix = "set `fixed: true` for it, remove the effect, or measure where it moves"
         raise InputError(
             "effects",
-            f"no measured data can move {', '.join(still)}",
+            f"no measured data can move {', '.join(unobservable)}",
             "free parameters that the data depend on",
             fix,
         )

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from identify.core.config import ConfigFile, read_settings
-from identify.fitting.optimizers.base import Optimizer, parse_optimizer
+from identify.fitting.plan import StageSettings, as_list
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
 from identify.model.effects.springs import Springs
@@ -104,10 +104,6 @@ class Candidate(Settings):
     )
 
 
-def _as_list(data: Any) -> Any:
-    return data if isinstance(data, (list, tuple)) else [data]
-
-
 class MotionStudy(Settings):
     """What one motion.yaml describes."""
 
@@ -140,8 +136,8 @@ class MotionStudy(Settings):
         [], description="effects that may be missing, tried one by one after a fit"
     )
     optimizer: Annotated[
-        list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)
-    ] = Field([parse_optimizer("gauss-newton")], description="stages of a fit, one after the other")
+        list[Annotated[StageSettings, BeforeValidator(StageSettings.parse)]], BeforeValidator(as_list)
+    ] = Field([StageSettings.parse("gauss-newton")], description="stages of a fit, one after the other")
     starts: int = Field(1, ge=1, description="starts of a fit")
     start_factor: float = Field(
         3.0, gt=1, description="further starts are drawn within this factor of the initial values"

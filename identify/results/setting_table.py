@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from pydantic_core import to_jsonable_python
 
 from identify.core.config import ConfigFile, line_of, parse_yaml
+from identify.core.flat import FlatSettings
 from identify.results.tables import SettingTable
 
 DEFAULT, COMMAND_LINE = "default", "command line"
@@ -54,7 +55,8 @@ def _rows(model: BaseModel, above: Keys, given: Callable[[Keys], str] | None) ->
     is a default.
     """
     for name, field in type(model).model_fields.items():
-        keys, source = (*above, field.alias or name), given if name in model.model_fields_set else None
+        key = () if isinstance(model, FlatSettings) and name == model.INNER else (field.alias or name,)
+        keys, source = (*above, *key), given if name in model.model_fields_set else None
         yield from _value(getattr(model, name), keys, source)
 
 
@@ -70,10 +72,12 @@ def _value(value: Any, keys: Keys, given: Callable[[Keys], str] | None) -> Itera
 
 def given_of(model: BaseModel) -> dict[str, Any]:
     """What was given of a model and of those in it."""
-    values = (
-        (name, getattr(model, name)) for name in type(model).model_fields if name in model.model_fields_set
-    )
-    return {name: given_of(value) if isinstance(value, BaseModel) else value for name, value in values}
+    given: dict[str, Any] = {}
+    for name in (name for name in type(model).model_fields if name in model.model_fields_set):
+        value = getattr(model, name)
+        plain = given_of(value) if isinstance(value, BaseModel) else value
+        given |= plain if isinstance(model, FlatSettings) and name == model.INNER else {name: plain}
+    return given
 
 
 def _text(value: Any) -> str:

@@ -44,5 +44,5 @@ def study_settings(file: StudyFile) -> SettingTable:
     """Every setting of a study; where it names no optimizer, the stages that run instead."""
     if "optimizer" in file.study.model_fields_set:
         return config_settings(file)
-    stages = [{"kind": stage.kind, **given_of(stage)} for stage in file.study.stages]
+    stages = [{"kind": stage.optimizer.kind, **given_of(stage)} for stage in file.study.stages]
     return config_settings(file, {"optimizer": stages})

@@ -16,6 +16,7 @@ from identify.results import fit as results
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import read_points
 from identify.vibration.evaluate import evaluate
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem, measurement_names, read_frfs
 from identify.vibration.provenance import provenance_of, robot_inputs
 from identify.vibration.study import StudyFile, read_study
@@ -59,7 +60,7 @@ def fit_study(
         key = run_key(provenance_of(problem), file)
 
         def compute() -> results.FitResult:
-            return evaluate(problem, fit(problem, progress), key, profiled)
+            return evaluate(problem, fit(fit_plan(problem), progress), key, profiled)
 
         return resumable(
             path, key, results.FitResult, progress.journal, compute, resume=resume, replace=replace

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from identify.core.config import ConfigFile, Settings, read_settings
-from identify.fitting.optimizers.base import Optimizer, parse_optimizer
+from identify.fitting.plan import StageSettings, as_list
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.source import Estimation
 from identify.modal.settings import ModalSettings
@@ -97,8 +97,12 @@ class MeasurementSettings(FrfFileOptions):
         return self.file or self.modes or Path()
 
 
-def _as_list(data: Any) -> Any:
-    return data if isinstance(data, (list, tuple)) else [data]
+class VibrationStage(StageSettings):
+    """A stage, which may have a cost of its own."""
+
+    cost: Annotated[Cost, BeforeValidator(parse_cost)] | None = Field(
+        None, description="another cost for this stage, such as a robust first one; default: the study's"
+    )
 
 
 class Study(Settings):
@@ -126,7 +130,7 @@ class Study(Settings):
         parse_cost("frf-least-squares"), description="how far a model is from the data"
     )
     optimizer: Annotated[
-        list[Annotated[Optimizer, BeforeValidator(parse_optimizer)]], BeforeValidator(_as_list)
+        list[Annotated[VibrationStage, BeforeValidator(VibrationStage.parse)]], BeforeValidator(as_list)
     ] = Field(
         [],
         description=(
@@ -164,26 +168,26 @@ class Study(Settings):
         return self
 
     @property
-    def stages(self) -> list[Optimizer]:
-        """The optimizers to run, with the default filled in."""
+    def stages(self) -> list[VibrationStage]:
+        """The stages to run, with the default filled in."""
         if self.optimizer:
             return self.optimizer
         robust = self.cost == parse_cost("frf-least-squares")
         return (
-            [parse_optimizer(dict(stage)) for stage in _ROBUST_THEN_LIKELY]
+            [VibrationStage.parse(dict(stage)) for stage in _ROBUST_THEN_LIKELY]
             if robust
-            else [parse_optimizer("hybrid")]
+            else [VibrationStage.parse("hybrid")]
         )
 
     @property
-    def last_resort(self) -> list[Optimizer]:
+    def last_resort(self) -> list[VibrationStage]:
         """The stages of one more start where the default ones did not agree; none where the study chose its
         optimizer.
         """
-        if self.optimizer or self.stages == [parse_optimizer("hybrid")]:
+        if self.optimizer or self.stages == [VibrationStage.parse("hybrid")]:
             return []
         globally = {**_ROBUST_THEN_LIKELY[0], "kind": "hybrid", "evaluations": 4000, "rounds": 1}
-        return [parse_optimizer(globally), parse_optimizer(dict(_ROBUST_THEN_LIKELY[1]))]
+        return [VibrationStage.parse(globally), VibrationStage.parse(dict(_ROBUST_THEN_LIKELY[1]))]
 
 
 class StudyFile(ConfigFile[Study]):

@@ -24,6 +24,7 @@ from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import analyse
 from identify.modal.pairing import pair
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 
@@ -60,7 +61,7 @@ def problem_of(text: str) -> Problem:
 def run(name: str, text: str) -> Run:
     """Fit the study in `text`."""
     problem, began = problem_of(text), time.process_time()
-    found = fit(problem)
+    found = fit(fit_plan(problem))
     print(f"{name}: {time.process_time() - began:.0f} s, cost {found.cost:.4g}", flush=True)
     return Run(name, problem, found, time.process_time() - began)
 

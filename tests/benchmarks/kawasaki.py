@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,12 +21,12 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from identify.fitting.fit import fit
-from identify.fitting.optimizers.base import parse_optimizer
+from identify.fitting.plan import StageSettings
+from identify.motion.plan import motion_plan
 from identify.motion.problem import load_motion, with_numbers
 from identify.motion.run import run_motion_fit
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import TrajectoryObjective
-from identify.motion.trajectory_fit import FittableMotion, FittedMotion, MotionFitFile, TrajectoryCost
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
 from identify.results import file as result_file
 from identify.results.motion import MotionResult
@@ -148,10 +149,7 @@ def bees() -> None:
     print(f"start: gap {start:.1f}")
     for settings in chosen:
         began = time.process_time()
-        fitted = FittedMotion(
-            TrajectoryCost(study.noise), [parse_optimizer(settings)], 1, study.start_factor, 0.0, study.seed
-        )
-        found = fit(FittableMotion(problem, MotionFitFile(fitted)))
+        found = fit(replace(motion_plan(problem, [StageSettings.parse(settings)], 1), target_cost=0.0))
         print(
             f"{settings['kind']}: gap {found.cost:.2f}, {found.best.evaluations} evaluations,"
             f" {time.process_time() - began:.0f} s",

@@ -23,6 +23,7 @@ from identify.model.geometry import sensor_geometry
 from identify.model.modes import complex_modes
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget, frf_target
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem, read_frfs
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import gap
@@ -57,7 +58,7 @@ def run(name: str, text: str) -> Run:
             data = read_frfs(problem.file, m.settings)
             full[m.name] = frf_target(m.name, data, m.system, problem.points)
         began = time.process_time()
-        found = fit(problem)
+        found = fit(fit_plan(problem))
         print(f"{name}: {time.process_time() - began:.0f} s", flush=True)
         return Run(name, problem, found, time.process_time() - began, full)
 

@@ -30,6 +30,7 @@ from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search, parse_optimizer
 from identify.fitting.uncertainty import inseparable
 from identify.vibration.costs.base import parse_cost
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import uncertainty
@@ -271,7 +272,7 @@ def _fitted(
     kind: str, problem: Problem, objective: Objective, scale: Scale, start: np.ndarray, seed: int
 ) -> np.ndarray:
     if kind == "default":
-        return fit(problem).values
+        return fit(fit_plan(problem)).values
     search = Search(objective, scale, 4000)
     settings = {} if kind == "gauss-newton" else {"evaluations": 4000}
     with contextlib.suppress(Ended):

@@ -13,14 +13,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
-from identify.vibration.costs.base import Cost, parse_cost
 
 OPTIMIZERS = Registry(
     "optimizer",
@@ -141,31 +140,13 @@ def _compressed(residuals: Array, slopes: Array) -> Array:
 
 
 class Optimizer(BaseModel, ABC):
-    """Settings of one stage as written in the config."""
+    """Settings of an optimizer as written in the config; what it works on is its stage's
+    (`identify.fitting.plan`).
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str
     evaluations: int = Field(1000, ge=1, description="budget of cost evaluations of this stage, per start")
-    cost: Cost | None = Field(
-        None, description="another cost for this stage, such as a robust first one; default: the study's"
-    )
-    parameters: list[str] | None = Field(
-        None,
-        min_length=1,
-        description=(
-            "what this stage moves, `*` for any part of a name, such as joint1.*; default: all that are free"
-        ),
-    )
-    measurements: list[str] | None = Field(
-        None,
-        min_length=1,
-        description="names of the measurements that this stage compares; default: all that are fitted",
-    )
-
-    @field_validator("cost", mode="before")
-    @classmethod
-    def _cost(cls, data: Any) -> Any:
-        return None if data is None else parse_cost(data)
 
     @abstractmethod
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:

@@ -20,6 +20,7 @@ from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.impact import Impact
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 from tests.arms import arm, initial
@@ -193,7 +194,7 @@ def _study(test: Path, effects: list[dict[str, Any]], stated: bool = True) -> Pa
 
 def _fitted(test: Path, effects: list[dict[str, Any]]) -> tuple[Problem, np.ndarray, float]:
     problem = load_problem(read_study(_study(test, effects)))
-    found = fit(problem)
+    found = fit(fit_plan(problem))
     return problem, found.values, found.cost
 
 
@@ -240,7 +241,7 @@ def test_the_nonlinear_response_explains_friction_in_a_test_made_outside_this_pr
     for extra in ("", "  - {kind: joint-friction, joints: [2]}\nstarts: 1\n"):
         keys = f"{extra}optimizer: {json.dumps(STAGES)}\ninitial: {json.dumps(initial)}"
         problem = load_problem(read_study(write_config("friction_j2_101", tmp_path, extra=keys)))
-        found = fit(problem)
+        found = fit(fit_plan(problem))
         there = problem.file.study.cost.objective(problem.targets("validate"))
         gaps.append((found.cost, float(there.costs(found.values[None])[0])))
         initial = {p.name: float(v) for p, v in zip(problem.parameters, found.values, strict=True)}

@@ -1,0 +1,48 @@
+"""What the fit of a study of motion is told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from identify.core.errors import InputError
+from identify.fitting.objective import Objective
+from identify.fitting.plan import FitPlan, StageSettings, make_stages
+from identify.motion.problem import MotionProblem
+from identify.motion.recording import Record
+from identify.motion.trajectory import TrajectoryObjective
+
+
+def motion_plan(problem: MotionProblem, stages: Sequence[StageSettings], starts: int) -> FitPlan:
+    """The plan of a fit of recorded motion: the gap on the records to be fitted, or on those that a stage
+    names.
+
+    Raises InputError where a stage names what there is not.
+    """
+    study = problem.file.study
+    objective = TrajectoryObjective(problem, fitted_records(problem), study.noise)
+
+    def of(stage: StageSettings) -> Objective:
+        if stage.measurements is None:
+            return objective
+        return TrajectoryObjective(problem, fitted_records(problem, stage.measurements), study.noise)
+
+    return FitPlan(
+        problem.parameters,
+        objective,
+        make_stages(stages, problem.parameters, of),
+        starts=starts,
+        start_factor=study.start_factor,
+        target_cost=study.target_cost,
+        seed=study.seed,
+    )
+
+
+def fitted_records(problem: MotionProblem, names: Sequence[str] | None = None) -> list[Record]:
+    """The records to be fitted, or those of them that are named; InputError for an unknown name."""
+    known = {record.settings.name: record for record in problem.records if record.settings.use == "fit"}
+    for name in names or ():
+        if name not in known:
+            raise InputError(
+                "optimizer.measurements", f"no record {name!r} is fitted", "one of " + ", ".join(known)
+            )
+    return [record for name, record in known.items() if names is None or name in names]
