@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from identify.cli import app
 from identify.results.file import read
+from identify.results.fit import FitResult
 
 ROOT = Path(__file__).parents[1]
 HEAVY = ("scipy", "matplotlib", "pymoo", "plotly", "mujoco", "h5py", "pandas", "pyswarms")
@@ -40,7 +41,7 @@ def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_fit_writes_result_and_reports(fitted: Path) -> None:
-    result = read(fitted)
+    result = read(fitted, FitResult)
     assert result.kind == "fit"
     assert fitted.with_suffix(".html").stat().st_size > 1e5
     assert fitted.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
@@ -101,7 +102,7 @@ def test_an_unfinished_fit_exits_with_4(tmp_path: Path) -> None:
         text.replace("evaluations: 20000", "evaluations: 50").replace("starts: 10", "starts: 2")
     )
     assert _identify("fit", "short.yaml", "--no-report", "-q", cwd=tmp_path).returncode == 4
-    assert not read(tmp_path / "reports" / "umons_tx200.h5").converged
+    assert not read(tmp_path / "reports" / "umons_tx200.h5", FitResult).converged
 
 
 def test_overrides_are_used_and_kept_out_of_the_config(tmp_path: Path) -> None:
@@ -117,7 +118,7 @@ def test_overrides_are_used_and_kept_out_of_the_config(tmp_path: Path) -> None:
         cwd=tmp_path,
     )
     assert done.returncode in (0, 4)
-    assert read(tmp_path / "reports" / "umons_tx200.h5").seed == 5
+    assert read(tmp_path / "reports" / "umons_tx200.h5", FitResult).seed == 5
 
 
 def test_config_prints_every_key_with_its_meaning() -> None:

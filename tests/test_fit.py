@@ -94,7 +94,7 @@ def test_file_is_read_back_as_it_was_written(result: tuple[FitResult, Path]) -> 
                 else one == other
             )
 
-    same(result[0], read(result[1]))
+    same(result[0], read(result[1], FitResult))
 
 
 def test_a_file_that_is_no_result_is_refused(tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_file_that_is_no_result_is_refused(tmp_path: Path) -> None:
         ("gone", "cannot be read"),
     ):
         with pytest.raises(InputError, match=message):
-            read(tmp_path / f"{name}.h5")
+            read(tmp_path / f"{name}.h5", FitResult)
 
 
 def test_a_folder_that_cannot_be_written_loses_nothing(
@@ -119,7 +119,7 @@ def test_a_folder_that_cannot_be_written_loses_nothing(
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match="cannot be written"):
         write(result[0], tmp_path / "file" / "run.h5")
-    assert read(result[1]).cost == result[0].cost
+    assert read(result[1], FitResult).cost == result[0].cost
 
 
 def test_a_run_that_fails_leaves_an_older_result_alone(
@@ -130,7 +130,7 @@ def test_a_run_that_fails_leaves_an_older_result_alone(
     write(result[0], tmp_path / "r.h5")
     with pytest.raises(InputError, match="no measured data can move joint6"):
         run_fit(tmp_path / "config.yaml", tmp_path / "r.h5", {})
-    assert read(tmp_path / "r.h5").cost == result[0].cost
+    assert read(tmp_path / "r.h5", FitResult).cost == result[0].cost
     assert [path.name for path in tmp_path.iterdir() if path.suffix not in (".h5", ".yaml")] == []
 
 

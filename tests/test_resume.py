@@ -120,7 +120,7 @@ def test_killed_twenty_times_and_resumed(programs: ForkServerContext, config: Pa
     assert kept == sorted(kept), "no work that was saved is lost"
     assert kept[-1] > 0, "the kills must hit runs that are under way"
     assert _ended(_begun(programs, config, disturbed, "--resume")) in (0, 4)
-    _same(read(undisturbed), read(disturbed))
+    _same(read(undisturbed, FitResult), read(disturbed, FitResult))
 
 
 def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(
@@ -132,7 +132,7 @@ def test_an_unfinished_run_is_no_result_and_belongs_to_its_study(
     _signal(process, signal.SIGINT)
     assert _ended(process) == 130
     with pytest.raises(InputError, match="interrupted"):
-        read(out)
+        read(out, FitResult)
     other = CliRunner().invoke(
         app, ["fit", str(config), "--out", str(out), "--no-report", "--quiet", "--resume", "--seed", "99"]
     )

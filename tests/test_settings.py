@@ -87,7 +87,7 @@ def test_the_command_line_goes_before_the_config(tmp_path: Path) -> None:
             "--no-report",
         ],
     )
-    result: FitResult = read(out)
+    result: FitResult = read(out, FitResult)
     assert result.provenance.settings is not None
     rows = _rows(result.provenance.settings)
     assert rows["starts"] == ("1", COMMAND_LINE)

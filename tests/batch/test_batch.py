@@ -78,7 +78,7 @@ def test_results_and_summary_are_files_that_reports_read(undisturbed: BatchResul
     assert kept.verdict == undisturbed.verdict
     assert np.array_equal(kept.parameters.value, undisturbed.parameters.value)
     for row, name in enumerate(kept.jobs.name):
-        one: results.FitResult = result_file.read(study / "calm" / f"{name}.h5")
+        one = result_file.read(study / "calm" / f"{name}.h5", results.FitResult)
         assert np.array_equal(one.parameters.value, kept.parameters.value[row])
         assert one.measurements[name].modes.frequency_hz == pytest.approx(kept.modes.frequency_hz[row])
     assert kept.joint_file == "joint.h5"
@@ -104,8 +104,8 @@ def test_killed_workers_lose_nothing(opener: Opener, undisturbed: BatchResult, s
         assert _equal(getattr(undisturbed, table), getattr(result, table)), table
     assert _read(written[1])["counts"] == {"waiting": 0, "running": 0, "done": POSTURES + 1, "failed": 0}
     for name in _read(written[1])["jobs"]:
-        one: results.FitResult = result_file.read(out.with_suffix("") / f"{name}.h5")
-        calm: results.FitResult = result_file.read(study / "calm" / f"{name}.h5")
+        one = result_file.read(out.with_suffix("") / f"{name}.h5", results.FitResult)
+        calm = result_file.read(study / "calm" / f"{name}.h5", results.FitResult)
         assert np.array_equal(one.parameters.std, calm.parameters.std, equal_nan=True)
         assert np.array_equal(one.history[:, :4], calm.history[:, :4])
     assert not list(written[1].parent.glob(".*")), "nothing half-written is left"
