@@ -24,7 +24,7 @@ MOTION_EFFECTS = Registry(
     "motion effect",
     "identify.motion_effects",
     {
-        name: f"identify.motion_effects.{module}:{cls}"
+        name: f"identify.explain.effects.{module}:{cls}"
         for name, module, cls in (
             ("acceleration-lag", "servo_terms", "AccelerationLag"),
             ("angular-transmission-error", "transmission_error", "AngularTransmissionError"),
