@@ -64,8 +64,6 @@ def summarise(
     dependence = _dependence(parameters, np.deg2rad(jobs.posture_deg))
     kept = sum(index.jobs[job].kept for job in files)
     return BatchResult(
-        layout=result_file.LAYOUT,
-        kind=BatchResult.KIND,
         name=name,
         verdict=verdict(jobs, dependence, kept, seconds, workers),
         notes=notes(jobs, parameters, dependence, together),

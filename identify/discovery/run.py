@@ -136,8 +136,6 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
     bands = band_limits(problem)
     validated = any(m.settings.use == "validate" for m in problem.measurements)
     return DiscoveryResult(
-        layout=result_file.LAYOUT,
-        kind=DiscoveryResult.KIND,
         key=key,
         name=problem.file.study.name,
         verdict=told.verdict(found),

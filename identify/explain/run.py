@@ -82,8 +82,6 @@ def run_explain(
         )
     ]
     result = ExplainResult(
-        layout=result_file.LAYOUT,
-        kind=ExplainResult.KIND,
         name=file.study.name,
         verdict=tuple(sentence for found in targets.values() for sentence in verdict(found, judge)),
         notes=tuple(sentence for found in targets.values() for sentence in notes(found)),

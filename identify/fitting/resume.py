@@ -7,7 +7,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +17,9 @@ from identify.core.errors import InputError
 from identify.fitting.journal import Journal
 from identify.results import file as result_file
 from identify.results import tables
+from identify.results.header import KeyedHeader
 
-
-class Keyed(Protocol):
-    """The result of a run that can be resumed, with what tells it from other runs."""
-
-    KIND: ClassVar[str]
-
-    @property
-    def key(self) -> str:
-        """See `run_key`."""
-
-
-T = TypeVar("T", bound=Keyed)
+T = TypeVar("T", bound=KeyedHeader)
 F = TypeVar("F", bound=ConfigFile[Any])
 
 

@@ -154,8 +154,6 @@ def _result(
 ) -> MapResult:
     point = tool_point(fitted, tool)
     return MapResult(
-        layout=result_file.LAYOUT,
-        kind=MapResult.KIND,
         name=fit.name,
         verdict=_verdict(rows, seconds, about),
         notes=_notes(fit),

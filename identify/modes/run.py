@@ -83,14 +83,12 @@ def run_modes(
     kept = [one for _, one in pairs]
     seconds = time.perf_counter() - begun
     result = ModesResult(
-        result_file.LAYOUT,
-        "modes",
-        name,
-        verdict(kept),
-        tuple(notes),
-        seconds,
-        {one.name: one for one in kept},
-        came_from,
+        name=name,
+        verdict=verdict(kept),
+        notes=tuple(notes),
+        seconds=seconds,
+        measurements={one.name: one for one in kept},
+        provenance=came_from,
     )
     result_file.write(result, path)
     written = [path]

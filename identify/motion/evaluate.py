@@ -25,7 +25,6 @@ from identify.motion.trajectory import (
 from identify.motion.trajectory_fit import MotionFit, judge
 from identify.results import motion as results
 from identify.results.circular import circular_test
-from identify.results.file import LAYOUT
 from identify.results.provenance import provenance, sha256
 from identify.results.tables import Provenance
 
@@ -90,8 +89,6 @@ def _result(
     if found is not None and trusted is not None:
         p = parameter_table(problem.parameters, found.fit.values, trusted, scale)
     return results.MotionResult(
-        layout=LAYOUT,
-        kind=results.MotionResult.KIND,
         key=file.sha256,
         name=study.name,
         seed=study.seed,

@@ -1,5 +1,5 @@
 """The result of `identify batch`: all fits of a batch side by side, as kept in its HDF5 file (layout and
-writer: `identify.results.fit`).
+writer: `identify.results.file`).
 
 The fits themselves are in files of their own; n fits, p parameters, m modes.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
-from identify.results.tables import Provenance
+from identify.results.header import Header
 
 
 @dataclass(frozen=True)
@@ -96,27 +96,20 @@ class DependenceTable:
     depends: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class BatchResult:
+@dataclass(frozen=True, kw_only=True)
+class BatchResult(Header):
     """A whole batch; verdict and notes are sentences; workers says who did it; joint_file: the result of the
     joint fit, empty without.
     """
 
     KIND: ClassVar[str] = "batch"
-    layout: int
-    kind: str
-    name: str
-    verdict: Texts
-    notes: Texts
     workers: str
-    seconds: float
     joint_file: str
     joint_gap: float
     jobs: JobTable
     parameters: ParametersByPosture
     modes: ModesByPosture
     dependence: DependenceTable
-    provenance: Provenance
 
     @property
     def failed(self) -> int:

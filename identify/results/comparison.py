@@ -16,23 +16,18 @@ from identify.core.arrays import Texts
 from identify.core.errors import InputError
 from identify.results.file import read
 from identify.results.fit import FitResult
+from identify.results.header import Header
 from identify.results.tables import Provenance
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, kw_only=True)
+class Comparison(Header):
     """Finished fits side by side, in the order they were named, by their labels; verdict and notes are
     sentences.
     """
 
     KIND: ClassVar[str] = "compare"
-    kind: str
-    name: str
-    verdict: Texts
-    notes: Texts
-    seconds: float
     runs: dict[str, FitResult]
-    provenance: Provenance
 
 
 def compared(files: Sequence[Path]) -> Comparison:
@@ -50,13 +45,12 @@ def compared(files: Sequence[Path]) -> Comparison:
     runs = {label: read(file, FitResult) for label, file in zip(labels, files, strict=True)}
     seconds = sum(run.seconds for run in runs.values())
     return Comparison(
-        "compare",
-        " and ".join(labels),
-        _verdict(runs),
-        tuple(_notes(runs)),
-        seconds,
-        runs,
-        _provenance(files, runs),
+        name=" and ".join(labels),
+        verdict=_verdict(runs),
+        notes=tuple(_notes(runs)),
+        seconds=seconds,
+        runs=runs,
+        provenance=_provenance(files, runs),
     )
 
 

@@ -1,4 +1,4 @@
-"""The result of a discovery as it is kept in its HDF5 file (layout and writer: `identify.results.fit`)."""
+"""The result of a discovery as it is kept in its HDF5 file (layout and writer: `identify.results.file`)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identify.core.arrays import Array, Texts
 from identify.results.file import UNFINISHED
 from identify.results.fit import FitResult
-from identify.results.tables import Provenance
+from identify.results.header import KeyedHeader
 
 
 @dataclass(frozen=True)
@@ -96,21 +96,14 @@ class AddedEffects:
     gap_validation: Array
 
 
-@dataclass(frozen=True)
-class DiscoveryResult:
+@dataclass(frozen=True, kw_only=True)
+class DiscoveryResult(KeyedHeader):
     """A whole run of `identify discover`; before and after: the study's model and the final one, as fits.
 
     elsewhere: which data were not fitted and judged with; map_before, map_after: the gap by band and channel.
     """
 
     KIND: ClassVar[str] = "discovery"
-    layout: int
-    kind: str
-    key: str
-    name: str
-    verdict: Texts
-    notes: Texts
-    seconds: float
     elsewhere: str
     added: AddedEffects
     steps: dict[str, StepResult]
@@ -118,7 +111,6 @@ class DiscoveryResult:
     map_after: GapByBand
     before: FitResult
     after: FitResult
-    provenance: Provenance
 
 
 @dataclass(frozen=True)

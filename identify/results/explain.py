@@ -1,5 +1,5 @@
 """The result of an explained motion as it is kept in its HDF5 file (layout and writer:
-`identify.results.fit`).
+`identify.results.file`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
-from identify.results.tables import Provenance
+from identify.results.header import Header
 
 
 @dataclass(frozen=True)
@@ -127,20 +127,13 @@ class TargetResult:
         return 1 - (self.rms_judge / self.rms_judge_start) ** 2
 
 
-@dataclass(frozen=True)
-class ExplainResult:
+@dataclass(frozen=True, kw_only=True)
+class ExplainResult(Header):
     """A whole run; verdict, notes, unknown (what these data cannot say) and conditioning (what was done to
     the records) are sentences.
     """
 
     KIND: ClassVar[str] = "explained"
-    layout: int
-    kind: str
-    name: str
-    verdict: Texts
-    notes: Texts
     unknown: Texts
     conditioning: Texts
-    seconds: float
     targets: dict[str, TargetResult]
-    provenance: Provenance

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex, Texts
-from identify.results.tables import Geometry, Modes, ParameterTable, Provenance, StartTable
+from identify.results.header import KeyedHeader
+from identify.results.tables import Geometry, Modes, ParameterTable, StartTable
 
 
 @dataclass(frozen=True)
@@ -113,27 +114,20 @@ class Description:
     points: str
 
 
-@dataclass(frozen=True)
-class FitResult:
+@dataclass(frozen=True, kw_only=True)
+class FitResult(KeyedHeader):
     """A whole run.  verdict and notes are sentences; history as in `identify.fitting.fit.Fit`; effects are
     the sentences of the model's effects.
     """
 
     KIND: ClassVar[str] = "fit"
-    layout: int
-    kind: str
-    key: str
-    name: str
     seed: int
-    verdict: Texts
-    notes: Texts
     effects: Texts
     cost_kind: str
     cost: float
     gap: float
     gap_validation: float
     converged: bool
-    seconds: float
     parameters: ParameterTable
     correlation: Array
     singular_values: Array
@@ -144,5 +138,4 @@ class FitResult:
     measurements: dict[str, MeasurementResult]
     published: PublishedValues | None
     profiles: dict[str, ProfileCurve]
-    provenance: Provenance
     description: Description | None = None

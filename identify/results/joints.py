@@ -1,5 +1,5 @@
 """The result of `identify fit` on a study of joints, as it is kept in its HDF5 file (layout and writer:
-`identify.results.fit`).
+`identify.results.file`).
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from identify.core.arrays import Array, Texts
-from identify.results.tables import Provenance
+from identify.results.header import Header
 
 
 @dataclass(frozen=True)
@@ -66,16 +66,9 @@ class CurveResult:
     notes: Texts
 
 
-@dataclass(frozen=True)
-class JointsResult:
+@dataclass(frozen=True, kw_only=True)
+class JointsResult(Header):
     """A whole run, a curve for each entry of `curves`."""
 
     KIND: ClassVar[str] = "joints"
-    layout: int
-    kind: str
-    name: str
-    verdict: Texts
-    notes: Texts
-    seconds: float
     curves: dict[str, CurveResult]
-    provenance: Provenance

@@ -1,5 +1,5 @@
 """The result of `identify map`: a fitted model over many postures, as kept in its HDF5 file (layout and
-writer: `identify.results.fit`).
+writer: `identify.results.file`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
-from identify.results.tables import Provenance
+from identify.results.header import Header
 
 
 @dataclass(frozen=True)
@@ -48,23 +48,16 @@ class MapPart:
     rows: PostureRows
 
 
-@dataclass(frozen=True)
-class MapResult:
+@dataclass(frozen=True, kw_only=True)
+class MapResult(Header):
     """A whole map: of which fit (its name and file), for which point of the robot, at which frequencies
     (lines,).
     """
 
     KIND: ClassVar[str] = "map"
-    layout: int
-    kind: str
-    name: str
-    verdict: Texts
-    notes: Texts
-    seconds: float
     workers: str
     model: str
     tool: str
     joints: Texts
     line_hz: Array
     rows: PostureRows
-    provenance: Provenance

@@ -1,5 +1,5 @@
 """The result of `identify modes` as it is kept in its HDF5 file (layout and writer:
-`identify.results.fit`).
+`identify.results.file`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex, Texts
 from identify.results.fit import FrfComparison
-from identify.results.tables import Geometry, Provenance
+from identify.results.header import Header
+from identify.results.tables import Geometry
 
 
 @dataclass(frozen=True)
@@ -107,19 +108,12 @@ class AnalysedMeasurement:
     shapes: Complex | None
 
 
-@dataclass(frozen=True)
-class ModesResult:
+@dataclass(frozen=True, kw_only=True)
+class ModesResult(Header):
     """A whole run of `identify modes`; verdict and notes are sentences."""
 
     KIND: ClassVar[str] = "modes"
-    layout: int
-    kind: str
-    name: str
-    verdict: Texts
-    notes: Texts
-    seconds: float
     measurements: dict[str, AnalysedMeasurement]
-    provenance: Provenance
 
     @property
     def found(self) -> int:

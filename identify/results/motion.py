@@ -1,5 +1,5 @@
 """The result of a simulated or fitted motion as it is kept in its HDF5 file (layout and writer:
-`identify.results.fit`).
+`identify.results.file`).
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from typing import ClassVar
 
 from identify.core.arrays import Array, Texts
 from identify.results.circular import CircularTest
-from identify.results.tables import ParameterTable, Provenance, StartTable
+from identify.results.header import KeyedHeader
+from identify.results.tables import ParameterTable, StartTable
 
 
 @dataclass(frozen=True)
@@ -77,8 +78,8 @@ class TrialTable:
     kept: Array
 
 
-@dataclass(frozen=True)
-class MotionResult:
+@dataclass(frozen=True, kw_only=True)
+class MotionResult(KeyedHeader):
     """A whole run.  effects: sentences on what the model has; parameters, starts, trials: None where nothing
     was fitted.
 
@@ -86,18 +87,11 @@ class MotionResult:
     """
 
     KIND: ClassVar[str] = "motion"
-    layout: int
-    kind: str
-    key: str
-    name: str
     seed: int
-    verdict: Texts
-    notes: Texts
     effects: Texts
     joints: Texts
     step_s: float
     period_s: float
-    seconds: float
     realtime_factor: float
     gap: float
     gap_validation: float
@@ -108,4 +102,3 @@ class MotionResult:
     history: Array | None
     trials: TrialTable | None
     records: dict[str, RecordResult]
-    provenance: Provenance

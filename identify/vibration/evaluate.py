@@ -26,7 +26,6 @@ from identify.modal.settings import ESTIMATORS
 from identify.model.geometry import drawn_geometry, joints, sensor_geometry, standing
 from identify.model.modes import complex_modes
 from identify.model.system import System
-from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results import tables
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
@@ -49,8 +48,6 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
     gaps = gap(targets, fit.values), gap(problem.targets("validate"), fit.values)
     study = problem.file.study
     return results.FitResult(
-        layout=result_file.LAYOUT,
-        kind="fit",
         key=key,
         name=study.name,
         seed=study.seed,

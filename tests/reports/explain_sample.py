@@ -15,15 +15,12 @@ from identify.results.explain import (
     TargetResult,
     ValueTable,
 )
-from identify.results.file import LAYOUT
 from tests.reports.sample import frf_result
 
 
 def explain_result() -> ExplainResult:
     """Two effects found, one bounded."""
     return ExplainResult(
-        layout=LAYOUT,
-        kind="explained",
         name="made_up_explained",
         verdict=(
             "Friction explains most of the torque.",

@@ -8,7 +8,6 @@ import dataclasses
 
 import numpy as np
 
-from identify.results.file import LAYOUT
 from identify.results.modes import (
     AnalysedMeasurement,
     ModesResult,
@@ -37,8 +36,6 @@ def modes_result() -> ModesResult:
         "floor": dataclasses.replace(_analysed("floor", 1, shapes, None), frf=frf),
     }
     return ModesResult(
-        layout=LAYOUT,
-        kind="modes",
         name="made_up_beam",
         verdict=("table: 3 modes were found & kept.", "floor: One mode was found."),
         notes=("no geometry was given for <floor>",),

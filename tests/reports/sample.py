@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from identify.results.file import LAYOUT
 from identify.results.fit import (
     FitResult,
     FrfComparison,
@@ -191,8 +190,6 @@ def _result(measurements: dict[str, MeasurementResult]) -> FitResult:
         sentence=("ftol is satisfied", "the budget is spent"),
     )
     return FitResult(
-        layout=LAYOUT,
-        kind="fit",
         key="key",
         name="made_up_arm",
         seed=3,

@@ -35,7 +35,14 @@ _WIDE = 5.0
 def models(result: DiscoveryResult) -> Comparison:
     """The final model beside the study's, as fits; the study's alone where nothing was added."""
     runs = {AFTER: result.after, BEFORE: result.before} if result.added.sentence else {BEFORE: result.before}
-    return Comparison("compare", result.name, (), (), result.seconds, runs, result.provenance)
+    return Comparison(
+        name=result.name,
+        verdict=(),
+        notes=(),
+        seconds=result.seconds,
+        runs=runs,
+        provenance=result.provenance,
+    )
 
 
 def beside(result: DiscoveryResult) -> list[Shared]:

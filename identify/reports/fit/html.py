@@ -20,10 +20,10 @@ from plotly.offline import get_plotlyjs
 from identify.reports.fit import measurement_tables, pick, tables
 from identify.reports.kit.cells import number, sentence, unit
 from identify.reports.kit.packing import pack, pack_frfs
-from identify.reports.kit.reported import Reported
 from identify.reports.kit.settings import default_table, given_table
 from identify.reports.kit.shapes import ModeView, mode_views
 from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ProfileCurve
+from identify.results.header import Header
 from identify.results.tables import Geometry
 
 _HERE = Path(__file__).parents[1] / "assets"
@@ -64,7 +64,7 @@ def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]
 
 
 def render(
-    template: str, script: str | tuple[str, ...], data: dict[str, Any], result: Reported, **context: Any
+    template: str, script: str | tuple[str, ...], data: dict[str, Any], result: Header, **context: Any
 ) -> str:
     """A page from its template, with the common look, parts and scripts, its own script or scripts, and the
     data that they draw.

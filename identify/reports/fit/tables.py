@@ -8,8 +8,8 @@ import numpy as np
 
 from identify.reports.fit.pick import half_interval
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
-from identify.reports.kit.reported import Reported
 from identify.results.fit import FitResult
+from identify.results.header import Header
 from identify.results.tables import ParameterTable
 
 _AT_BOUND = 1e-6
@@ -217,7 +217,7 @@ def direction_table(result: FitResult) -> Table:
     return Table("Directions", columns, tuple(rows), note)
 
 
-def provenance_table(result: Reported) -> Table:
+def provenance_table(result: Header) -> Table:
     """Versions, times, seed and hashes."""
     p = result.provenance
     number_of_chance = getattr(result, "seed", None)

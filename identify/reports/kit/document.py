@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from identify.reports.fit.tables import provenance_table
 from identify.reports.kit import figures
 from identify.reports.kit.cells import Curves, Table, sentence
-from identify.reports.kit.reported import Reported
 from identify.reports.kit.settings import default_table, given_table
+from identify.results.header import Header
 
 _TEMPLATE = Path(__file__).parents[1] / "assets" / "report.typ"
 
@@ -72,7 +72,7 @@ class Document:
             {"kind": "figure", "file": file, "width": float(figure.get_figwidth()), "caption": caption}
         )
 
-    def opening(self, result: Reported, tiles: tuple[tuple[str, str, str], ...]) -> None:
+    def opening(self, result: Header, tiles: tuple[tuple[str, str, str], ...]) -> None:
         """Verdict, notes and tiles."""
         for said in result.verdict:
             self.add("lead", said)
@@ -80,7 +80,7 @@ class Document:
             self.add("warning", sentence(note))
         self.blocks.append({"kind": "tiles", "items": tiles})
 
-    def sources(self, result: Reported) -> None:
+    def sources(self, result: Header) -> None:
         """What was asked, with the source of each value, and provenance."""
         if result.provenance.config:
             self.add("heading", "What was asked")
@@ -91,7 +91,7 @@ class Document:
         self.add("heading", "Provenance")
         self.table(provenance_table(result))
 
-    def compile(self, result: Reported) -> bytes:
+    def compile(self, result: Header) -> bytes:
         """The PDF."""
         head = {
             "name": result.name,
