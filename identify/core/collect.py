@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 def collect(makers: Sequence[Callable[[], T]]) -> list[T]:
-    """The results of all makers, or all of their errors at once."""
+    """The results of all makers, or all of their errors at once; what several say is said once."""
     results, errors = [], []
     for make in makers:
         try:
@@ -21,5 +21,5 @@ def collect(makers: Sequence[Callable[[], T]]) -> list[T]:
         except InputErrors as several:
             errors += several.errors
     if errors:
-        raise InputErrors(errors)
+        raise InputErrors(list({str(error): error for error in errors}.values()))
     return results

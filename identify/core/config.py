@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from inspect import isabstract
 from pathlib import Path
 from typing import Any, Generic, Self, TypeVar, get_args
@@ -43,6 +45,24 @@ class ConfigFile(Settings, Generic[S]):
     def resolve(self, path: Path) -> Path:
         """A path of the config, relative to the config's folder."""
         return self.path.parent / path
+
+    @contextmanager
+    def located(self) -> Iterator[None]:
+        """Errors about keys of the config, such as `effects.2.link`, name the file and the line too."""
+        try:
+            yield
+        except InputError as error:
+            raise self._at_its_line(error) from error
+        except InputErrors as several:
+            raise InputErrors([self._at_its_line(error) for error in several.errors]) from several
+
+    def _at_its_line(self, error: InputError) -> InputError:
+        data = parse_yaml(self.path, self.text)
+        keys = [int(key) if key.isdigit() else key for key in error.where.split(".")]
+        if not isinstance(data, dict) or keys[0] not in data:
+            return error
+        where = f"{self.path}{line_of(data, keys)}: {error.where}"
+        return InputError(where, error.found, error.expected, error.fix)
 
 
 def family_of(path: Path) -> str:

@@ -84,6 +84,13 @@ def parameter(
     return Parameter(name, unit, float(initial), lower, upper, log, not values.fixed)
 
 
+def single_parameter(
+    name: str, unit: str, values: Values, where: str, *, default: float = 0.0, log: bool = False
+) -> Parameter:
+    """The parameter of a group that has only one; `default` is its start value where none is given."""
+    return parameter(name, unit, float(spread(values, np.array([default]), where)[0]), values, where, log=log)
+
+
 @dataclass(frozen=True)
 class Scale:
     """Free parameters as the optimizers see them: ln(value) on a log scale; value / step on a linear one,

@@ -13,7 +13,7 @@ from identify.core.arrays import Array, Complex
 from identify.measured.frf_set import POWER
 from identify.model.effects.base import Effect
 from identify.model.frf import frf
-from identify.model.system import assemble, build_site, list_parameters
+from identify.model.system import assemble, build_site
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
@@ -98,7 +98,7 @@ def _all_frfs(
     """(lines, channels, channels) between all points and axes."""
     site = build_site(problem.robot, posture, effects, points=problem.points)
     system = assemble(problem.robot, site, effects)
-    given = np.array([values.get(p.name, p.initial) for p in list_parameters(problem.robot, site, effects)])
+    given = np.array([values.get(p.name, p.initial) for p in system.parameters])
     rows = np.concatenate(
         [point.axes @ system.jacobian(point.link, point.position)[:3] for point in problem.points.values()]
     )

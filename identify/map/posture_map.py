@@ -10,6 +10,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from identify.core.errors import InputError
 from identify.fitting.tables import scale_of
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
+from identify.model.effects.site import Site
 from identify.model.frf import frf_and_gradient
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.model.system import System, assemble, build_site, list_parameters
@@ -51,9 +53,13 @@ class FittedModel:
 
     def system(self, posture: Array) -> System:
         """The model at a posture (joints,), rad."""
-        return assemble(
-            self.robot, build_site(self.robot, posture, self.effects, points=self.points), self.effects
-        )
+        site = build_site(self.robot, posture, self.effects, points=self.points, reference=self._first)
+        return assemble(self.robot, site, self.effects)
+
+    @cached_property
+    def _first(self) -> Site:
+        """The robot at the first measurement's posture, which scales start values as it did in the fit."""
+        return build_site(self.robot, self.posture, self.effects, points=self.points)
 
 
 def fitted_model(result: FitResult, where: str) -> FittedModel:

@@ -2,7 +2,7 @@
 
     M(p) = M_0 + sum_j p_j M_j,  C(p) = C_0 + sum_j p_j C_j,  K(p) = K_g + sum_j p_j (K_j + j H_j)
 
-over the released coordinates only; a locked coordinate has no row.  Each M_j, C_j, K_j, H_j has low rank and
+over the free coordinates only; a locked coordinate has no row.  Each M_j, C_j, K_j, H_j has low rank and
 is kept as factors, so that sensitivities cost a product of thin matrices (`identify.model.frf`).  K is real
 where there is no hysteretic damping H; where there is, the model holds for positive frequencies.
 """
@@ -13,21 +13,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
-from identify.model.effects.base import Contribution, Effect
-from identify.model.effects.nonlinear import NonlinearEffect, PlacedLaw
+from identify.model.effects.base import Effect, Term, Torque, errors_of
 from identify.model.effects.site import Site
+from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 from identify.robot.posture import AXES, at_posture
 
 _ROLES = {"stiffness": (0, 1.0), "damping": (1, 1.0), "mass": (2, 1.0), "hysteretic": (0, 1.0j)}
-"""Power of s and factor with which a contribution enters the dynamic stiffness."""
+"""Power of s and factor with which a term enters the dynamic stiffness."""
 
 
 @dataclass(frozen=True)
@@ -39,29 +38,40 @@ class Factors:
     """
 
     vectors: Array
-    power: NDArray[np.intp]
-    weight: Array | NDArray[np.complex128]
-    owner: NDArray[np.intp]
+    power: Index
+    weight: Array | Complex
+    owner: Index
+
+
+@dataclass(frozen=True)
+class PlacedLaw:
+    """A nonlinear torque at a coordinate, and the numbers of its parameters."""
+
+    law: TorqueLaw
+    coordinate: str
+    numbers: Index
 
 
 @dataclass(frozen=True)
 class System:
     """The model at one posture.
 
-    coordinates: names of the n released coordinates; mass, stiffness (n, n): the parts that no parameter
-    moves; terms: per role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with
-    the numbers of its parameters; laws: nonlinear torques, which no matrix knows; coriolis (n, n): C_0 of a
-    robot that moves, the only matrix without symmetry, or None.
+    parameters: those of all effects in their order; coordinates: names of the n free coordinates; free: their
+    numbers among those of the site; mass, stiffness (n, n): the parts that no parameter changes; terms: per
+    role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with the numbers of its
+    parameters; laws: nonlinear torques, which no matrix knows; coriolis (n, n): C_0 of a robot that moves,
+    the only matrix without symmetry, or None.
     """
 
     site: Site
+    parameters: tuple[Parameter, ...]
     coordinates: tuple[str, ...]
-    released: NDArray[np.intp]
+    free: Index
     mass: Array
     stiffness: Array
     terms: dict[str, Array]
     factors: Factors
-    effects: tuple[tuple[Effect, NDArray[np.intp]], ...]
+    effects: tuple[tuple[Effect, Index], ...]
     laws: tuple[PlacedLaw, ...] = ()
     coriolis: Array | None = None
 
@@ -77,12 +87,12 @@ class System:
         return self.mass + m, c if self.coriolis is None else c + self.coriolis, self.stiffness + k
 
     def jacobian(self, frame: str, point: Array, where: str = "points") -> Array:
-        """(6, n): motion of a point (3,), m, of a frame, in the frame's axes, per released coordinate."""
-        return self.site.jacobian(frame, point, where)[:, self.released]
+        """(6, n): motion of a point (3,), m, of a frame, in the frame's axes, per free coordinate."""
+        return self.site.jacobian(frame, point, where)[:, self.free]
 
     def base_jacobian(self, frame: str, point: Array) -> Array:
-        """(3, n): translation of a point (3,), m, of a frame, in the base's axes, per released coordinate."""
-        return self.site.base_jacobian(frame, point, "points")[:, self.released]
+        """(3, n): translation of a point (3,), m, of a frame, in the base's axes, per free coordinate."""
+        return self.site.base_jacobian(frame, point, "points")[:, self.free]
 
 
 def build_site(
@@ -91,21 +101,23 @@ def build_site(
     effects: Sequence[Effect],
     first_detached: str | None = None,
     points: Mapping[int, Point] | None = None,
+    reference: Site | None = None,
 ) -> Site:
-    """The robot at `posture` (joints,), rad, with the bodies and coordinates that effects add; links from
+    """The robot at `posture` (joints,), rad, with the coordinates that effects add; links from
     `first_detached` on taken off.
+
+    reference: the whole robot at the first posture, which scales start values; by default at this posture.
     """
-    tested = robot if first_detached is None else robot.detach(first_detached, "detached")
+    tested = robot
+    if first_detached is not None:
+        tested = robot.detach(first_detached, "detached")
+        reference = reference or build_site(robot, posture, effects, points=points)
     mechanism = at_posture(tested, posture[: len(tested.joints)])
-    for effect in effects:
-        mechanism = effect.attach(mechanism, tested)
-    gone = {link.name for link in robot.links[len(tested.links) :]} | (set(robot.frames) - set(tested.frames))
-    gone |= {
-        f"joint{number}.{axis}"
-        for number in range(len(tested.joints) + 1, len(robot.joints) + 1)
-        for axis in AXES
-    }
-    added = [one for effect in effects for one in effect.added_coordinates(robot, mechanism)]
+    gone = _gone(robot, tested)
+    added = []
+    for number, effect in enumerate(effects):
+        with errors_of(effect, number):
+            added += effect.added_coordinates(robot, mechanism)
     gone |= {one.name for one in added if one.link in gone}
     kept = [one for one in added if one.name not in gone]
     own = mechanism.coordinates
@@ -121,72 +133,101 @@ def build_site(
     mass = shapes.T @ engine.mass_matrix() @ shapes
     there = {node: point for node, point in (points or {}).items() if point.link not in gone}
     names = (*own, *(one.name for one in kept))
-    site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone))
-    brought = [matrix for effect in effects if (matrix := effect.consistent_mass(robot, site)) is not None]
-    return replace(site, mass=np.sum([mass, *brought], axis=0))
+    site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
+    return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects)], axis=0))
+
+
+def _gone(robot: Robot, tested: Robot) -> set[str]:
+    """Names of the links, frames and joint coordinates that were taken off for a test."""
+    joints = range(len(tested.joints) + 1, len(robot.joints) + 1)
+    links = {link.name for link in robot.links[len(tested.links) :]}
+    frames = set(robot.frames) - set(tested.frames)
+    return links | frames | {f"joint{number}.{axis}" for number in joints for axis in AXES}
+
+
+def _consistent_masses(robot: Robot, site: Site, effects: Sequence[Effect]) -> list[Array]:
+    masses = []
+    for number, effect in enumerate(effects):
+        with errors_of(effect, number):
+            matrix = effect.consistent_mass(robot, site)
+        if matrix is not None:
+            masses.append(matrix)
+    return masses
 
 
 def list_parameters(robot: Robot, site: Site, effects: Sequence[Effect]) -> list[Parameter]:
-    """The parameters of all effects in their order; `site`, the whole robot at the first posture, scales
-    defaults.
+    """The parameters of all effects in their order, as `assemble` has them."""
+    return [term.parameter for terms in _terms(robot, site, effects) for term in terms]
 
-    Raises InputError where two effects claim the same parameter.
-    """
-    parameters: list[Parameter] = []
+
+def _terms(robot: Robot, site: Site, effects: Sequence[Effect]) -> list[list[Term]]:
+    """The terms of each effect; InputError where two effects claim the same parameter."""
+    found: list[list[Term]] = []
+    taken: set[str] = set()
     for number, effect in enumerate(effects):
-        new = effect.parameters(robot, site, f"effects.{number}")
-        taken = {p.name for p in parameters} & {p.name for p in new}
-        if taken:
-            raise InputError(
-                f"effects.{number}",
-                f"parameter {min(taken)} is claimed by an effect above too",
-                "each coordinate once",
-            )
-        parameters += new
-    return parameters
+        with errors_of(effect, number):
+            terms = effect.terms(robot, site, f"effects.{number}")
+        names = {term.parameter.name for term in terms}
+        if taken & names:
+            problem = f"parameter {min(taken & names)} is claimed by an effect above too"
+            raise InputError(f"effects.{number}", problem, "each coordinate once")
+        taken |= names
+        found.append(terms)
+    return found
+
+
+def free_coordinates(robot: Robot, effects: Sequence[Effect]) -> set[str]:
+    """The coordinates that effects let move."""
+    free: set[str] = set()
+    for number, effect in enumerate(effects):
+        with errors_of(effect, number):
+            free.update(effect.free_coordinates(robot))
+    return free
 
 
 def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array | None = None) -> System:
     """The system at one posture, with joint rates (joints,), rad/s, if the robot moves; raises InputError
-    where nothing is released.
+    where nothing can move, or where two effects claim the same parameter.
     """
-    free = {name for effect in effects for name in effect.free_coordinates(robot)}
-    released = np.array([index for index, name in enumerate(site.coordinates) if name in free], dtype=int)
-    if not released.size:
+    names = free_coordinates(robot, effects)
+    free = np.array([index for index, name in enumerate(site.coordinates) if name in names], dtype=int)
+    if not free.size:
         raise InputError(
             "effects",
-            "no coordinate is released, so nothing can move",
+            "no coordinate is free, so nothing can move",
             "a compliance",
             "add `kind: joint-compliance`",
         )
-    parts = [effect.contributions(robot, site) for effect in effects]
-    last = np.cumsum([len(part) for part in parts])
-    owners = tuple(
-        (effect, np.arange(end - len(part), end))
-        for effect, part, end in zip(effects, parts, last, strict=True)
-    )
-    pick = np.ix_(released, released)
-    terms, factors = _reduce([contribution for part in parts for contribution in part], pick)
-    names = tuple(site.coordinates[index] for index in released)
-    laws = [
-        law
-        for effect, numbers in owners
-        if isinstance(effect, NonlinearEffect)
-        for law in effect.placed(robot, numbers)
-    ]
-    moving = None if rates is None else _coriolis(site, rates)[pick]
+    by_effect = _terms(robot, site, effects)
+    every = [term for terms in by_effect for term in terms]
+    last = np.cumsum([len(terms) for terms in by_effect])
+    pick = np.ix_(free, free)
+    stacks, factors = _reduce(every, pick)
     return System(
         site,
-        names,
-        released,
+        tuple(term.parameter for term in every),
+        tuple(site.coordinates[index] for index in free),
+        free,
         site.mass[pick],
         site.gravity_stiffness[pick],
-        terms,
+        stacks,
         factors,
-        owners,
-        tuple(laws),
-        moving,
+        tuple(
+            (effect, np.arange(end - len(terms), end))
+            for effect, terms, end in zip(effects, by_effect, last, strict=True)
+        ),
+        _placed(every),
+        None if rates is None else _coriolis(site, rates)[pick],
     )
+
+
+def _placed(terms: Sequence[Term]) -> tuple[PlacedLaw, ...]:
+    """The nonlinear torques with the numbers of their parameters."""
+    numbers: dict[Torque, list[int]] = {}
+    for number, term in enumerate(terms):
+        if term.torque is not None:
+            numbers.setdefault(term.torque, []).append(number)
+    return tuple(PlacedLaw(one.law, one.coordinate, np.array(own)) for one, own in numbers.items())
 
 
 def _coriolis(site: Site, rates: Array) -> Array:
@@ -201,16 +242,14 @@ def _coriolis(site: Site, rates: Array) -> Array:
     return np.asarray(site.shapes.T @ site.engine.coriolis(turning) @ site.shapes)
 
 
-def _reduce(
-    contributions: list[Contribution], pick: tuple[NDArray[np.intp], ...]
-) -> tuple[dict[str, Array], Factors]:
-    """The contributions over the released coordinates, as stacks and as thin columns."""
+def _reduce(every: Sequence[Term], pick: tuple[Index, ...]) -> tuple[dict[str, Array], Factors]:
+    """The terms over the free coordinates, as stacks and as thin columns."""
     size = pick[0].size
-    terms = {role: np.zeros((len(contributions), size, size)) for role in _ROLES}
+    terms = {role: np.zeros((len(every), size, size)) for role in _ROLES}
     vectors, power, weight, owner = [], [], [], []
-    for number, contribution in enumerate(contributions):
+    for number, term in enumerate(every):
         for role, (exponent, factor) in _ROLES.items():
-            matrix = getattr(contribution, role)
+            matrix = getattr(term, role)
             if matrix is None:
                 continue
             terms[role][number] = matrix[pick]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array, Complex
-from identify.model.effects.nonlinear import Law
+from identify.model.effects.torque_law import TorqueLaw
 from identify.model.impact import Impact
 from identify.model.modes import state_eigen
 
@@ -46,7 +46,7 @@ class Attached:
     law's parameters.
     """
 
-    law: Law
+    law: TorqueLaw
     coordinate: Array
     own: Array
 

@@ -13,7 +13,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
-from identify.model.system import build_site
+from identify.model.system import build_site, list_parameters
 from identify.motion.controller import Law
 from identify.motion.gear import gear_spring
 from identify.motion.numbers import JointNumber, NumberTable, Settings, number_table
@@ -187,12 +187,7 @@ def load_motion(file: MotionFile) -> MotionProblem:
     first = np.radians(study.records[0].start_deg)
     springs: list[Parameter] = []
     if study.effects:
-        site = build_site(robot, first, study.effects)
-        springs = [
-            p
-            for n, effect in enumerate(study.effects)
-            for p in effect.parameters(robot, site, f"effects.{n}")
-        ]
+        springs = list_parameters(robot, build_site(robot, first, study.effects), study.effects)
     arm = MovingArm(robot, [name for effect in study.effects for name in effect.free_coordinates(robot)])
     table = number_table(_sections(file), len(robot.joints), len(springs))
     _check_gears(file, arm)

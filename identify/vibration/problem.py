@@ -24,7 +24,7 @@ from identify.measured.source import read_source
 from identify.model.effects.base import Effect
 from identify.model.effects.site import Site
 from identify.model.impact import Impact
-from identify.model.system import System, assemble, build_site, list_parameters
+from identify.model.system import System, assemble, build_site
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
@@ -135,6 +135,11 @@ def load_problem(file: StudyFile) -> Problem:
 
     Raises InputError or, where several things are wrong, InputErrors.
     """
+    with file.located():
+        return _loaded(file)
+
+
+def _loaded(file: StudyFile) -> Problem:
     study = file.study
     robot = read_robot(study.robot, file.path.parent)
     points = read_points(file.resolve(study.points)) if study.points else {}
@@ -198,30 +203,30 @@ def _assembled(
     measurements, if known.
     """
     effects = file.study.effects
-    first = (
-        build_site(robot, given[0].posture, effects, points=points)
-        if sites is None or given[0].settings.detached
-        else sites[0]
-    )
+    if sites is None:
+        first = build_site(robot, given[0].posture, effects, points=points)
+        known = [None if n or one.settings.detached else first for n, one in enumerate(given)]
+    else:
+        first, known = sites[0].reference, list(sites)
+    made = partial(_measurement, robot, points, effects, first)
+    measurements = collect([partial(made, one, site) for one, site in zip(given, known, strict=True)])
     given_values = {**file.study.initial, **(values or {})}
     parameters = tuple(
-        replace(p, initial=given_values.get(p.name, p.initial))
-        for p in list_parameters(robot, first, effects)
-    )
-    known: Sequence[Site | None] = sites or [None] * len(given)
-    measurements = collect(
-        [
-            partial(_measurement, robot, points, effects, one, site)
-            for one, site in zip(given, known, strict=True)
-        ]
+        replace(p, initial=given_values.get(p.name, p.initial)) for p in measurements[0].system.parameters
     )
     return Problem(file, robot, points, parameters, tuple(measurements), reference)
 
 
 def _measurement(
-    robot: Robot, points: dict[int, Point], effects: Sequence[Effect], given: Given, site: Site | None
+    robot: Robot,
+    points: dict[int, Point],
+    effects: Sequence[Effect],
+    first: Site,
+    given: Given,
+    site: Site | None,
 ) -> Measurement:
-    there = site or build_site(robot, given.posture, effects, given.settings.detached, points)
+    """first: the whole robot at the first posture; site: that of the measurement, if known."""
+    there = site or build_site(robot, given.posture, effects, given.settings.detached, points, first)
     speed = given.settings.speed_deg_per_s
     system = assemble(robot, there, effects, None if speed is None else np.deg2rad(speed))
     if isinstance(given.data, FrfSet):

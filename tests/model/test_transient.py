@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from identify.model.effects.hardening_stiffness import Cubic
-from identify.model.effects.joint_friction import Friction
-from identify.model.effects.nonlinear import Law
+from identify.model.effects.hardening_stiffness import CubicSpring
+from identify.model.effects.joint_friction import StickingFriction
+from identify.model.effects.torque_law import TorqueLaw
 from identify.model.impact import Impact
 from identify.model.transient import Attached, Models, Response, simulate
 
@@ -24,7 +24,9 @@ MASS, STIFFNESS, SPEED = 2.0, 2.0 * (2 * np.pi * 10) ** 2, 0.3
 RIGID = (1e9, 1e-9)
 
 
-def _struck(law: Law, own: Sequence[float], record: float, steps: int, damping: float = 0.0) -> Response:
+def _struck(
+    law: TorqueLaw, own: Sequence[float], record: float, steps: int, damping: float = 0.0
+) -> Response:
     """The mass from rest, struck by what is nearly a pulse."""
     width = 1e-5
     impact = Impact(MASS * SPEED * np.pi / (2 * width), width, record)
@@ -46,7 +48,7 @@ def _peak(cycle: int, friction: float) -> tuple[float, float]:
 def test_dry_friction_takes_four_times_its_deflection_every_cycle(cycle: int) -> None:
     friction = 0.04 * SPEED * np.sqrt(STIFFNESS * MASS)
     time, expected = _peak(cycle, friction)
-    end = _struck(Friction(), (friction, *RIGID), time, 400 * (cycle + 1))
+    end = _struck(StickingFriction(), (friction, *RIGID), time, 400 * (cycle + 1))
     assert end.x[0, 0, 0] == pytest.approx(expected, rel=1e-3)
     assert abs(end.v[0, 0, 0]) < 5e-3 * SPEED
     assert np.abs(end.torque).max() == pytest.approx(friction)
@@ -55,7 +57,7 @@ def test_dry_friction_takes_four_times_its_deflection_every_cycle(cycle: int) ->
 
 def test_friction_that_holds_the_spring_stops_the_mass_for_good() -> None:
     friction = 0.4 * SPEED * np.sqrt(STIFFNESS * MASS)
-    end = _struck(Friction(), (friction, *RIGID), 2.0, 4000)
+    end = _struck(StickingFriction(), (friction, *RIGID), 2.0, 4000)
     assert abs(end.v[0, 0, 0]) < 1e-6 * SPEED
     assert STIFFNESS * abs(end.x[0, 0, 0]) < friction
     assert end.torque[-1, 0, 0, 0] == pytest.approx(-STIFFNESS * end.x[0, 0, 0], rel=1e-4)
@@ -71,7 +73,7 @@ def test_a_cubic_spring_follows_its_backbone(stiffer: float) -> None:
     square = (np.sqrt(1 + 2 * cubic * MASS * SPEED**2 / STIFFNESS**2) - 1) * STIFFNESS / cubic
     modulus = cubic * square / (2 * (STIFFNESS + cubic * square))
     period = 4 * ellipk(modulus) / np.sqrt((STIFFNESS + cubic * square) / MASS)
-    end = _struck(Cubic(), (cubic,), 3 * period, 3000)
+    end = _struck(CubicSpring(), (cubic,), 3 * period, 3000)
     assert abs(end.x[0, 0, 0]) < 5e-3 * linear_amplitude
     assert end.v[0, 0, 0] == pytest.approx(SPEED, rel=2e-3)
 
@@ -86,8 +88,8 @@ def test_two_laws_on_coupled_coordinates_agree_with_an_ordinary_integrator() -> 
     friction, cubic = np.array([1.2, 900.0, 4e-3]), np.array([3e7])
     models = Models(mass[None], damping[None], stiffness[None], np.array([[[0.0], [1.0]]]), (impact,))
     attached = [
-        Attached(Friction(), np.array([[1.0, 0.0]]), friction[None]),
-        Attached(Cubic(), np.array([[0.0, 1.0]]), cubic[None]),
+        Attached(StickingFriction(), np.array([[1.0, 0.0]]), friction[None]),
+        Attached(CubicSpring(), np.array([[0.0, 1.0]]), cubic[None]),
     ]
     end = simulate(models, attached, impact.record, 4000)
     inverse = np.linalg.inv(mass)
@@ -117,13 +119,13 @@ def test_models_side_by_side_move_as_each_alone() -> None:
         mass, damping, np.array([[[5e3]], [[2e3]]]), np.array([[[1.0, 0.5]], [[-1.0, 2.0]]]), impacts
     )
     own = np.array([[0.5, 1e3, 1e-3], [2.0, 1e2, 1e-4]])
-    both = simulate(models, [Attached(Friction(), np.ones((2, 1)), own)], 0.4, 600)
+    both = simulate(models, [Attached(StickingFriction(), np.ones((2, 1)), own)], 0.4, 600)
     for number, impact in enumerate(impacts):
         part = slice(number, number + 1)
         single = Models(
             *(a[part] for a in (models.mass, models.damping, models.stiffness, models.force)), (impact,)
         )
-        alone = simulate(single, [Attached(Friction(), np.ones((1, 1)), own[part])], 0.4, 600)
+        alone = simulate(single, [Attached(StickingFriction(), np.ones((1, 1)), own[part])], 0.4, 600)
         assert both.of(part).torque == pytest.approx(alone.torque, abs=1e-9)
         assert both.x[part] == pytest.approx(alone.x, rel=1e-9)
 

@@ -8,15 +8,16 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.attached import AttachedMass
-from identify.model.effects.base import Contribution
+from identify.core.parameters import Values, single_parameter
+from identify.model.effects.attached import Attached
+from identify.model.effects.base import Term
+from identify.model.effects.rigid_body import RigidBody
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
 
-class AddedMass(AttachedMass):
+class AddedMass(RigidBody, Attached):
     """A point mass or a rigid body fixed to a link."""
 
     kind: Literal["added-mass"] = "added-mass"
@@ -43,12 +44,8 @@ class AddedMass(AttachedMass):
         """A point at the link's centre of mass."""
         return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """The mass; of a body then the moments."""
-        initial = float(spread(self.mass, np.ones(1), f"{where}.mass")[0])
-        mass = parameter(f"{self.link}.mass", "kg", initial, self.mass, f"{where}.mass", log=False)
-        return [mass, *self.moments(robot, self.link, where)]
-
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """Inertia and weight."""
-        return self.inertial(robot, site, np.zeros((3, len(site.coordinates))))
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """The mass with its weight; of a body then the moments."""
+        mass = single_parameter(f"{self.link}.mass", "kg", self.mass, f"{where}.mass", default=1.0)
+        own = np.zeros((3, len(site.coordinates)))
+        return self.masses(robot, site, self.link, self.position(robot), own, mass, where)

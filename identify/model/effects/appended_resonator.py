@@ -10,11 +10,12 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
-from identify.model.effects.attached import AttachedMass
-from identify.model.effects.base import Contribution
+from identify.core.parameters import DampingValues, Values, parameter, spread
+from identify.model.effects.attached import Attached
+from identify.model.effects.base import Term
+from identify.model.effects.rigid_body import RigidBody
 from identify.model.effects.site import Added, Site
-from identify.model.effects.springs import START_HZ
+from identify.model.effects.springs import spring_terms
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
@@ -23,7 +24,7 @@ _SHARE = 0.02
 """Without a start value the body has this share of the mass that the link carries."""
 
 
-class AppendedResonator(AttachedMass):
+class AppendedResonator(RigidBody, Attached):
     """A point mass or a rigid body with one coordinate u of its own, along an axis of the link; otherwise it
     goes with the link.
 
@@ -71,21 +72,12 @@ class AppendedResonator(AttachedMass):
         """Its displacement against the link."""
         return [self._coordinate]
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """Mass, stiffness, damping; of a body then the moments."""
-        mass = spread(self.mass, np.array([_SHARE * self.carried(robot)]), f"{where}.mass")
-        k = spread(self.stiffness, mass * (2 * np.pi * START_HZ) ** 2, f"{where}.stiffness")
-        c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * mass), f"{where}.damping")
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """Mass with its weight, stiffness, damping; of a body then the moments."""
         name = self._coordinate
-        return [
-            parameter(f"{name}.mass", "kg", float(mass[0]), self.mass, f"{where}.mass"),
-            parameter(f"{name}.stiffness", "N/m", float(k[0]), self.stiffness, f"{where}.stiffness"),
-            parameter(f"{name}.damping", "N s/m", float(c[0]), self.damping, f"{where}.damping"),
-            *self.moments(robot, name, where),
-        ]
-
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """A unit mass with its weight, a unit spring, a unit damper; of a body then the moments."""
-        own, unit = site.vector(self._coordinate), site.unit(self._coordinate)
-        mass, *moments = self.inertial(robot, site, np.outer(np.eye(3)["xyz".index(self.axis)], own))
-        return [mass, Contribution(stiffness=unit), Contribution(damping=unit), *moments]
+        start = spread(self.mass, np.array([_SHARE * self.carried(robot)]), f"{where}.mass")
+        mass = parameter(f"{name}.mass", "kg", float(start[0]), self.mass, f"{where}.mass")
+        own = np.outer(np.eye(3)["xyz".index(self.axis)], site.vector(name))
+        first, *moments = self.masses(robot, site, self.link, self.position(robot), own, mass, where)
+        keys, places = (f"{where}.stiffness", f"{where}.damping"), [(name, "N/m", site.unit(name))]
+        return [first, *spring_terms(places, start, self.stiffness, self.damping, keys), *moments]

@@ -5,29 +5,13 @@ ground.
 from __future__ import annotations
 
 from abc import ABC
-from itertools import combinations_with_replacement
-from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.base import Contribution, Effect
-from identify.model.effects.site import Site
+from identify.model.effects.base import Effect
 from identify.robot.description import Robot
-
-_PAIRS = tuple(combinations_with_replacement(range(3), 2))
-MOMENTS = (
-    "mass",
-    *(f"moment_{x}" for x in "xyz"),
-    *(f"second_moment_{'xyz'[i]}{'xyz'[j]}" for i, j in _PAIRS),
-)
-"""What the inertia of a rigid body is linear in."""
-_REACH = {"moment": 0.05, "second_moment": 0.01}
-"""Default bounds per mass of the whole arm, m and m^2: a twentieth of it on a lever of 1 m, a quarter of it
-on one of 0.2 m.
-"""
 
 
 class Attached(Effect, ABC):
@@ -43,10 +27,6 @@ class Attached(Effect, ABC):
         """Place in the config, for errors about the link."""
         return f"effects.{self.kind}.link"
 
-    def free_coordinates(self, robot: Robot) -> list[str]:
-        """None: it acts on coordinates that others release."""
-        return []
-
     def position(self, robot: Robot) -> Array:
         """(3,) in the link's frame; default: its centre of mass, or the origin of a further frame."""
         if self.at_m is not None:
@@ -58,83 +38,3 @@ class Attached(Effect, ABC):
         link = robot.frames[self.link][0] if self.link in robot.frames else self.link
         first = robot.links.index(robot.link(link, self.where))
         return sum(other.mass for other in robot.links[first:])
-
-
-class AttachedMass(Attached, ABC):
-    """A point mass at a place that is known, or a rigid body whose centre and inertia are identified too;
-    both with their weight.
-
-    A body adds, about `at_m`, its first moments int r dm (its centre is `at_m` + moment / mass) and its
-    second moments int r r' dm, in which its inertia matrix is linear.  Bounds below zero let it correct what
-    is stated too large; nothing else keeps it physical.
-    """
-
-    extent: Literal["point", "body"] = Field(
-        "point", description="`body`: nine more parameters, for centre and inertia"
-    )
-    mass: Values = Field(Values(), description="kg")
-    moment: Values = Field(
-        Values(initial=0.0), description="first moments x, y, z, kg m; default bounds from the arm's mass"
-    )
-    second_moment: Values = Field(
-        Values(initial=0.0),
-        description="second moments xx, xy, xz, yy, yz, zz, kg m^2; default bounds likewise",
-    )
-
-    def moments(self, robot: Robot, name: str, where: str) -> list[Parameter]:
-        """First and second moments of a body; nothing for a point."""
-        if self.extent == "point":
-            return []
-        result, arm = [], sum(link.mass for link in robot.links)
-        seconds = ["xyz"[i] + "xyz"[j] for i, j in _PAIRS]
-        for what, axes, unit in (("moment", ["x", "y", "z"], "kg m"), ("second_moment", seconds, "kg m^2")):
-            values: Values = getattr(self, what)
-            values = (
-                values
-                if values.bounds
-                else values.model_copy(update={"bounds": (-_REACH[what] * arm, _REACH[what] * arm)})
-            )
-            starts = spread(values, np.zeros(len(axes)), f"{where}.{what}")
-            names = [f"{name}.{what}_{axis}" for axis in axes]
-            result += [
-                parameter(n, unit, start, values, f"{where}.{what}", log=False)
-                for n, start in zip(names, starts, strict=True)
-            ]
-        return result
-
-    def inertial(self, robot: Robot, site: Site, own: Array) -> list[Contribution]:
-        """Inertia and gravity stiffness per unit of mass and of each moment.
-
-        own (3, n): motion of the mass against the link, in the link's axes.  The inertia is int (v + w x r)^2
-        dm, sorted by powers of r. The weight's potential -g . (point + own q) couples own motion and rotation
-        w: its mixed derivative is -w . (own x g).
-        """
-        point = self.position(robot)
-        jacobian = site.jacobian(self.link, point, self.where)
-        here = site.weight_stiffness(self.link, point, self.where)
-        v, coupling = jacobian[:3] + own, _twice(jacobian[3:], np.cross(own.T, site.gravity(self.link)).T)
-        if self.extent == "point":
-            return [Contribution(mass=v.T @ v, stiffness=here - coupling)]
-        there = [site.weight_stiffness(self.link, point + axis, self.where) - here for axis in np.eye(3)]
-        weights = [here - coupling, *there, *(None for _ in _PAIRS)]
-        return [
-            Contribution(mass=mass, stiffness=weight)
-            for mass, weight in zip(rigid_body(v, jacobian[3:]), weights, strict=True)
-        ]
-
-
-def rigid_body(v: Array, w: Array) -> list[Array]:
-    """Inertia (n, n) per unit of a body's mass, first moments x, y, z and second moments xx, xy, xz, yy, yz,
-    zz about a point.
-
-    v, w (3, n): velocity and angular velocity of the body at that point for unit speeds.
-    """
-    turning = [np.cross(w.T, axis).T for axis in np.eye(3)]  # w x r for r along each axis
-    seconds = [_twice(turning[i], turning[j]) / (2 if i == j else 1) for i, j in _PAIRS]
-    return [v.T @ v, *(_twice(v, moved) for moved in turning), *seconds]
-
-
-def _twice(a: Array, b: Array) -> Array:
-    """a' b + b' a, (n, n)."""
-    product = a.T @ b
-    return product + product.T

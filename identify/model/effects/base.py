@@ -4,17 +4,21 @@ all kinds.
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
 
 from identify.core.arrays import Array
+from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.core.registry import Registry, parse_kind
 from identify.model.effects.site import Added, Site
+from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
@@ -47,17 +51,28 @@ EFFECTS = Registry(
 
 
 @dataclass(frozen=True)
-class Contribution:
-    """What one unit of a parameter adds to the matrices over all coordinates, each (n, n), symmetric, or
-    None.
+class Torque:
+    """A nonlinear torque: its law and the coordinate that it acts on."""
 
-    hysteretic is the imaginary part of the stiffness: damping that does not grow with frequency.
+    law: TorqueLaw
+    coordinate: str
+
+
+@dataclass(frozen=True)
+class Term:
+    """A parameter and what one unit of it adds to the model at a site.
+
+    stiffness, damping, mass (n, n): symmetric, over all coordinates of the site, or None; hysteretic is the
+    imaginary part of the stiffness: damping that does not grow with frequency.  torque: the nonlinear torque
+    that it is a parameter of; those of one torque follow each other in the order of its law.
     """
 
+    parameter: Parameter
     stiffness: Array | None = None
     damping: Array | None = None
     mass: Array | None = None
     hysteretic: Array | None = None
+    torque: Torque | None = None
 
 
 class Effect(BaseModel, ABC):
@@ -69,7 +84,7 @@ class Effect(BaseModel, ABC):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     needs_levels: ClassVar[bool] = False
-    """Whether only blows of different strength can tell it from a linear effect."""
+    """Whether only impacts of different strength can tell it from a linear effect."""
     kind: str
 
     @abstractmethod
@@ -89,15 +104,9 @@ class Effect(BaseModel, ABC):
 
     @property
     def changes_site(self) -> bool:
-        """Whether it brings bodies, coordinates or mass of its own; one that does not acts on the site of the
-        others.
-        """
-        bringing = ("attach", "added_coordinates", "consistent_mass")
+        """Whether it brings coordinates or mass of its own; if not, it acts on the site of the others."""
+        bringing = ("added_coordinates", "consistent_mass")
         return any(getattr(type(self), name) is not getattr(Effect, name) for name in bringing)
-
-    def attach(self, mechanism: Mechanism, robot: Robot) -> Mechanism:
-        """The mechanism with the bodies that this effect adds."""
-        return mechanism
 
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
         """Further coordinates, such as a rotor that turns its link, or the bending of a link."""
@@ -107,17 +116,16 @@ class Effect(BaseModel, ABC):
         """Mass matrix (n, n) whatever the parameters: a link's own mass that moves when the link bends."""
         return None
 
-    @abstractmethod
     def free_coordinates(self, robot: Robot) -> list[str]:
-        """The coordinates that this effect lets move."""
+        """The coordinates that this effect lets move; none by default: it acts on those that others free."""
+        return []
 
     @abstractmethod
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """The numbers to identify, in a fixed order; `site` (the first posture) scales defaults."""
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """Its parameters, and what each adds at a site, in a fixed order; `where` is its entry in the config.
 
-    @abstractmethod
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """What each parameter adds per unit, in the order of `parameters`."""
+        Parameters are the same at every site: `site.inertia` and `site.reference` scale their defaults.
+        """
 
 
 def parse_effect(data: Any) -> Effect:
@@ -128,3 +136,16 @@ def parse_effect(data: Any) -> Effect:
         return data
     effect: Effect = parse_kind(EFFECTS, data)
     return effect
+
+
+@contextmanager
+def errors_of(effect: Effect, number: int) -> Iterator[None]:
+    """Errors of the effect with that number in the config name its entry, `effects.N`, and the key in it."""
+    try:
+        yield
+    except InputError as error:
+        entry, names = f"effects.{number}", rf"{number}|{re.escape(effect.kind)}"
+        own = re.fullmatch(rf"robot|effects(?:\.(?:{names})(?P<key>\..+)?)?", error.where)
+        found = error.found if own else f"{error.where}: {error.found}"
+        where = entry + ((own["key"] or "") if own else "")
+        raise InputError(where, found, error.expected, error.fix) from error

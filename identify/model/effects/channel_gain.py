@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
+from identify.model.effects.base import Term
 from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
@@ -39,10 +40,15 @@ class ChannelGain(MeasurementEffect):
             for direction in (1, 2, 3):
                 yield cls(channel=str(Channel(node, direction)))
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The factor."""
-        initial = float(spread(self.gain, np.ones(1), f"{where}.gain")[0])
-        return [parameter(f"{self.channel}.gain", "1", initial, self.gain, f"{where}.gain")]
+        return [
+            Term(
+                single_parameter(
+                    f"{self.channel}.gain", "1", self.gain, f"{where}.gain", default=1.0, log=True
+                )
+            )
+        ]
 
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """A diagonal matrix."""

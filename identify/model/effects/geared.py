@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
+from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
@@ -10,8 +11,8 @@ from pydantic import Field, model_validator
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.base import Effect
+from identify.core.parameters import Values, parameter, spread
+from identify.model.effects.base import Effect, Term
 from identify.robot.description import Robot
 
 
@@ -42,17 +43,16 @@ class Geared(Effect, ABC):
         """Joint numbers, from 1."""
         return [robot.joint_number(joint, f"effects.{self.kind}.joints") for joint in self.joints]
 
-    def rotors(self, robot: Robot, where: str) -> tuple[Array, list[Parameter]]:
-        """Inertias on the motor side (joints,), kg m^2, and the parameters of them; InputError where they are
-        not given.
+    def rotor_terms(self, robot: Robot, units: Sequence[Array], where: str) -> list[Term]:
+        """The rotors' inertias on the motor side, kg m^2: n^2 on the coordinate of each, whose matrix (n, n)
+        is in `units`; InputError where they are not given.
         """
+        key = f"{where}.inertia"
         if self.inertia.initial is None:
-            raise InputError(
-                f"{where}.inertia", "no `initial`", "the rotor inertia in kg m^2 from the motor's data sheet"
-            )
-        inertia = spread(self.inertia, np.zeros(len(self.joints)), f"{where}.inertia")
+            raise InputError(key, "no `initial`", "the rotor inertia in kg m^2 from the motor's data sheet")
         names = [f"joint{number}.rotor.inertia" for number in self.numbers(robot)]
-        values = zip(names, inertia, strict=True)
-        return inertia, [
-            parameter(name, "kg m^2", value, self.inertia, f"{where}.inertia") for name, value in values
+        starts = spread(self.inertia, np.zeros(len(self.joints)), key)
+        return [
+            Term(parameter(name, "kg m^2", start, self.inertia, key), mass=ratio**2 * unit)
+            for name, start, ratio, unit in zip(names, starts, self.gear_ratio, units, strict=True)
         ]

@@ -10,17 +10,19 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.nonlinear import Law, NonlinearEffect
+from identify.core.parameters import Values, parameter, spread
+from identify.model.effects.base import Term, Torque
+from identify.model.effects.nonlinear import NonlinearEffect
 from identify.model.effects.site import Site
 from identify.model.effects.springs import START_HZ
+from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
 
 _FELT = 1e-3
 """Deflection, rad, at which the cubic spring of the default start is a tenth as stiff as the linear one."""
 
 
-class Cubic(Law):
+class CubicSpring(TorqueLaw):
     """own: k_3 (N m/rad^3)."""
 
     count: ClassVar[int] = 1
@@ -37,11 +39,11 @@ class Cubic(Law):
 
 class HardeningStiffness(NonlinearEffect):
     """Cubic springs parallel to those of some joints; their stiffness is known as well as the impulse of the
-    blows, squared.
+    impacts, squared.
     """
 
     kind: Literal["hardening-stiffness"] = "hardening-stiffness"
-    law: ClassVar[Law] = Cubic()
+    law: ClassVar[TorqueLaw] = CubicSpring()
     cubic: Values = Field(
         Values(), description="k_3, N m/rad^3; default start: a tenth of the linear stiffness at 1 mrad"
     )
@@ -50,13 +52,15 @@ class HardeningStiffness(NonlinearEffect):
         """For example: hardening stiffness of joint 2 (rz)."""
         return f"hardening stiffness of {self.which()}"
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """k_3 per coordinate."""
-        names = self.coordinates(robot)
+        names, key = self.coordinates(robot), f"{where}.cubic"
         linear = np.array([site.inertia(name) for name in names]) * (2 * np.pi * START_HZ) ** 2
-        k = spread(self.cubic, 0.1 * linear / _FELT**2, f"{where}.cubic")
-        unit = "N m/rad^3"
+        starts = spread(self.cubic, 0.1 * linear / _FELT**2, key)
         return [
-            parameter(f"{n}.cubic_stiffness", unit, v, self.cubic, f"{where}.cubic")
-            for n, v in zip(names, k, strict=True)
+            Term(
+                parameter(f"{name}.cubic_stiffness", "N m/rad^3", start, self.cubic, key),
+                torque=Torque(self.law, name),
+            )
+            for name, start in zip(names, starts, strict=True)
         ]

@@ -13,23 +13,23 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.base import Contribution, Effect
+from identify.core.parameters import Values, parameter, spread
+from identify.model.effects.base import Effect, Term
 from identify.model.effects.site import Site
-from identify.model.effects.springs import START_HZ, AxisList, Joints, joint_coordinates
+from identify.model.effects.springs import START_HZ, AxisList, Joints, joint_coordinates, stiffness_unit
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
 
 class HystereticDamping(Effect):
-    """j h beside the stiffness of joint coordinates that a compliance releases; h = eta k, eta the loss
+    """j h beside the stiffness of joint coordinates that a compliance frees; h = eta k, eta the loss
     factor, twice the damping ratio.
     """
 
     kind: Literal["hysteretic-damping"] = "hysteretic-damping"
     joints: Joints = Field("all", description="`all`, or joint numbers (from 1) or names")
     axes: AxisList = Field(
-        ["rz"], min_length=1, description="axes damped at each joint, which a compliance must release"
+        ["rz"], min_length=1, description="axes damped at each joint, which a compliance must free"
     )
     loss_stiffness: Values = Field(
         Values(), description="h, N/m or N m/rad; default start: a loss factor of 0.02 at 20 Hz"
@@ -53,23 +53,15 @@ class HystereticDamping(Effect):
     def _coordinates(self, robot: Robot) -> list[str]:
         return joint_coordinates(robot, self.joints, self.axes, "effects.hysteretic-damping.joints")
 
-    def free_coordinates(self, robot: Robot) -> list[str]:
-        """None: without a spring it is no bearing."""
-        return []
-
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """One h per coordinate."""
-        names = self._coordinates(robot)
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """h per coordinate, on the diagonal of the imaginary part of K."""
+        names, values, key = self._coordinates(robot), self.loss_stiffness, f"{where}.loss_stiffness"
         inertia = np.array([site.inertia(name) for name in names])
-        h = spread(
-            self.loss_stiffness, 0.02 * inertia * (2 * np.pi * START_HZ) ** 2, f"{where}.loss_stiffness"
-        )
-        unit = ["N/m" if name.split(".")[-1].startswith("t") else "N m/rad" for name in names]
+        starts = spread(values, 0.02 * inertia * (2 * np.pi * START_HZ) ** 2, key)
         return [
-            parameter(f"{name}.loss_stiffness", of, value, self.loss_stiffness, f"{where}.loss_stiffness")
-            for name, of, value in zip(names, unit, h, strict=True)
+            Term(
+                parameter(f"{name}.loss_stiffness", stiffness_unit(name), start, values, key),
+                hysteretic=site.unit(name),
+            )
+            for name, start in zip(names, starts, strict=True)
         ]
-
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """One on the diagonal of the imaginary part of K per coordinate."""
-        return [Contribution(hysteretic=site.unit(name)) for name in self._coordinates(robot)]

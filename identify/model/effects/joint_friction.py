@@ -19,16 +19,18 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.nonlinear import Law, NonlinearEffect
+from identify.core.parameters import Values, parameter, spread
+from identify.model.effects.base import Term, Torque
+from identify.model.effects.nonlinear import NonlinearEffect
 from identify.model.effects.site import Site
+from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
 
 _STICK_RATE = 300.0
 """Start of D per inertia of the joint, 1/s."""
 
 
-class Friction(Law):
+class StickingFriction(TorqueLaw):
     """own: T_c (N m), D (N m s/rad), tau (s)."""
 
     count: ClassVar[int] = 3
@@ -44,11 +46,11 @@ class Friction(Law):
 
 class JointFriction(NonlinearEffect):
     """Coulomb friction parallel to the springs of some joints; the torque is known as well as the impulse of
-    the blows is.
+    the impacts is.
     """
 
     kind: Literal["joint-friction"] = "joint-friction"
-    law: ClassVar[Law] = Friction()
+    law: ClassVar[TorqueLaw] = StickingFriction()
     torque: Values = Field(Values(initial=1.0, bounds=(1e-3, 1e4)), description="T_c, N m")
     stick_damping: Values = Field(
         Values(),
@@ -63,32 +65,18 @@ class JointFriction(NonlinearEffect):
         """For example: dry friction of joint 2 (rz)."""
         return f"dry friction of {self.which()}"
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """T_c, D and tau per coordinate."""
         names = self.coordinates(robot)
-        stiff = _STICK_RATE * np.array([site.inertia(name) for name in names])
-        starts = (
-            (
-                "friction_torque",
-                "N m",
-                self.torque,
-                spread(self.torque, np.ones(len(names)), f"{where}.torque"),
-            ),
-            (
-                "stick_damping",
-                "N m s/rad",
-                self.stick_damping,
-                spread(self.stick_damping, stiff, f"{where}.stick_damping"),
-            ),
-            (
-                "stick_time",
-                "s",
-                self.stick_time,
-                spread(self.stick_time, np.ones(len(names)), f"{where}.stick_time"),
-            ),
+        one, stiff = np.ones(len(names)), _STICK_RATE * np.array([site.inertia(name) for name in names])
+        rows = (
+            ("friction_torque", "N m", self.torque, f"{where}.torque", one),
+            ("stick_damping", "N m s/rad", self.stick_damping, f"{where}.stick_damping", stiff),
+            ("stick_time", "s", self.stick_time, f"{where}.stick_time", one),
         )
+        starts = [spread(values, default, key) for _, _, values, key, default in rows]
         return [
-            parameter(f"{name}.{what}", unit, start[number], values, f"{where}.{what}")
+            Term(parameter(f"{name}.{what}", unit, start[number], values, key), torque=Torque(self.law, name))
             for number, name in enumerate(names)
-            for what, unit, values, start in starts
+            for (what, unit, values, key, _), start in zip(rows, starts, strict=True)
         ]

@@ -13,12 +13,12 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
-from identify.model.effects.attached import MOMENTS, rigid_body
-from identify.model.effects.base import Contribution, Effect
+from identify.core.parameters import DampingValues, Parameter, Values, parameter
+from identify.model.effects.base import Effect, Term
 from identify.model.effects.beam import Beam, slices
+from identify.model.effects.rigid_body import MOMENTS, rigid_body
 from identify.model.effects.site import Added, Site
-from identify.model.effects.springs import START_HZ
+from identify.model.effects.springs import spring_terms
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import AXES, Mechanism
@@ -149,71 +149,57 @@ class LinkFlexibility(Effect):
         """All five coordinates."""
         return self._names()
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """EI and EI' of the two planes, GJ, GJ'; of an uneven link then what is more or less at its end."""
-        numbers = [site.number(name) for name in self._names()]
-        mass, unit = site.mass[np.ix_(numbers, numbers)], self._beam(robot).stiffness()
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """EI and EI' of the two planes, GJ, GJ', with the beam's matrices as stiffness and as damping; of an
+        uneven link then what is more or less at its end.
+        """
+        names, beam = self._names(), self._beam(robot).stiffness()
+        motion = np.array([site.vector(name) for name in names])
+        numbers = [site.reference.number(name) for name in names]
+        mass = site.reference.mass[np.ix_(numbers, numbers)]
         # The slowest motion of each group on its own has w^2 = k / moved, k the stiffness to be identified.
-        moved = np.array([_largest(matrix, mass) for matrix in unit])
-        result = []
-        for what, names, own in (
-            ("bending", ("bending_1", "bending_2"), moved[:2]),
-            ("torsion", ("torsion",), moved[2:]),
-        ):
-            stiffness, damping = getattr(self, what), getattr(self, f"{what}_damping")
-            k = spread(stiffness, own * (2 * np.pi * START_HZ) ** 2, f"{where}.{what}")
-            c = spread(damping, 2 * damping.damping_ratio * np.sqrt(k * own), f"{where}.{what}_damping")
-            for name, start, loss in zip(names, k, c, strict=True):
-                result.append(
-                    parameter(f"{self.link}.{name}.stiffness", "N m^2", start, stiffness, f"{where}.{what}")
-                )
-                result.append(
-                    parameter(
-                        f"{self.link}.{name}.damping", "N m^2 s", loss, damping, f"{where}.{what}_damping"
-                    )
-                )
-        return result + (self._unevenness(robot, result, where) if self.uneven else [])
+        moved = np.array([_largest(matrix, mass) for matrix in beam])
+        places = [
+            (f"{self.link}.{name}", "N m^2", motion.T @ matrix @ motion)
+            for name, matrix in zip(("bending_1", "bending_2", "torsion"), beam, strict=True)
+        ]
+        bending, torsion = ((f"{where}.{what}", f"{where}.{what}_damping") for what in ("bending", "torsion"))
+        even = [
+            *spring_terms(places[:2], moved[:2], self.bending, self.bending_damping, bending),
+            *spring_terms(places[2:], moved[2:], self.torsion, self.torsion_damping, torsion),
+        ]
+        return even + (self._unevenness(robot, site, even, where) if self.uneven else [])
 
-    def _unevenness(self, robot: Robot, even: list[Parameter], where: str) -> list[Parameter]:
+    def _unevenness(self, robot: Robot, site: Site, even: list[Term], where: str) -> list[Term]:
         """Further stiffness within some multiple of EI, and moments of a body no heavier and no longer than
         the link.
         """
-        mass, length = robot.link(self.link).mass, self._beam(robot).length
-        rows = [
-            (f"{even[2 * plane].name[:-9]}{what}_stiffness", "N m^2", _REACH * even[2 * plane].initial)
-            for plane, what in _ENDS
-        ]
-        for power, name in zip((0, *[1] * 3, *[2] * 6), MOMENTS, strict=True):
-            rows.append((f"{self.link}.end_{name}", ("kg", "kg m", "kg m^2")[power], mass * length**power))
-        return [
-            parameter(name, unit, 0.0, Values(initial=0.0, bounds=(-reach, reach)), where, log=False)
-            for name, unit, reach in rows
-        ]
 
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """The beam's stiffness matrices per unit of EI in each plane and of GJ, each as stiffness and as
-        damping.
-        """
-        motion, beam = np.array([site.vector(name) for name in self._names()]), self._beam(robot).stiffness()
-        units = [motion.T @ unit @ motion for unit in beam]
-        even = [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
-        if not self.uneven:
-            return even
-        rows = [(plane, 2 * plane + (what == "slope")) for plane, what in _ENDS]
-        alone = [
-            Contribution(stiffness=beam[plane][n, n] * np.outer(motion[n], motion[n])) for plane, n in rows
-        ]
-        return [*even, *alone, *self._end_body(robot, site)]
+        def within(name: str, unit: str, reach: float) -> Parameter:
+            return parameter(name, unit, 0.0, Values(initial=0.0, bounds=(-reach, reach)), where, log=False)
 
-    def _end_body(self, robot: Robot, site: Site) -> list[Contribution]:
+        beam, terms = self._beam(robot), []
+        for plane, what in _ENDS:
+            own, number = even[2 * plane].parameter, 2 * plane + (what == "slope")
+            alone = beam.stiffness()[plane][number, number] * site.unit(self._names()[number])
+            name = f"{own.name.removesuffix('stiffness')}{what}_stiffness"
+            terms.append(Term(within(name, "N m^2", _REACH * own.initial), stiffness=alone))
+        link, powers = robot.link(self.link), (0, *[1] * 3, *[2] * 6)
+        for power, name, inertia in zip(powers, MOMENTS, self._end_body(robot, site), strict=True):
+            unit, reach = ("kg", "kg m", "kg m^2")[power], link.mass * beam.length**power
+            terms.append(Term(within(f"{self.link}.end_{name}", unit, reach), mass=inertia))
+        return terms
+
+    def _end_body(self, robot: Robot, site: Site) -> list[Array]:
         """Per unit of each moment of a body at the end: its inertia as the end moves, less that on the rigid
         link.
         """
         moving = site.jacobian(self.link, _ends(robot, self._number(robot))[1], self._where)
         rigid = moving.copy()
-        rigid[:, [site.number(name) for name in self._names()]] = 0.0
+        if self.link not in site.detached:
+            rigid[:, [site.number(name) for name in self._names()]] = 0.0
         bodies = (rigid_body(jacobian[:3], jacobian[3:]) for jacobian in (moving, rigid))
-        return [Contribution(mass=there - here) for there, here in zip(*bodies, strict=True)]
+        return [there - here for there, here in zip(*bodies, strict=True)]
 
 
 def _ends(robot: Robot, number: int) -> tuple[Array, Array]:

@@ -17,9 +17,10 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
-from identify.model.effects.base import Contribution, Effect
+from identify.core.parameters import DampingValues, Values, parameter, spread
+from identify.model.effects.base import Effect, Term
 from identify.model.effects.site import Added, Site
+from identify.model.effects.springs import spring_terms
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
@@ -111,42 +112,31 @@ class LoadCell(Effect):
         farthest = max([height for height in beyond if height > self.at_m], default=self.at_m + 0.2)
         return np.asarray(origin + (self.at_m + farthest) / 2 * axis)
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """The mass beyond, then stiffness and damping along x, y, z."""
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """Per kg beyond the plane, the inertia of what slides less that of the same on the rigid link; then
+        stiffness and damping along x, y, z.
+        """
         whole = robot.links[-1].mass
         values = (
             self.mass
             if self.mass.bounds
             else self.mass.model_copy(update={"bounds": (_SHARE[0] * whole, _SHARE[2] * whole)})
         )
-        mass = spread(values, np.array([_SHARE[1] * whole]), f"{where}.mass")
-        k = spread(self.stiffness, np.repeat(mass, 3) * (2 * np.pi * _START_HZ) ** 2, f"{where}.stiffness")
-        c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * mass), f"{where}.damping")
-        result = [parameter(f"{self.link}.cell.mass", "kg", float(mass[0]), values, f"{where}.mass")]
-        for coordinate, stiffness, damping in zip(self._names, k, c, strict=True):
-            result.append(
-                parameter(f"{coordinate}.stiffness", "N/m", stiffness, self.stiffness, f"{where}.stiffness")
-            )
-            result.append(
-                parameter(f"{coordinate}.damping", "N s/m", damping, self.damping, f"{where}.damping")
-            )
-        return result
+        start = spread(values, np.array([_SHARE[1] * whole]), f"{where}.mass")
+        mass = parameter(f"{self.link}.cell.mass", "kg", float(start[0]), values, f"{where}.mass")
+        places = [(name, "N/m", site.unit(name)) for name in self._names]
+        keys = f"{where}.stiffness", f"{where}.damping"
+        springs = spring_terms(places, np.repeat(start, 3), self.stiffness, self.damping, keys, _START_HZ)
+        return [Term(mass, mass=self._inertia(robot, site)), *springs]
 
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """Per kg, the inertia of what slides less that of the same on the rigid link; unit springs and
-        dampers.
-        """
-        units = [site.unit(name) for name in self._names]
+    def _inertia(self, robot: Robot, site: Site) -> Array:
+        """(n, n) per kg that slides."""
         rigid = site.jacobian(self.link, self._centre(robot, site), "effects.load-cell")[:3]
         moving = rigid.copy()
         if self.link not in site.detached:
             own = [site.number(name) for name in self._names]
             rigid[:, own], moving[:, own] = 0.0, np.eye(3)
-        mass = Contribution(mass=moving.T @ moving - rigid.T @ rigid)
-        return [
-            mass,
-            *(part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))),
-        ]
+        return np.asarray(moving.T @ moving - rigid.T @ rigid)
 
 
 def _axis(robot: Robot) -> tuple[Array, Array]:

@@ -14,9 +14,8 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
-from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
-from identify.model.effects.base import Contribution, Effect
+from identify.model.effects.base import Effect, Term
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -51,19 +50,11 @@ class Reading(ABC):
 
 
 class MeasurementEffect(Effect):
-    """An effect that acts on FRFs through its `reading`, on no matrix, and releases nothing."""
+    """An effect that acts on FRFs through its `reading`, on no matrix, and frees nothing."""
 
-    def free_coordinates(self, robot: Robot) -> list[str]:
-        """None."""
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """None, unless the effect has a size; it adds to no matrix."""
         return []
-
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """None, unless the effect has a size."""
-        return []
-
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """Nothing, once per parameter."""
-        return [Contribution() for _ in self.parameters(robot, site, "effects")]
 
     def needed(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> tuple[Channel, ...]:
         """Channels that the reading must know besides those of the set: a turned sensor reads along

@@ -11,10 +11,11 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
-from identify.model.effects.base import Contribution
+from identify.core.parameters import DampingValues, Values
+from identify.model.effects.base import Term
 from identify.model.effects.geared import Geared
 from identify.model.effects.site import Added, Site
+from identify.model.effects.springs import spring_terms
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
@@ -62,44 +63,15 @@ class RotorInertia(Geared):
         """The rotors' own coordinates, if they have any."""
         return self._coordinates(robot) if self.holding_stiffness else []
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """Inertia per rotor, then holding stiffness and damping per rotor."""
-        inertia, result = self.rotors(robot, where)
-        if self.holding_stiffness is None:
-            return result
         names = self._coordinates(robot)
-        moved = np.array([site.inertia(name) for name in names]) + np.square(self.gear_ratio) * inertia
-        k = spread(self.holding_stiffness, moved * (2 * np.pi * 20.0) ** 2, f"{where}.holding_stiffness")
-        c = spread(
-            self.holding_damping,
-            2 * self.holding_damping.damping_ratio * np.sqrt(k * moved),
-            f"{where}.holding_damping",
-        )
-        for name, stiffness, damping in zip(names, k, c, strict=True):
-            result.append(
-                parameter(
-                    f"{name}.stiffness",
-                    "N m/rad",
-                    stiffness,
-                    self.holding_stiffness,
-                    f"{where}.holding_stiffness",
-                )
-            )
-            result.append(
-                parameter(
-                    f"{name}.damping", "N m s/rad", damping, self.holding_damping, f"{where}.holding_damping"
-                )
-            )
-        return result
-
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """n^2 on the rotor's coordinate per unit of inertia, then spring and damper."""
-        units = [site.unit(name) for name in self._coordinates(robot)]
-        result = [
-            Contribution(mass=ratio**2 * unit) for ratio, unit in zip(self.gear_ratio, units, strict=True)
-        ]
-        if self.holding_stiffness:
-            result += [
-                part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))
-            ]
-        return result
+        units = [site.unit(name) for name in names]
+        rotors = self.rotor_terms(robot, units, where)
+        if self.holding_stiffness is None:
+            return rotors
+        own = np.square(self.gear_ratio) * [term.parameter.initial for term in rotors]
+        inertia = np.array([site.inertia(name) for name in names]) + own
+        keys = f"{where}.holding_stiffness", f"{where}.holding_damping"
+        places = [(name, "N m/rad", unit) for name, unit in zip(names, units, strict=True)]
+        return rotors + spring_terms(places, inertia, self.holding_stiffness, self.holding_damping, keys)

@@ -9,16 +9,16 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.errors import InputError
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.base import Contribution, Effect
+from identify.core.parameters import Values, single_parameter
+from identify.model.effects.base import Effect, Term
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
 
 class SensorMass(Effect):
-    """Equal point masses with their weight at all measurement points, there during every blow; roving sensors
-    are another matter.
+    """Equal point masses with their weight at all measurement points, there during every impact; roving
+    sensors are another matter.
     """
 
     kind: Literal["sensor-mass"] = "sensor-mass"
@@ -32,27 +32,17 @@ class SensorMass(Effect):
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """All points together, if there are any."""
+        """All points at once, if there are any."""
         if points:
             yield cls()
 
-    def free_coordinates(self, robot: Robot) -> list[str]:
-        """None."""
-        return []
-
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """The mass of one sensor."""
-        initial = float(spread(self.mass, np.ones(1), f"{where}.mass")[0])
-        return [parameter("sensors.mass", "kg", initial, self.mass, f"{where}.mass", log=False)]
-
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """The sum over points of inertia J' J and gravity stiffness of a unit mass."""
-        where = "effects.sensor-mass"
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """The mass of one sensor: the sum over points of inertia J' J and gravity stiffness."""
         if not site.points:
             fix = "give `points`, or remove the effect"
             raise InputError(where, "there are no measurement points", "points where the sensors sit", fix)
         jacobians = [site.jacobian(point.link, point.position, where)[:3] for point in site.points.values()]
         weights = [site.weight_stiffness(point.link, point.position, where) for point in site.points.values()]
-        return [
-            Contribution(mass=np.sum([j.T @ j for j in jacobians], axis=0), stiffness=np.sum(weights, axis=0))
-        ]
+        mass = single_parameter("sensors.mass", "kg", self.mass, f"{where}.mass", default=1.0)
+        inertia = np.sum([j.T @ j for j in jacobians], axis=0)
+        return [Term(mass, mass=inertia, stiffness=np.sum(weights, axis=0))]

@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
+from identify.model.effects.base import Term
 from identify.model.effects.measurement import (
     MeasurementEffect,
     Mixing,
@@ -46,13 +47,10 @@ class SensorRotation(MeasurementEffect):
             for axis in _AXES:
                 yield cls(point=node, axis=axis)
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The angle."""
-        initial = float(spread(self.angle, np.zeros(1), f"{where}.angle")[0])
         return [
-            parameter(
-                f"{self.point}.r{self.axis}.angle", "rad", initial, self.angle, f"{where}.angle", log=False
-            )
+            Term(single_parameter(f"{self.point}.r{self.axis}.angle", "rad", self.angle, f"{where}.angle"))
         ]
 
     def needed(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> tuple[Channel, ...]:

@@ -18,8 +18,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from identify.core.arrays import Array
-from identify.core.parameters import Parameter, Values, parameter, spread
-from identify.model.effects.base import Contribution
+from identify.core.parameters import Values, parameter, spread
+from identify.model.effects.base import Term
 from identify.model.effects.geared import Geared
 from identify.model.effects.site import Added, Site
 from identify.robot.description import Robot
@@ -123,37 +123,20 @@ class Servo(Geared):
         """The rotors and the states of their controllers."""
         return [f"joint{n}.{what}" for what in ("rotor", "servo") for n in self.numbers(robot)]
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """Inertia per rotor, then velocity gain per rotor."""
-        inertia, result = self.rotors(robot, where)
-        numbers, given = self.numbers(robot), self.velocity_gain
-        moved = (
-            np.array([site.inertia(f"joint{n}.rotor") for n in numbers]) / np.square(self.gear_ratio)
-            + inertia
-        )
-        gains = spread(given, 2 * np.pi * _VELOCITY_HZ * moved, f"{where}.velocity_gain")
-        for number, gain in zip(numbers, gains, strict=True):
-            result.append(
-                parameter(
-                    f"joint{number}.servo.velocity_gain", "N m s/rad", gain, given, f"{where}.velocity_gain"
-                )
-            )
-        return result
-
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """n^2 on the rotor per unit of inertia; n^2 times the rows of rotor and controller per unit of
-        gain.
-        """
-        numbers, squares = self.numbers(robot), np.square(self.gear_ratio)
-        result = [
-            Contribution(mass=ratio * site.unit(f"joint{n}.rotor"))
-            for n, ratio in zip(numbers, squares, strict=True)
-        ]
-        for number, ratio, *loop in zip(numbers, squares, *self._loops(), strict=True):
-            rows = np.array([site.vector(f"joint{number}.rotor"), site.vector(f"joint{number}.servo")])
-            stiffness, damping, mass = (ratio * rows.T @ block @ rows for block in _blocks(*loop))
-            result.append(Contribution(stiffness, damping, mass))
-        return result
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """Inertia per rotor; then velocity gain per rotor: n^2 times the rows of rotor and controller."""
+        numbers, squares, values = self.numbers(robot), np.square(self.gear_ratio), self.velocity_gain
+        rotors = self.rotor_terms(robot, [site.unit(f"joint{n}.rotor") for n in numbers], where)
+        turning = np.array([site.inertia(f"joint{n}.rotor") for n in numbers]) / squares
+        own = np.array([term.parameter.initial for term in rotors])
+        gains = spread(values, 2 * np.pi * _VELOCITY_HZ * (turning + own), f"{where}.velocity_gain")
+        terms = []
+        for number, gain, square, *loop in zip(numbers, gains, squares, *self._loops(), strict=True):
+            name, key = f"joint{number}.servo", f"{where}.velocity_gain"
+            rows = np.array([site.vector(f"joint{number}.rotor"), site.vector(name)])
+            blocks = [square * rows.T @ block @ rows for block in _blocks(*loop)]
+            terms.append(Term(parameter(f"{name}.velocity_gain", "N m s/rad", gain, values, key), *blocks))
+        return rotors + terms
 
 
 def _blocks(position: float, integral: float, current: float) -> tuple[Array, Array, Array]:

@@ -40,7 +40,8 @@ class Site:
     shapes (engine coordinates, n): motion of the engine's coordinates per coordinate; deformations: the link
     that a coordinate, by its number, deforms, and how; mass (n, n): the mass matrix before any parameter;
     points: the measurement points by node. Where links were detached for the test, the names of their
-    coordinates and frames are in `detached`: they contribute nothing.
+    coordinates and frames are in `detached`: they contribute nothing. first: the whole robot at the first
+    posture, where that is another site.
     """
 
     engine: Engine
@@ -50,6 +51,12 @@ class Site:
     deformations: Mapping[int, tuple[str, Deformation]] = field(default_factory=dict)
     points: Mapping[int, Point] = field(default_factory=dict)
     detached: frozenset[str] = frozenset()
+    first: Site | None = field(default=None, repr=False)
+
+    @property
+    def reference(self) -> Site:
+        """The whole robot at the first posture, whose inertia scales start values."""
+        return self.first or self
 
     def number(self, coordinate: str) -> int:
         """Number of a coordinate; one that does not exist is an InputError."""
@@ -69,9 +76,9 @@ class Site:
         return np.diag(self.vector(coordinate))
 
     def inertia(self, coordinate: str) -> float:
-        """The inertia that the coordinate moves when all others are locked, kg or kg m^2."""
-        index = self.number(coordinate)
-        return float(self.mass[index, index])
+        """The inertia that the coordinate moves at the reference when all others are locked, kg or kg m^2."""
+        index = self.reference.number(coordinate)
+        return float(self.reference.mass[index, index])
 
     @cached_property
     def gravity_stiffness(self) -> Array:

@@ -11,11 +11,12 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
+from identify.core.arrays import Array
+from identify.core.parameters import DampingValues, Parameter, Values, parameter
 from identify.model.effects.attached import Attached
-from identify.model.effects.base import Contribution
+from identify.model.effects.base import Term
 from identify.model.effects.site import Site
-from identify.model.effects.springs import unique
+from identify.model.effects.springs import spring_terms, unique
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
@@ -63,38 +64,34 @@ class SpringToGround(Attached):
             )
         return [self.model_copy(update={"leaning": False})]
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
-        """A stiffness and a damping per direction."""
-        mass = np.full(len(self.axes), self.carried(robot))
-        k = spread(self.stiffness, mass * (2 * np.pi * _START_HZ) ** 2, f"{where}.stiffness")
-        c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * mass), f"{where}.damping")
-        result = []
-        for axis, stiffness, damping in zip(self.axes, k, c, strict=True):
-            name = f"{self.link}.ground_{axis}"
-            result.append(
-                parameter(f"{name}.stiffness", "N/m", stiffness, self.stiffness, f"{where}.stiffness")
-            )
-            result.append(parameter(f"{name}.damping", "N s/m", damping, self.damping, f"{where}.damping"))
-        return [*result, *self._couplings(max(k), max(c), where)]
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """A stiffness and a damping per direction, J' J of the point's motion; then the couplings."""
+        motion = site.base_jacobian(self.link, self.position(robot), self.where)
+        rows = [motion["xyz".index(axis)] for axis in self.axes]
+        names = [f"{self.link}.ground_{axis}" for axis in self.axes]
+        places = [(name, "N/m", np.outer(row, row)) for name, row in zip(names, rows, strict=True)]
+        mass, keys = np.full(len(rows), self.carried(robot)), (f"{where}.stiffness", f"{where}.damping")
+        terms = spring_terms(places, mass, self.stiffness, self.damping, keys, _START_HZ)
+        return terms + (self._couplings(terms, rows, where) if self.leaning else [])
 
-    def _couplings(self, k: float, c: float, where: str) -> list[Parameter]:
-        """Stiffness and damping between directions, no more than some multiple of their start values; none
-        unless leaning.
+    def _couplings(self, terms: list[Term], rows: list[Array], where: str) -> list[Term]:
+        """Stiffness and damping between directions, J1' J2 + J2' J1, no more than some multiple of their
+        start values.
         """
         result = []
-        for one, other in combinations(self.axes, 2) if self.leaning else ():
-            for what, unit, reach in (("stiffness", "N/m", _REACH * k), ("damping", "N s/m", _REACH * c)):
-                values = Values(initial=0.0, bounds=(-reach, reach))
-                name = f"{self.link}.ground_{one}{other}.{what}"
-                result.append(parameter(name, unit, 0.0, values, f"{where}.{what}", log=False))
+        for one, other in combinations(range(len(rows)), 2):
+            product = np.outer(rows[one], rows[other])
+            unit, name = product + product.T, f"{self.link}.ground_{self.axes[one]}{self.axes[other]}"
+            both = [
+                self._coupling(f"{name}.{what}", terms[number::2], f"{where}.{what}")
+                for number, what in enumerate(("stiffness", "damping"))
+            ]
+            result += [Term(both[0], stiffness=unit), Term(both[1], damping=unit)]
         return result
 
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """J' J of the point's motion along each direction, and J1' J2 + J2' J1 for two."""
-        rows = site.base_jacobian(self.link, self.position(robot), self.where)[
-            ["xyz".index(axis) for axis in self.axes]
-        ]
-        units = [np.outer(row, row) for row in rows]
-        if self.leaning:
-            units += [np.outer(one, other) + np.outer(other, one) for one, other in combinations(rows, 2)]
-        return [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
+    def _coupling(self, name: str, along: list[Term], where: str) -> Parameter:
+        """A stiffness or damping between directions; along: those of the directions themselves."""
+        own = [term.parameter for term in along]
+        reach = _REACH * max(p.initial for p in own)
+        values = Values(initial=0.0, bounds=(-reach, reach))
+        return parameter(name, own[0].unit, 0.0, values, where, log=False)

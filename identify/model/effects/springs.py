@@ -4,13 +4,15 @@ compliance; start values and bounds.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
-from identify.model.effects.base import Contribution, Effect
+from identify.core.arrays import Array
+from identify.core.parameters import DampingValues, Values, parameter, spread
+from identify.model.effects.base import Effect, Term
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 
@@ -32,35 +34,48 @@ START_HZ = 20.0
 
 
 class Springs(Effect):
-    """Spring and damper per released coordinate; a subclass says which coordinates."""
+    """Spring and damper per free coordinate; a subclass says which coordinates."""
 
     stiffness: Values = Field(Values(), description="N/m or N m/rad")
     damping: DampingValues = Field(DampingValues(), description="N s/m or N m s/rad")
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """A stiffness and a damping per coordinate, in that order."""
         names = self.free_coordinates(robot)
         inertia = np.array([site.inertia(name) for name in names])
-        k = spread(self.stiffness, inertia * (2 * np.pi * START_HZ) ** 2, f"{where}.stiffness")
-        c = spread(self.damping, 2 * self.damping.damping_ratio * np.sqrt(k * inertia), f"{where}.damping")
-        result = []
-        for name, stiffness, damping in zip(names, k, c, strict=True):
-            force = "N" if name.split(".")[-1].startswith("t") else "N m"
-            per = "m" if force == "N" else "rad"
-            result.append(
-                parameter(
-                    f"{name}.stiffness", f"{force}/{per}", stiffness, self.stiffness, f"{where}.stiffness"
-                )
-            )
-            result.append(
-                parameter(f"{name}.damping", f"{force} s/{per}", damping, self.damping, f"{where}.damping")
-            )
-        return result
+        places = [(name, stiffness_unit(name), site.unit(name)) for name in names]
+        keys = f"{where}.stiffness", f"{where}.damping"
+        return spring_terms(places, inertia, self.stiffness, self.damping, keys)
 
-    def contributions(self, robot: Robot, site: Site) -> list[Contribution]:
-        """One on the diagonal of K and of C per coordinate."""
-        units = [site.unit(name) for name in self.free_coordinates(robot)]
-        return [part for unit in units for part in (Contribution(stiffness=unit), Contribution(damping=unit))]
+
+def stiffness_unit(coordinate: str) -> str:
+    """N/m for a translation, N m/rad for a rotation, such as joint1.rz."""
+    return "N/m" if coordinate.rsplit(".", maxsplit=1)[-1].startswith("t") else "N m/rad"
+
+
+def spring_terms(
+    places: Sequence[tuple[str, str, Array]],
+    inertia: Array,
+    stiffness: Values,
+    damping: DampingValues,
+    keys: tuple[str, str],
+    start_hz: float = START_HZ,
+) -> list[Term]:
+    """A stiffness and a viscous damping for each place: its name, the unit of its stiffness, and the matrix
+    (n, n) that one unit of either adds.
+
+    Without a start value each resonates at `start_hz` with its inertia (places,); `keys` are those of
+    stiffness and damping in the config.
+    """
+    k = spread(stiffness, inertia * (2 * np.pi * start_hz) ** 2, keys[0])
+    c = spread(damping, 2 * damping.damping_ratio * np.sqrt(k * inertia), keys[1])
+    terms = []
+    for (name, unit, matrix), spring, damper in zip(places, k, c, strict=True):
+        force, per, length = unit.partition("/")
+        rate = f"{force} s{per}{length}"
+        terms.append(Term(parameter(f"{name}.stiffness", unit, spring, stiffness, keys[0]), stiffness=matrix))
+        terms.append(Term(parameter(f"{name}.damping", rate, damper, damping, keys[1]), damping=matrix))
+    return terms
 
 
 def joint_coordinates(robot: Robot, joints: Joints, axes: list[Axis], where: str) -> list[str]:

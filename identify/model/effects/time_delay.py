@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array, Complex
-from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
+from identify.model.effects.base import Term
 from identify.model.effects.measurement import MeasurementEffect, Reading
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
@@ -37,10 +38,9 @@ class TimeDelay(MeasurementEffect):
         """The measurement as a whole."""
         yield cls()
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The delay."""
-        initial = float(spread(self.delay, np.zeros(1), f"{where}.delay")[0])
-        return [parameter("responses.delay", "s", initial, self.delay, f"{where}.delay", log=False)]
+        return [Term(single_parameter("responses.delay", "s", self.delay, f"{where}.delay"))]
 
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """The same for all channels."""

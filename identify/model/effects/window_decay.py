@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array, Complex
-from identify.core.parameters import Parameter, Values, parameter, spread
+from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
+from identify.model.effects.base import Term
 from identify.model.effects.measurement import MeasurementEffect, Reading
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
@@ -39,10 +40,9 @@ class WindowDecay(MeasurementEffect):
         """The measurement as a whole."""
         yield cls()
 
-    def parameters(self, robot: Robot, site: Site, where: str) -> list[Parameter]:
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """True less stated decay."""
-        initial = float(spread(self.error, np.zeros(1), f"{where}.error")[0])
-        return [parameter("window.decay_error", "1/s", initial, self.error, f"{where}.error", log=False)]
+        return [Term(single_parameter("window.decay_error", "1/s", self.error, f"{where}.error"))]
 
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """The same for all channels."""

@@ -15,7 +15,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
-from identify.model.effects.nonlinear import Law
+from identify.model.effects.torque_law import TorqueLaw
 from identify.model.impact import Impact
 from identify.model.impacted import Struck
 from identify.model.system import System
@@ -39,7 +39,7 @@ class Blow:
     system: System
     force: Array
     impact: Impact
-    laws: tuple[tuple[Law, Array, Index], ...]
+    laws: tuple[tuple[TorqueLaw, Array, Index], ...]
     steps: int
 
     @property
@@ -84,7 +84,7 @@ def blow_on(name: str, data: FrfSet, system: System, force: Array, impact: Impac
             name, found, "the mean peak force of the blows", "add `impact: {peak_n: 180}` to the measurement"
         )
     laws = tuple(
-        (one.law, system.site.vector(one.coordinate)[system.released], one.numbers) for one in system.laws
+        (one.law, system.site.vector(one.coordinate)[system.free], one.numbers) for one in system.laws
     )
     return Blow(
         system,
