@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -436,21 +436,52 @@ def _finish(written: list[Path], report: bool, quiet: bool) -> None:
 
 def main() -> None:
     """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit
-    code 2.
+    code 2, Ctrl-C and a polite kill into one and exit code 130.
     """
     import os
-    import signal
+    import warnings
+
+    from identify.core.interruption import Interrupted, check, listening
+    from identify.core.part_file import DamagedPart
 
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
-    signal.signal(
-        signal.SIGTERM, signal.default_int_handler
-    )  # a polite kill ends a run as Ctrl-C does: saved and resumable
+    show = warnings.showwarning
+
+    def note(message: Warning | str, category: type[Warning], *where: Any, **other: Any) -> None:
+        if issubclass(category, DamagedPart):
+            typer.echo(f"note: {message}", err=True)
+        else:
+            show(message, category, *where, **other)
+
+    warnings.showwarning = note
+    ended = _sentence_on_interruption(sys.argv[1:2])
     try:
-        app()
+        with listening(ended):
+            try:
+                app()
+            except SystemExit:
+                check()  # a signal that came too late to be looked at is not swallowed
+                raise
     except (InputError, InputErrors) as error:
         typer.echo("\n".join(f"error: {line}" for line in str(error).splitlines()), err=True)
         sys.exit(EXIT_BAD_INPUT)
-    except KeyboardInterrupt:
-        typer.echo("interrupted; go on with `--resume`", err=True)
+    except Interrupted:
+        typer.echo(ended, err=True)
         sys.exit(EXIT_INTERRUPTED)
+
+
+def _sentence_on_interruption(words: list[str]) -> str:
+    """What is said when a command was interrupted: how it is resumed, where it can be."""
+    import inspect
+
+    resumable = [
+        (one.name or one.callback.__name__)
+        for one in app.registered_commands
+        if one.callback is not None and "resume" in inspect.signature(one.callback).parameters
+    ]
+    return (
+        "interrupted; resume with `--resume`"
+        if words[:1] in [[name] for name in resumable]
+        else "interrupted"
+    )

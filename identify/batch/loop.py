@@ -16,6 +16,7 @@ from identify.batch.executor import Executor
 from identify.batch.index import BatchIndex
 from identify.batch.job import Job, Outcome
 from identify.core.errors import InputError
+from identify.core.interruption import Interrupted, check
 
 _MOST = {"failed": 2, "lost": 4}
 """How often a job that ended so is begun in all."""
@@ -43,13 +44,13 @@ def run_jobs(
 ) -> None:
     """Run all jobs, which the index has by name; watch is shown the index after every change.
 
-    Raises InputError when the disk is full or the scheduler is gone; KeyboardInterrupt goes through.  The
+    Raises InputError when the disk is full or the scheduler is gone; Interrupted goes through.  The
     index is written at the end.
     """
     try:
         index.write()
         _run(iter(jobs), executor, index, limit_s, watch)
-    except KeyboardInterrupt:
+    except (Interrupted, KeyboardInterrupt):
         _leave(index, "interrupted")
         raise
     except InputError as error:
@@ -85,6 +86,7 @@ def _run(
             under_way[executor.submit(job, entry.attempts, limit_s)] = job
         if not under_way:
             break
+        check()
         for future in wait(under_way, timeout=_WAIT_S, return_when=FIRST_COMPLETED).done:
             job = under_way.pop(future)
             outcome = _outcome(future)

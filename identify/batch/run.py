@@ -15,8 +15,8 @@ from identify.batch.loop import Watch, run_jobs
 from identify.batch.settings import Batch, Item, read_batch
 from identify.batch.summary import summarise
 from identify.batch.work import derived
-from identify.core import atomic as whole
 from identify.core.errors import InputError
+from identify.fitting.resume import held
 from identify.results import file as result_file
 from identify.results.batch import BatchResult
 from identify.results.provenance import provenance, sha256
@@ -41,32 +41,39 @@ def run_batch(
     place; resume: keep what is finished of the same study, data and versions, and go on with what was
     interrupted; watch is shown the index after every change. Returns the summary and what was written, the
     summary first.  Raises InputError for a batch that cannot be read, where nothing can be written, for a
-    full disk, and where every fit failed; KeyboardInterrupt after the index was written.
+    full disk, and where every fit failed; Interrupted after the index was written.
     """
     begun, batch = time.perf_counter(), read_batch(config)
     path = out or Path("reports") / f"{batch.settings.name}.h5"
     _check(batch, path)
     files = {item.name: path.with_suffix("") / f"{item.name}.h5" for item in batch.items}
     joint = None if batch.joint is None else path.with_suffix("") / f"{batch.joint.name}.h5"
-    with open_executor(workers, cluster) as executor:
-        index = _index(batch, files, joint, path, executor)
-        _run(batch, files, joint, executor, index, resume, watch or (lambda index: None))
-        about = executor.about
-    for left in index.path.parent.glob(".*.h5.*"):  # what a worker was writing when it was killed
-        left.unlink(missing_ok=True)
-    if not any(index.jobs[name].state == "done" for name in files):
-        name, entry = next((name, index.jobs[name]) for name in files)
-        found = f"none of the {len(files)} fits ended well; {name}: {entry.error.rstrip('.')}"
-        raise InputError(str(config), found, fix=f"see {index.path}")
-    fitted_together = joint if joint is not None and index.jobs["joint"].state == "done" else None
-    came_from = provenance(
-        config.name, batch.text, [(study.name, sha256(study)) for study in _studies(batch)]
-    )
-    result = summarise(
-        batch.settings.name, index, files, fitted_together, about, time.perf_counter() - begun, came_from
-    )
-    result_file.write(result, path)
+    with held(path):
+        with open_executor(workers, cluster) as executor:
+            index = _index(batch, files, joint, path, executor)
+            _run(batch, files, joint, executor, index, resume, watch or (lambda index: None))
+            about = executor.about
+        _tidy(index.path.parent)
+        if not any(index.jobs[name].state == "done" for name in files):
+            name, entry = next((name, index.jobs[name]) for name in files)
+            found = f"none of the {len(files)} fits ended well; {name}: {entry.error.rstrip('.')}"
+            raise InputError(str(config), found, fix=f"see {index.path}")
+        fitted_together = joint if joint is not None and index.jobs["joint"].state == "done" else None
+        came_from = provenance(
+            config.name, batch.text, [(study.name, sha256(study)) for study in _studies(batch)]
+        )
+        result = summarise(
+            batch.settings.name, index, files, fitted_together, about, time.perf_counter() - begun, came_from
+        )
+        result_file.write(result, path)
     return result, [path, index.path]
+
+
+def _tidy(folder: Path) -> None:
+    """Take away what workers were writing, and held, when they were killed."""
+    for pattern in (".*.h5", ".*.h5.lock"):
+        for left in folder.glob(pattern):
+            left.unlink(missing_ok=True)
 
 
 def _studies(batch: Batch) -> list[Path]:
@@ -123,7 +130,6 @@ def _check(batch: Batch, path: Path) -> None:
         raise InputError(
             str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`"
         )
-    whole.check_writable(path, "choose another with `--out`")
     base = next((item.study for item in batch.items if item.measurements is not None), None)
     if base is not None:
         derived(base, base.stem, [{"file": "data.uff", "posture_deg": [0.0]}])

@@ -1,10 +1,11 @@
-"""Files that are whole or not there: written aside, flushed to disk, renamed."""
+"""Files that are whole or not there: written aside, flushed to disk, renamed; and the lock on an output."""
 
 from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from identify.core.errors import InputError
@@ -14,7 +15,7 @@ def write_whole(path: Path, fill: Callable[[Path], object], fix: str) -> None:
     """Let `fill` write a file aside and put it in place of `path`; where that is not possible, an InputError
     with `fix`, and no trace.
     """
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    aside = _aside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         fill(aside)
@@ -22,20 +23,63 @@ def write_whole(path: Path, fill: Callable[[Path], object], fix: str) -> None:
             os.fsync(file.fileno())
         os.replace(aside, path)
     except OSError as error:
+        raise _not_written(path, error, fix) from error
+    finally:
         with contextlib.suppress(OSError):
             aside.unlink()
-        raise _not_written(path, error, fix) from error
 
 
 def check_writable(path: Path, fix: str) -> None:
     """Raise the InputError of `write_whole` now where it could not write; what is at `path` stays."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    if path.is_dir():
+        raise InputError(str(path), "is a folder", "a place for a file", fix)
+    aside = _aside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         aside.touch()
         aside.unlink()
     except OSError as error:
         raise _not_written(path, error, fix) from error
+
+
+def remove_asides(path: Path) -> None:
+    """Take away what killed runs left of `path` and of files of the same stem beside it, half written."""
+    pattern = re.compile(rf"\.{re.escape(path.stem)}\.\d+\.[A-Za-z0-9]+")
+    for left in path.parent.iterdir() if path.parent.is_dir() else ():
+        if pattern.fullmatch(left.name):
+            with contextlib.suppress(OSError):
+                left.unlink()
+
+
+@contextlib.contextmanager
+def locked(path: Path, fix: str) -> Iterator[None]:
+    """Hold `path` as the output of this process; InputError where another one holds it.
+
+    The lock goes with the process, however that ends, and leaves no file behind when it is let go.
+    """
+    from filelock import FileLock, Timeout  # noqa: PLC0415  takes as long to import as the rest of `core`
+
+    lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=0)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock.acquire()
+    except Timeout as error:
+        raise InputError(str(path), "another run is writing it", "an output of its own", fix) from error
+    except OSError as error:
+        raise _not_written(path, error, fix) from error
+    try:
+        yield
+    finally:
+        with contextlib.suppress(
+            OSError
+        ):  # before the release: afterwards it may be another's (Windows: fails)
+            Path(lock.lock_file).unlink()
+        lock.release()
+
+
+def _aside(path: Path) -> Path:
+    """Hidden, and with the suffix, by which some writers tell the format."""
+    return path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
 
 
 def _not_written(path: Path, error: OSError, fix: str) -> InputError:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from identify.core.errors import InputError, InputErrors
+from identify.core.interruption import check
 
 T = TypeVar("T")
 
@@ -14,6 +15,7 @@ def collect(makers: Sequence[Callable[[], T]]) -> list[T]:
     """The results of all makers, or all of their errors at once; what several say is said once."""
     results, errors = [], []
     for make in makers:
+        check()
         try:
             results.append(make())
         except InputError as error:

@@ -14,6 +14,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array
+from identify.core.errors import InputError
+from identify.core.part_file import PartFile
 from identify.discovery import sentences as told
 from identify.discovery.advise import advise
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
@@ -21,10 +23,10 @@ from identify.discovery.loop import Discovery, Story, check_data, discover
 from identify.discovery.new_config import config_text, entry_of, write_config
 from identify.discovery.search import Step
 from identify.discovery.trial import Trial
-from identify.discovery.workers import Memory, Workers
+from identify.discovery.workers import Workers
 from identify.fitting.fit import Fit, Start
-from identify.fitting.resume import check_key, override, run_key
-from identify.results import file as result_file
+from identify.fitting.memory import Memory
+from identify.fitting.resume import override, resumable, run_key
 from identify.results import fit as results
 from identify.results.discovery import (
     AddedEffects,
@@ -32,14 +34,11 @@ from identify.results.discovery import (
     OptionTable,
     PartTable,
     StepResult,
-    UnfinishedDiscovery,
 )
 from identify.vibration.evaluate import evaluate
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
-
-_EVERY_S = 2.0
 
 
 def run_discover(
@@ -54,68 +53,29 @@ def run_discover(
     """Find what is missing from the study in `config`; the result and the paths written: result file, then
     the new config, if any.
 
-    While it runs, the file holds what `resume` needs; a finished run of the same study is not run again by
-    it.
+    While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
+    is not run again by it.
     """
     file, began = override(read_study(config), overrides), time.perf_counter()
     path = out or Path("reports") / f"{file.study.name}_discovery.h5"
+    if config.resolve() == path.with_suffix(".yaml").resolve():
+        raise InputError(str(config), "would be overwritten by the new study", fix="choose another `--out`")
     with threadpool_limits(1):
         problem = load_problem(file)
         check_data(problem)
         key = run_key(provenance_of(problem), file)
-        memory: Memory = {}
-        if resume and path.exists():
-            done = _resumed(path, key, memory)
-            if done is not None:
-                return done, [path]
-        result_file.check_writable(path)
-        saver = _Saver(path, key, memory)
-        with Workers(problem, workers, memory, saver.now_and_then) as at_work:
-            try:
+
+        def compute(part: PartFile) -> DiscoveryResult:
+            with Workers(problem, workers, Memory(part)) as at_work:
                 found = discover(problem, at_work, story)
-            except KeyboardInterrupt:
-                saver.save()
-                raise
-        result = _result(problem, found, key, path, began)
-    result_file.write(result, path)
-    written = [path]
-    if found.added:
-        written.append(path.with_suffix(".yaml"))
-        write_config(result.after.provenance.config, written[1])
-    return result, written
+            return _result(problem, found, key, path, began)
 
-
-class _Saver:
-    """Writes the finished trials to the result file every few seconds."""
-
-    def __init__(self, path: Path, key: str, memory: Memory) -> None:
-        self.path, self.key, self.memory, self.saved = path, key, memory, time.monotonic()
-
-    def now_and_then(self) -> None:
-        if time.monotonic() - self.saved > _EVERY_S:
-            self.save()
-
-    def save(self) -> None:
-        trials = tuple(json.dumps([key, *kept]) for key, kept in self.memory.items())
-        result_file.write(
-            UnfinishedDiscovery(result_file.LAYOUT, result_file.UNFINISHED, self.key, trials), self.path
-        )
-        self.saved = time.monotonic()
-
-
-def _resumed(path: Path, key: str, memory: Memory) -> DiscoveryResult | None:
-    """The finished run of the same study at `path`; else None, with the trials of the interrupted one put
-    into memory.
-    """
-    if result_file.kind_of(path) == DiscoveryResult.KIND:
-        done: DiscoveryResult = result_file.read(path, DiscoveryResult)
-        return done if done.key == key else None
-    kept = result_file.read(path, UnfinishedDiscovery)
-    check_key(path, kept.key, key)
-    for text in kept.trials:
-        one, values, numbers, failure = json.loads(text)
-        memory[one] = (values, numbers, failure)
-    return None
+        result = resumable(path, key, DiscoveryResult, compute, resume=resume)
+    if not result.added.sentence:
+        return result, [path]
+    written = path.with_suffix(".yaml")
+    write_config(result.after.provenance.config, written)
+    return result, [path, written]
 
 
 def _remarks(found: Discovery) -> list[tuple[Any, str]]:

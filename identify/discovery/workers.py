@@ -8,48 +8,50 @@ import hashlib
 import json
 import multiprocessing
 import os
+import signal
 import threading
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
-from functools import partial
+from multiprocessing.synchronize import Event
 from types import TracebackType
 
 from threadpoolctl import threadpool_limits
 
+from identify.core.errors import InputError
+from identify.core.interruption import ask, check, children_unasked
 from identify.discovery.trial import Bench, Task, Trial
+from identify.fitting.memory import Memory
 from identify.vibration.problem import Problem
 
-Memory = dict[str, tuple[dict[str, float], list[float], str]]
-"""By key of a task: values by name; squares, count, squares and count on validation data, free parameters;
-failure.
-"""
+_LOOK_S = 0.2
 _bench: list[Bench] = []
 
 
 class Workers(AbstractContextManager["Workers"]):
     """Tries tasks on a problem in `count` processes; with one, in this process.
 
-    memory is filled with every finished trial; `saved` is called after each.
+    memory is filled with every finished trial: by key of a task its values by name; squares, count, squares
+    and count on validation data, free parameters; failure.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        count: int,
-        memory: Memory | None = None,
-        saved: Callable[[], None] = lambda: None,
-    ) -> None:
-        self.memory, self._saved = {} if memory is None else memory, saved
+    def __init__(self, problem: Problem, count: int, memory: Memory | None = None) -> None:
+        self.memory = Memory() if memory is None else memory
         context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
-        self._pool = None if count == 1 else ProcessPoolExecutor(count, context, _start, (problem,))
-        self._map = partial(map, Bench(problem).run) if self._pool is None else partial(self._pool.map, _run)
+        self._end = context.Event()
+        self._bench = Bench(problem) if count == 1 else None
+        self._pool = None
+        if count > 1:
+            self._pool = ProcessPoolExecutor(count, context, _start, (problem, self._end))
 
     def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
-        """The trials of all tasks in their order; `done` is called after each."""
+        """The trials of all tasks in their order; `done` is called after each.  Interrupted where the user
+        asked for the end.
+        """
         keys = [_key(task) for task in tasks]
-        new = [(key, task) for key, task in zip(keys, tasks, strict=True) if key not in self.memory]
-        for (key, _), trial in zip(new, self._map([task for _, task in new]), strict=True):
+        new = {key: task for key, task in zip(keys, tasks, strict=True) if key not in self.memory}
+        for key, trial in self._tried(new):
             numbers = [
                 trial.squares,
                 trial.count,
@@ -58,19 +60,46 @@ class Workers(AbstractContextManager["Workers"]):
                 trial.free,
             ]
             self.memory[key] = (dict(trial.values), [float(number) for number in numbers], trial.failure)
-            self._saved()
             done()
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
+
+    def _tried(self, tasks: Mapping[str, Task]) -> Iterator[tuple[str, Trial]]:
+        """Each task's key with its trial, as they come."""
+        if self._bench is not None:
+            for key, task in tasks.items():
+                check()
+                yield key, self._bench.run(task)
+        if self._pool is None:
+            return
+        with children_unasked():
+            left = {self._pool.submit(_run, task): key for key, task in tasks.items()}
+        while left:
+            check()
+            for future in wait(left, timeout=_LOOK_S, return_when=FIRST_COMPLETED).done:
+                yield left.pop(future), _result(future)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._pool is not None:
-            self._pool.shutdown(wait=kind is None, cancel_futures=True)
+            if kind is not None:
+                self._end.set()
+            self._pool.shutdown(cancel_futures=True)
 
 
-def _start(problem: Problem) -> None:
+def _result(future: Future[Trial]) -> Trial:
+    try:
+        return future.result()
+    except BrokenProcessPool as error:
+        check()  # they are killed with this process, and may be gone first
+        fix = "resume with `--resume`, with fewer `--workers` where memory is short"
+        raise InputError("--workers", "a process that tried a model was killed", fix=fix) from error
+
+
+def _start(problem: Problem, end: Event) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to a whole terminal; the parent decides
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
     threadpool_limits(1)
     _bench[:] = [Bench(problem)]
 
@@ -81,6 +110,12 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
+
+
+def _end_when_told(end: Event) -> None:
+    """The trial under way ends at its next step."""
+    end.wait()
+    ask()
 
 
 def _run(task: Task) -> Trial:

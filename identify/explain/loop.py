@@ -17,6 +17,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import effective_samples
+from identify.core.interruption import check
 from identify.explain.candidates import Worth, worth
 from identify.explain.effects.base import MotionEffect
 from identify.explain.regression import Case, Fit, Screen, aligned, refine, solve, without
@@ -157,6 +158,7 @@ def _tried(fitted: Case, judge: Case, fit: Fit, effects: Sequence[MotionEffect])
     replaced = {effect.supersedes for effect in fit.effects}
     found, screens = [], {"": Screen(fitted, fit)}
     for effect in effects:
+        check()
         if effect.name in there | replaced or (effect.needs and effect.needs not in there):
             continue
         taken = effect.supersedes if effect.supersedes in there else ""

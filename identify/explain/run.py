@@ -29,6 +29,7 @@ from identify.explain.recorded_motion import RecordedMotion
 from identify.explain.regression import Case, Fit
 from identify.explain.sentences import notes, unknown, verdict
 from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
+from identify.fitting.resume import held
 from identify.measured.conditioning import Motion, condition
 from identify.measured.records import MotionRecord, read_record
 from identify.results import file as result_file
@@ -67,13 +68,18 @@ def run_explain(
     begun = time.perf_counter()
     file = read_explain_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    result_file.check_writable(path)
-    with threadpool_limits(1):
-        robot = read_robot(file.study.robot, file.path.parent)
-        known = known_of(file.study, robot)
-        records = read_records(file, robot)
-        motions = [_conditioned(record, file.study) for record in records]
-        targets = explained(file.study, motions, known, progress)
+    with threadpool_limits(1), held(path):
+        result = _explanation(file, progress, begun)
+        result_file.write(result, path)
+    return result, path
+
+
+def _explanation(file: ExplainFile, progress: Progress | None, begun: float) -> ExplainResult:
+    robot = read_robot(file.study.robot, file.path.parent)
+    known = known_of(file.study, robot)
+    records = read_records(file, robot)
+    motions = [_conditioned(record, file.study) for record in records]
+    targets = explained(file.study, motions, known, progress)
     judge = motions[1].name
     inputs = [
         (
@@ -81,7 +87,7 @@ def run_explain(
             sha256(file.resolve(file.study.robot.urdf or file.study.robot.dh or Path())),
         )
     ]
-    result = ExplainResult(
+    return ExplainResult(
         name=file.study.name,
         verdict=tuple(sentence for found in targets.values() for sentence in verdict(found, judge)),
         notes=tuple(sentence for found in targets.values() for sentence in notes(found)),
@@ -93,8 +99,6 @@ def run_explain(
         targets=targets,
         provenance=provenance(file.path.name, file.text, inputs + [(r.source, r.sha256) for r in records]),
     )
-    result_file.write(result, path)
-    return result, path
 
 
 def known_of(study: ExplainStudy, robot: Robot) -> Known:

@@ -8,49 +8,46 @@ bit what would have followed.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import warnings
+from dataclasses import dataclass
 
 import numpy as np
 
 from identify.core.arrays import Array
-
-_EVERY_S = 1.0
+from identify.core.part_file import DamagedPart, PartFile
 
 
 @dataclass
 class Journal:
-    """Costs in order.  remembered (n,): those of an interrupted run; save is called with all costs every few
-    seconds.
+    """Numbers in order, a record for every computation; part: where they are kept, None for a run that
+    cannot be resumed; position: how many records this run has passed, replayed: how many were not computed.
     """
 
-    remembered: Array = field(default_factory=lambda: np.zeros(0))
-    save: Callable[[Array], None] | None = None
+    part: PartFile | None = None
     position: int = 0
-    new: list[Array] = field(default_factory=list)
-    saved: float = field(default_factory=time.monotonic)
+    replayed: int = 0
 
     def replay(self, count: int) -> Array | None:
-        """The next `count` remembered costs; None where there are not that many left."""
-        if self.position + count > len(self.remembered):
-            self.remembered = self.remembered[: self.position]
+        """The next `count` remembered numbers; None where the run has not been there yet.
+
+        A record of another length, or with NaN, which no cost is, was not written by this run: it and all
+        after it are forgotten, with a warning.
+        """
+        if self.part is None or self.position >= len(self.part.records):
             return None
-        self.position += count
-        return self.remembered[self.position - count : self.position].copy()
+        record = self.part.records[self.position]
+        numbers = np.frombuffer(record) if len(record) == 8 * count else np.full(1, np.nan)
+        if np.isnan(numbers).any():
+            number = self.position + 1
+            said = f"{self.part.path}: record {number} is not of this run; it and all after it are left out"
+            warnings.warn(said, DamagedPart, stacklevel=2)
+            self.part.keep(self.position)
+            return None
+        self.position, self.replayed = self.position + 1, self.replayed + 1
+        return numbers.copy()
 
-    def record(self, costs: Array) -> None:
-        """Remember costs that were computed, and save now and then."""
-        self.new.append(costs.copy())
-        if self.save is not None and time.monotonic() - self.saved > _EVERY_S:
-            self.flush()
-
-    def flush(self) -> None:
-        """Save now."""
-        if self.save is not None:
-            self.save(self.costs())
-        self.saved = time.monotonic()
-
-    def costs(self) -> Array:
-        """All costs so far, (n,)."""
-        return np.concatenate([self.remembered, *self.new])
+    def record(self, numbers: Array) -> None:
+        """Remember numbers that were computed."""
+        if self.part is not None:
+            self.part.append(numbers.astype(float).tobytes())
+            self.position += 1

@@ -5,16 +5,15 @@ is taken up again.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from identify.core.atomic import locked, remove_asides
 from identify.core.config import ConfigFile
 from identify.core.errors import InputError
-from identify.fitting.journal import Journal
+from identify.core.part_file import PartFile
 from identify.results import file as result_file
 from identify.results import tables
 from identify.results.header import KeyedHeader
@@ -23,38 +22,69 @@ T = TypeVar("T", bound=KeyedHeader)
 F = TypeVar("F", bound=ConfigFile[Any])
 
 
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Hold the output `path` for a run, and tidy up after one that was killed.
+
+    InputError where it cannot be written, or another run holds it.  What is there stays until it is replaced.
+    """
+    result_file.check_writable(path)
+    with locked(path, "wait for it, or choose another with `--out`"):
+        remove_asides(path)
+        yield
+
+
+@contextmanager
+def kept_aside(path: Path, key: str, *, resume: bool = False, replace: bool = False) -> Iterator[PartFile]:
+    """The part file of a run of `key` that will write `path`; it stays where the run does not come to its
+    end, whatever the reason, and is taken away where it does.
+
+    resume: with what an interrupted run of that key has left; InputError where it is one of something else,
+    unless that may be replaced.
+    """
+    aside = _aside(path)
+    part = PartFile.read(aside) if resume else None
+    if part is not None and part.key != key and not replace:
+        raise _another(aside, "the interrupted run there")
+    if part is None or part.key != key:
+        part = PartFile(aside, key)
+        part.remove()
+    try:
+        yield part
+    except BaseException:
+        with suppress(InputError):
+            part.flush()
+        raise
+    part.remove()
+
+
 def resumable(
     path: Path,
     key: str,
     kind: type[T],
-    journal: Journal,
-    compute: Callable[[], T],
+    compute: Callable[[PartFile], T],
     *,
     resume: bool = False,
     replace: bool = False,
 ) -> T:
-    """What `compute` gives, a result of that kind with that key, written to `path`, which while it runs holds
-    what `resume` needs.
+    """What `compute` gives, a result of that kind with that key, written to `path`; while it runs, the part
+    file that it is given keeps what `resume` needs.
 
-    resume: a finished run of that key is read instead, an interrupted one gone on with; replace: see
-    `fit_study`.
+    resume: a finished run of that key is read instead, an interrupted one gone on with; replace: where there
+    is a run of something else, begin anew instead of refusing.
     """
-    if resume:
-        done = _finished(path, key, kind)
-        if done is not None:
-            return done
-        journal.remembered = _remembered(path, key, replace)
-    journal.save = lambda costs: result_file.write(result_file.unfinished(key, costs), path)
-    result_file.check_writable(
-        path
-    )  # now, not after an hour; an older result stays until this run has something to save
-    try:
-        result = compute()
-    except KeyboardInterrupt:
-        journal.flush()
-        raise
-    result_file.write(result, path)
-    return result
+    with held(path):
+        if resume:
+            done = finished(path, key, kind)
+            if done is not None:
+                PartFile(_aside(path), key).remove()  # killed between the result and this
+                return done
+        with kept_aside(path, key, resume=resume, replace=replace) as part:
+            if resume and not part.records and not replace and result_file.kind_of(path):
+                raise _another(path, "the run there")
+            result = compute(part)
+            result_file.write(result, path)
+        return result
 
 
 def run_key(p: tables.Provenance, file: ConfigFile[Any]) -> str:
@@ -64,37 +94,22 @@ def run_key(p: tables.Provenance, file: ConfigFile[Any]) -> str:
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
-def _remembered(path: Path, key: str, replace: bool) -> NDArray[np.float64]:
-    """The costs of the interrupted run at `path`; InputError where it is one of something else, unless that
-    may be replaced.
-    """
-    if not path.exists() or (replace and result_file.kind_of(path) != result_file.UNFINISHED):
-        return np.zeros(0)
-    kept = result_file.read(path, result_file.Unfinished)
-    if kept.key != key and replace:
-        return np.zeros(0)
-    check_key(path, kept.key, key)
-    return kept.costs
-
-
-def check_key(path: Path, found: str, key: str) -> None:
-    """Raise an InputError where the interrupted run at `path` is one of something else."""
-    if found != key:
-        different = "the interrupted run there had another config, data or version"
-        raise InputError(
-            str(path),
-            different,
-            "the same study",
-            "run without `--resume`, or choose another file with `--out`",
-        )
-
-
-def _finished(path: Path, key: str, kind: type[T]) -> T | None:
-    """The finished run of the same study at `path`, if there is one."""
+def finished(path: Path, key: str, kind: type[T]) -> T | None:
+    """The finished run of `key` at `path`, if there is one."""
     if not path.exists() or result_file.kind_of(path) != kind.KIND:
         return None
     done = result_file.read(path, kind)
     return done if done.key == key else None
+
+
+def _aside(path: Path) -> Path:
+    return path.with_name(f"{path.name}.part")
+
+
+def _another(path: Path, what: str) -> InputError:
+    """A run that is not resumed because it is one of something else."""
+    fix = "run without `--resume`, or choose another file with `--out`"
+    return InputError(str(path), f"{what} had another config, data or version", "the same study", fix)
 
 
 def override(file: F, overrides: dict[str, Any]) -> F:

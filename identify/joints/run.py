@@ -10,8 +10,11 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from identify.core.interruption import check
+from identify.fitting.resume import held
+from identify.joints.data import Bench
 from identify.joints.intervals import BLIND, WEAK, ZERO
-from identify.joints.study import bench_of, read_joint_study
+from identify.joints.study import JointFile, bench_of, read_joint_study
 from identify.results import file as result_file
 from identify.results.joints import CurveResult, JointsResult
 from identify.results.provenance import provenance, sha256
@@ -25,13 +28,26 @@ def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Pat
     begun = time.perf_counter()
     file = read_joint_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    result_file.check_writable(path)
-    with threadpool_limits(1):
+    with threadpool_limits(1), held(path):
         bench = bench_of(file)
-        curves = {curve.label: curve.identify(bench) for curve in file.study.curves}
+        result = _result(file, bench, _identified(file, bench), begun)
+        result_file.write(result, path)
+    return result, path
+
+
+def _identified(file: JointFile, bench: Bench) -> dict[str, CurveResult]:
+    """Every curve of the study by its label."""
+    found: dict[str, CurveResult] = {}
+    for curve in file.study.curves:
+        check()
+        found[curve.label] = curve.identify(bench)
+    return found
+
+
+def _result(file: JointFile, bench: Bench, curves: dict[str, CurveResult], begun: float) -> JointsResult:
     settings = file.study.robot
     described = [] if settings is None else [settings.urdf or settings.dh or Path()]
-    result = JointsResult(
+    return JointsResult(
         name=file.study.name,
         verdict=tuple(_sentence(label, found) for label, found in curves.items()),
         notes=tuple(f"{label}: {note}" for label, found in curves.items() for note in found.notes),
@@ -43,8 +59,6 @@ def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Pat
             [*((str(one), sha256(file.path.parent / one)) for one in described), *bench.inputs.items()],
         ),
     )
-    result_file.write(result, path)
-    return result, path
 
 
 def _sentence(label: str, found: CurveResult) -> str:

@@ -27,6 +27,7 @@ from identify.batch.settings import posture_of, read_table
 from identify.core import atomic as whole
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.fitting.resume import held
 from identify.map.posture_map import FittedModel, fitted_model, map_postures, tool_point
 from identify.results import file as result_file
 from identify.results import fit as results
@@ -116,30 +117,33 @@ def run_map(
         )
         for file, part in zip(files, parts, strict=True)
     )
-    if not resume:
-        shutil.rmtree(folder, ignore_errors=True)
-    with open_executor(workers, cluster) as executor:
-        index = BatchIndex(
-            folder / "index.json",
-            {"map": fit.name, "workers": executor.about},
-            {f.stem: Entry(result=f.name) for f in files},
+    with held(path):
+        if not resume:
+            shutil.rmtree(folder, ignore_errors=True)
+        with open_executor(workers, cluster) as executor:
+            index = BatchIndex(
+                folder / "index.json",
+                {"map": fit.name, "workers": executor.about},
+                {f.stem: Entry(result=f.name) for f in files},
+            )
+            run_jobs(jobs, executor, index, _LIMIT_S, watch or (lambda index: None))
+            about = executor.about
+        rows = _joined(index, files, key)
+        seconds = time.perf_counter() - begun
+        result = _result(fit, fitted, model, rows, line_hz, options.tool, about, seconds)
+        result_file.write(result, path)
+        whole.write_whole(
+            path.with_suffix(".csv"),
+            lambda aside: aside.write_text(table_of(rows), encoding="utf-8"),
+            _ELSEWHERE,
         )
-        run_jobs(jobs, executor, index, _LIMIT_S, watch or (lambda index: None))
-        about = executor.about
-    rows = _joined(index, files, key)
-    result = _result(fit, fitted, model, rows, line_hz, options.tool, about, time.perf_counter() - begun)
-    result_file.write(result, path)
-    whole.write_whole(
-        path.with_suffix(".csv"), lambda aside: aside.write_text(table_of(rows), encoding="utf-8"), _ELSEWHERE
-    )
-    shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
     return result, [path, path.with_suffix(".csv")]
 
 
 def _check_out(path: Path, model: Path) -> None:
     if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
         raise InputError(str(path), "not a file for a map", "a new file in .h5", _ELSEWHERE)
-    whole.check_writable(path, _ELSEWHERE)
 
 
 def _result(

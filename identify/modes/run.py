@@ -9,6 +9,7 @@ import re
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,7 +19,10 @@ from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 from threadpoolctl import threadpool_limits
 
+from identify.core.atomic import write_whole
 from identify.core.errors import InputError
+from identify.core.interruption import check
+from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import Geometry
 from identify.measured.loaders import FORMAT_OF_SUFFIX, load_frf_set
@@ -27,12 +31,13 @@ from identify.measured.modal_tables import write_modal_table
 from identify.measured.uff.blocks import blocks
 from identify.measured.uff.geometry import read_geometry
 from identify.measured.uff.shapes import write_shapes
+from identify.modal.analysis import ModalAnalysis
 from identify.modal.settings import ModalSettings
 from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.evaluate import Measured, analysed, verdict
 from identify.results import file as result_file
 from identify.results import tables
-from identify.results.modes import ModesResult
+from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.provenance import provenance, sha256
 from identify.results.setting_table import option_settings
 from identify.vibration.costs.target import FrfTarget
@@ -79,22 +84,33 @@ def run_modes(
         path = out or Path("reports") / f"{name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
         _keep_inputs(path, tables, [data, *(Path(m.data.source) for m in measured)])
-        pairs = [analysed(one, settings) for one in measured]
-    kept = [one for _, one in pairs]
-    seconds = time.perf_counter() - begun
-    result = ModesResult(
-        name=name,
-        verdict=verdict(kept),
-        notes=tuple(notes),
-        seconds=seconds,
-        measurements={one.name: one for one in kept},
-        provenance=came_from,
-    )
-    result_file.write(result, path)
-    written = [path]
-    for (found, _), one, table in zip(pairs, measured, tables, strict=True):
-        written += _write_tables(found.table, one.sensors, table)
+        with held(path):
+            pairs = _analysed(measured, settings)
+            kept = [one for _, one in pairs]
+            result = ModesResult(
+                name=name,
+                verdict=verdict(kept),
+                notes=tuple(notes),
+                seconds=time.perf_counter() - begun,
+                measurements={one.name: one for one in kept},
+                provenance=came_from,
+            )
+            result_file.write(result, path)
+            written = [path]
+            for (found, _), one, table in zip(pairs, measured, tables, strict=True):
+                written += _write_tables(found.table, one.sensors, table)
     return result, written
+
+
+def _analysed(
+    measured: Sequence[Measured], settings: ModalSettings
+) -> list[tuple[ModalAnalysis, AnalysedMeasurement]]:
+    """Each measurement's modes, and what the result keeps of them."""
+    found = []
+    for one in measured:
+        check()
+        found.append(analysed(one, settings))
+    return found
 
 
 def file_options(**given: Any) -> FrfFileOptions:
@@ -265,7 +281,7 @@ def _write_tables(table: ModalTable, sensors: Geometry | None, path: Path) -> li
     """
     if not len(table):
         return []
-    shapes = path.with_suffix(".uff")
-    write_modal_table(path, table)
-    write_shapes(shapes, table, sensors)
+    shapes, fix = path.with_suffix(".uff"), "choose another with `--out`"
+    write_whole(path, partial(write_modal_table, table=table), fix)
+    write_whole(shapes, partial(write_shapes, table=table, geometry=sensors), fix)
     return [path, shapes]

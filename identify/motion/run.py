@@ -11,8 +11,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.core.atomic import write_whole
+from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress
-from identify.fitting.resume import override, resumable, run_key
+from identify.fitting.resume import held, override, resumable, run_key
 from identify.motion.evaluate import evaluate_fit, evaluate_simulation, provenance_of_motion
 from identify.motion.problem import load_motion
 from identify.motion.study import read_motion_study
@@ -31,9 +32,9 @@ def run_simulation(
     path = out or Path("reports") / f"{file.study.name}.h5"
     with threadpool_limits(1):
         problem = load_motion(file)
-        result_file.check_writable(path)
-        result = evaluate_simulation(problem)
-    result_file.write(result, path)
+        with held(path):
+            result = evaluate_simulation(problem)
+            result_file.write(result, path)
     return result, [path, *write_tables(result, tables)]
 
 
@@ -54,10 +55,11 @@ def run_motion_fit(
         problem = load_motion(file)
         key = run_key(provenance_of_motion(problem), file)
 
-        def compute() -> MotionResult:
+        def compute(part: PartFile) -> MotionResult:
+            progress.journal.part = part
             return replace(evaluate_fit(problem, fit_motion(problem, progress)), key=key)
 
-        return resumable(path, key, MotionResult, progress.journal, compute, resume=resume), path
+        return resumable(path, key, MotionResult, compute, resume=resume), path
 
 
 def write_tables(result: MotionResult, folder: Path | None) -> list[Path]:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
-from identify.results.file import UNFINISHED
 from identify.results.fit import FitResult
 from identify.results.header import KeyedHeader
 
@@ -111,16 +110,3 @@ class DiscoveryResult(KeyedHeader):
     map_after: GapByBand
     before: FitResult
     after: FitResult
-
-
-@dataclass(frozen=True)
-class UnfinishedDiscovery:
-    """A run that is under way or was interrupted: what it would be a run of, and the trials that are done, as
-    JSON.
-    """
-
-    KIND: ClassVar[str] = UNFINISHED
-    layout: int
-    kind: str
-    key: str
-    trials: Texts

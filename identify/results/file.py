@@ -1,22 +1,25 @@
 """Result files: one HDF5 layout for all kinds of results, whole at every moment.
 
-Arrays and texts are datasets, numbers attributes, `None` is left out, nested classes are groups."""
+Arrays and texts are datasets, numbers attributes, `None` is left out, nested classes are groups.  The root's
+attribute `checksum` is over all of them (`identify.results.checksum`).
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import types
 import typing
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar, Union
+from typing import Any, TypeVar, Union
 
 import h5py
 import numpy as np
 
 from identify.core import atomic as whole
-from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.results.checksum import CHECKSUM, checksum
+from identify.results.names import KEY, group_name
 
 LAYOUT = 1
 UNFINISHED = "unfinished"
@@ -31,27 +34,9 @@ _KINDS = {
     "motion": "a simulated or fitted motion",
     "explained": "an explained motion",
     "joints": "identified joints",
-    UNFINISHED: "an interrupted run",
+    UNFINISHED: "an interrupted run of an older version",
 }
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Unfinished:
-    """A run that is under way or was interrupted: what it would be a run of, and all costs in order
-    (`identify.fitting.journal`).
-    """
-
-    KIND: ClassVar[str] = UNFINISHED
-    layout: int
-    kind: str
-    key: str
-    costs: Array
-
-
-def unfinished(key: str, costs: Array) -> Unfinished:
-    """What is on disk while a run goes on."""
-    return Unfinished(LAYOUT, UNFINISHED, key, costs)
 
 
 def check_writable(path: Path) -> None:
@@ -60,13 +45,17 @@ def check_writable(path: Path) -> None:
 
 
 def write(result: Any, path: Path) -> None:
-    """Write a result whole.  Raises InputError where the folder cannot be written."""
+    """Write a result whole, with a checksum over all of it.  Raises InputError where it cannot be written.
 
-    def fill(aside: Path) -> None:
-        with h5py.File(aside, "w") as file:
-            _write_group(file, result)
-
-    whole.write_whole(path, fill, _ELSEWHERE)
+    It is made in memory and only its bytes go to the disk: where that is full, the HDF5 library takes the
+    process down with it.
+    """
+    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
+        _write_group(file, result)
+        file.attrs[CHECKSUM] = checksum(file)
+        file.flush()
+        image = file.id.get_file_image()
+    whole.write_whole(path, partial(Path.write_bytes, data=image), _ELSEWHERE)
 
 
 def read(path: Path, kind: type[T]) -> T:
@@ -86,11 +75,24 @@ def read(path: Path, kind: type[T]) -> T:
             if stored != wanted:
                 fix = "see `identify fit --resume`" if UNFINISHED in (stored, wanted) else ""
                 raise InputError(str(path), f"holds {_KINDS.get(stored, stored)}", _KINDS[wanted], fix)
+            _check(file, path)
             return _read_group(file, kind)
     except OSError as error:
         raise InputError(
             str(path), f"cannot be read as HDF5 ({error})", "a result file written by `identify fit`"
         ) from error
+
+
+def _check(file: h5py.File, path: Path) -> None:
+    """Raise an InputError where what a file holds is not what was written; files from before there was a
+    checksum pass.
+    """
+    written = file.attrs.get(CHECKSUM)
+    if written is not None and written != checksum(file):
+        fix = "take it from a copy, or run the study again"
+        raise InputError(
+            str(path), "its content was changed or damaged after it was written", "the result", fix
+        )
 
 
 def kind_of(path: Path) -> str:
@@ -108,11 +110,15 @@ def _write_group(group: h5py.Group, item: Any) -> None:
         if isinstance(item, dict)
         else ((f.name, getattr(item, f.name)) for f in dataclasses.fields(item))
     )
-    for name, value in entries:
+    for key, value in entries:
+        name = group_name(key)
         if value is None:
             continue
         if dataclasses.is_dataclass(value) or isinstance(value, dict):
-            _write_group(group.create_group(name, track_order=True), value)
+            inner = group.create_group(name, track_order=True)
+            if name != key:
+                inner.attrs[KEY] = key
+            _write_group(inner, value)
         elif isinstance(value, tuple):
             group.create_dataset(
                 name, data=np.array(value, dtype=object), dtype=h5py.string_dtype(), shape=(len(value),)
@@ -136,7 +142,7 @@ def _read_value(group: h5py.Group, name: str, hint: Any) -> Any:
         hint = next(option for option in typing.get_args(hint) if option is not type(None))
     if typing.get_origin(hint) is dict:
         inner = typing.get_args(hint)[1]
-        return {key: _read_group(member, inner) for key, member in group[name].items()}
+        return {member.attrs.get(KEY, key): _read_group(member, inner) for key, member in group[name].items()}
     if typing.get_origin(hint) is tuple:
         return tuple(text.decode() for text in group[name][()])
     if dataclasses.is_dataclass(hint):

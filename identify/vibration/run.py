@@ -8,8 +8,9 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress, fit
-from identify.fitting.resume import _finished, override, resumable, run_key
+from identify.fitting.resume import finished, override, resumable, run_key
 from identify.measured.finding import Finding
 from identify.measured.quality import check
 from identify.results import fit as results
@@ -34,8 +35,8 @@ def run_fit(
     """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the
     study.
 
-    profiled: names of parameters whose profile likelihood is wanted.  While it runs, the file holds what
-    `resume` needs; a finished run of the same study is not run again by it.
+    profiled: names of parameters whose profile likelihood is wanted.  While it runs, the part file
+    beside it keeps what `resume` needs; a finished run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
@@ -59,12 +60,11 @@ def fit_study(
         problem = load_problem(file)
         key = run_key(provenance_of(problem), file)
 
-        def compute() -> results.FitResult:
+        def compute(part: PartFile) -> results.FitResult:
+            progress.journal.part = part
             return evaluate(problem, fit(fit_plan(problem), progress), key, profiled)
 
-        return resumable(
-            path, key, results.FitResult, progress.journal, compute, resume=resume, replace=replace
-        )
+        return resumable(path, key, results.FitResult, compute, resume=resume, replace=replace)
 
 
 def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
@@ -78,7 +78,7 @@ def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
         inputs = [*robot_inputs(file), *measured]
     except OSError:
         return None
-    return _finished(path, run_key(provenance(file.path.name, file.text, inputs), file), results.FitResult)
+    return finished(path, run_key(provenance(file.path.name, file.text, inputs), file), results.FitResult)
 
 
 def run_checks(config: Path) -> dict[str, list[Finding]]:

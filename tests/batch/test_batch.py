@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import signal
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from typer.testing import CliRunner
 
 from identify.batch.index import BatchIndex
 from identify.batch.run import run_batch
-from identify.cli import app
+from identify.cli import app, main
 from identify.core.errors import InputError, InputErrors
 from identify.reports.batch import tables as batch_tables
 from identify.results import file as result_file
@@ -155,7 +156,11 @@ def test_broken_inputs_are_told_and_the_rest_is_fitted(at_once: None, tmp_path: 
 
 
 def test_an_interrupted_batch_goes_on_and_computes_nothing_twice(
-    study: Path, undisturbed: BatchResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    study: Path,
+    undisturbed: BatchResult,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Ctrl-C as soon as two fits have ended, while a worker is at the third."""
     out = tmp_path / "stop.h5"
@@ -168,11 +173,12 @@ def test_an_interrupted_batch_goes_on_and_computes_nothing_twice(
 
     with monkeypatch.context() as patch:
         patch.setattr(BatchIndex, "changed", interrupted)
-        done = CliRunner().invoke(
-            app,
-            ["batch", str(study / "batch.yaml"), "--out", str(out), "--workers", "1", "--no-report", "-q"],
-        )
-    assert done.exit_code == 130
+        words = ["batch", str(study / "batch.yaml"), "--out", str(out), "--workers", "1", "--no-report", "-q"]
+        patch.setattr(sys, "argv", ["identify", *words])
+        with pytest.raises(SystemExit) as done:
+            main()
+    assert done.value.code == 130
+    assert capsys.readouterr().err.endswith("interrupted; resume with `--resume`\n")
     assert not out.exists()
     index = out.with_suffix("") / "index.json"
     jobs: dict[str, Any] = _read(index)["jobs"]

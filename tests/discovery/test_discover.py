@@ -15,12 +15,13 @@ from typer.testing import CliRunner
 
 from identify.cli import app
 from identify.core.errors import InputError
+from identify.core.part_file import PartFile
 from identify.discovery import search
 from identify.discovery.candidates import candidates
 from identify.discovery.loop import Story
 from identify.discovery.run import run_discover
 from identify.results import file as result_file
-from identify.results.discovery import DiscoveryResult, UnfinishedDiscovery
+from identify.results.discovery import DiscoveryResult
 from identify.vibration.run import run_fit
 from tests.generator.cases import hide
 from tests.generator.generate import generate
@@ -180,8 +181,9 @@ def test_an_interrupted_run_goes_on_to_the_same_end(small_catalogue: None, tmp_p
 
     with pytest.raises(KeyboardInterrupt):
         run_discover(config, out, {}, Story(done=stop), workers=1)
-    tried = [json.loads(text) for text in result_file.read(out, UnfinishedDiscovery).trials]
-    assert len(tried) > half > 3
+    part = PartFile.read(tmp_path / "parts.h5.part")
+    assert part is not None
+    assert len(part.records) >= half > 3
     rest, _ = run_discover(config, out, {}, Story(), workers=1, resume=True)
     assert rest.added.sentence == ("time delay of all responses",)
     assert rest.added.config == whole.added.config
@@ -189,8 +191,8 @@ def test_an_interrupted_run_goes_on_to_the_same_end(small_catalogue: None, tmp_p
 
 
 def test_resume_refuses_another_study(tmp_path: Path) -> None:
-    out = tmp_path / "r.h5"
-    result_file.write(UnfinishedDiscovery(result_file.LAYOUT, result_file.UNFINISHED, "another", ()), out)
+    out, part = tmp_path / "r.h5", PartFile(tmp_path / "r.h5.part", "another")
+    part.flush()
     with pytest.raises(InputError, match="another config"):
         run_discover(CONFIG, out, {}, Story(), workers=1, resume=True)
 

@@ -174,11 +174,11 @@ class TestTrials:
         tasks = [
             Task(known, (effect,), {}, "glance") for effect in (ROCKING, parse_effect({"kind": "time-delay"}))
         ]
-        saved: list[int] = []
-        with Workers(problem, 1, saved=lambda: saved.append(1)) as workers:
-            first = workers.run(tasks)
-            again = workers.run(tasks[::-1])
-        assert len(saved) == 2
+        done: list[int] = []
+        with Workers(problem, 1) as workers:
+            first = workers.run(tasks, lambda: done.append(1))
+            again = workers.run(tasks[::-1], lambda: done.append(1))
+        assert len(done) == len(workers.memory) == 2
         assert [t.squares for t in again] == [t.squares for t in first[::-1]]
         assert again[0].values == first[1].values
 

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from identify.core.errors import InputError
+from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress
 from identify.fitting.journal import Journal
 from identify.motion.run import run_motion_fit, run_simulation
@@ -105,14 +106,17 @@ def test_a_killed_fit_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.M
 
     with pytest.raises(KeyboardInterrupt):
         run_motion_fit(config, out, {}, Progress(show=kill))
-    saved = len(result_file.read(out, result_file.Unfinished).costs)
+    assert not out.exists()
+    part = PartFile.read(tmp_path / "killed.h5.part")
+    assert part is not None
+    saved = len(part.records)
     assert saved > 0
     with pytest.raises(InputError, match="another config, data or version"):
         run_motion_fit(config, out, {"seed": 9}, resume=True)
     journal = Journal()
     gradients.append(0)
     resumed, _ = run_motion_fit(config, out, {}, Progress(journal=journal), resume=True)
-    assert journal.position == saved
+    assert journal.replayed == saved
     assert gradients[1] < 0.7 * gradients[0] / 2  # two runs before it, the second of them killed
     assert undisturbed.parameters is not None
     assert resumed.parameters is not None

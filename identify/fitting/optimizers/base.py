@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array
+from identify.core.interruption import check
 from identify.core.parameters import Scale
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.journal import Journal
@@ -86,8 +87,9 @@ class Search:
 
     def costs(self, x: Array) -> Array:
         """(m,) costs of a population x (m, free) within the bounds; raises Ended when the budget is spent or
-        the target met.
+        the target met, Interrupted where the user asked for the end.
         """
+        check()
         if self.evaluations >= self.budget:
             raise Ended(f"the budget of {self.budget} evaluations is spent", reached=False)
         costs = self._evaluate(x) if self.whole is None else self.whole.costs(x)
@@ -104,7 +106,8 @@ class Search:
         remembered = self.journal.replay(len(x))
         if remembered is not None:
             return remembered
-        costs = self.objective.costs(self.scale.to_values(x))
+        found = self.objective.costs(self.scale.to_values(x))
+        costs = np.where(np.isnan(found), np.inf, found)  # no number is no solution, and never the best
         self.journal.record(costs)
         return costs
 
@@ -112,6 +115,7 @@ class Search:
         """Residuals (free + 1,) and their derivatives with respect to x (free + 1, free), compressed; counts
         as one evaluation.
         """
+        check()
         self.evaluations += 1
         size = len(x) + 1
         rows = self.journal.replay(size * size) if self.objective.dear else None

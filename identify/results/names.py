@@ -1,0 +1,16 @@
+"""Names that users give, as names of HDF5 groups: `day1/posture 1` is one group, not a path."""
+
+from __future__ import annotations
+
+from urllib.parse import quote
+
+KEY = "identify_key"
+"""Attribute of a group with the name that it stands for, where that differs from the group's own."""
+
+
+def group_name(key: str) -> str:
+    """The name of the group for a key: itself, or percent-encoded where HDF5 would read it as a path; no two
+    keys have the same.
+    """
+    plain = key.isprintable() and not set(key) & set("/%") and key not in ("", ".", "..")
+    return key if plain else quote(key, safe=" ").replace(".", "%2E") or "%"
