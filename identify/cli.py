@@ -305,12 +305,14 @@ def map_(
 def check(config: Config, quiet: Quiet = False) -> None:
     """Examine the measured data of a study before a fit; exit code 3 when a check fails."""
     from identify.reports.fit.terminal import print_findings
-    from identify.vibration.run import run_checks
+    from identify.vibration.check import run_checks
 
-    findings = run_checks(config)
+    checked = run_checks(config)
     if not quiet:
-        print_findings(findings)
-    if any(finding.level == "fail" for found in findings.values() for finding in found):
+        print_findings(checked.findings)
+    if checked.refused:
+        raise InputErrors(list(checked.refused))
+    if checked.failed:
         raise typer.Exit(EXIT_FAILED_CHECK)
 
 

@@ -13,7 +13,8 @@ import pytest
 from scipy.signal import lsim
 
 from identify.measured.uff.write import write_uff58
-from identify.vibration.run import run_checks, run_fit
+from identify.vibration.check import run_checks
+from identify.vibration.run import run_fit
 from tests.model.effects.pendulum import PENDULUM
 from tests.robot.random_arm import industrial_arm, write
 from tests.test_study import GOOD, POINTS, _frf_set
@@ -84,7 +85,7 @@ def test_checks_fail_with_exit_code_3_on_a_dead_channel(tmp_path: Path) -> None:
     data = _frf_set()
     data.frf[:, 4, 0] = 0.0
     write_uff58(tmp_path / "frf.uff", data)
-    assert any(finding.level == "fail" for finding in run_checks(tmp_path / "config.yaml")["frf"])
+    assert any(finding.level == "fail" for finding in run_checks(tmp_path / "config.yaml").findings["frf"])
     done = subprocess.run(
         [sys.executable, "-m", "identify", "check", "config.yaml"],
         check=False,

@@ -11,14 +11,11 @@ from threadpoolctl import threadpool_limits
 from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress, fit
 from identify.fitting.resume import finished, override, resumable, run_key
-from identify.measured.finding import Finding
-from identify.measured.quality import check
 from identify.results import fit as results
 from identify.results.provenance import provenance, sha256
-from identify.robot.points import read_points
 from identify.vibration.evaluate import evaluate
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import load_problem, measurement_names, read_frfs
+from identify.vibration.problem import load_problem
 from identify.vibration.provenance import provenance_of, robot_inputs
 from identify.vibration.study import StudyFile, read_study
 
@@ -79,18 +76,3 @@ def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
     except OSError:
         return None
     return finished(path, run_key(provenance(file.path.name, file.text, inputs), file), results.FitResult)
-
-
-def run_checks(config: Path) -> dict[str, list[Finding]]:
-    """The findings on every FRF measurement of a study, by its name."""
-    file = read_study(config)
-    names = {
-        node: point.name
-        for node, point in (read_points(file.resolve(file.study.points)) if file.study.points else {}).items()
-    }
-    measurements = zip(measurement_names(file.study.measurements), file.study.measurements, strict=True)
-    return {
-        name: check(read_frfs(file, settings), names, file.study.band_hz)
-        for name, settings in measurements
-        if settings.file is not None
-    }

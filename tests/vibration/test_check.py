@@ -1,0 +1,146 @@
+"""`identify check` says before a fit what would make the fit wrong or refuse to start."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ruamel.yaml import YAML
+from typer.testing import CliRunner
+
+from identify.cli import app
+from identify.vibration.check import STUDY, Checked, run_checks
+
+ROOT = Path(__file__).parents[2]
+CONFIG = ROOT / "configs" / "arm_hammer_test.yaml"
+Change = Callable[[dict[str, Any], Path], None]
+
+
+def changed(folder: Path, change: Change) -> Path:
+    """The shipped study, its paths made absolute, with something changed."""
+    data = YAML(typ="safe").load(CONFIG.read_text())
+    data["robot"]["urdf"] = str((CONFIG.parent / data["robot"]["urdf"]).resolve())
+    data["points"] = str((CONFIG.parent / data["points"]).resolve())
+    for measurement in data["measurements"]:
+        measurement["file"] = str((CONFIG.parent / measurement["file"]).resolve())
+    change(data, folder)
+    path = folder / "config.yaml"
+    with path.open("w") as file:
+        YAML(typ="safe").dump(data, file)
+    return path
+
+
+def points_scaled(factor: float) -> Change:
+    def change(data: dict[str, Any], folder: Path) -> None:
+        rows = list(csv.DictReader(Path(data["points"]).read_text().splitlines()))
+        with (folder / "points.csv").open("w", newline="") as file:
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            for row in rows:
+                writer.writerow({**row, **{key: factor * float(row[key]) for key in ("x_m", "y_m", "z_m")}})
+        data["points"] = str(folder / "points.csv")
+
+    return change
+
+
+def angles(convert: Callable[[float], float]) -> Change:
+    def change(data: dict[str, Any], folder: Path) -> None:
+        for measurement in data["measurements"]:
+            measurement["posture_deg"] = [convert(angle) for angle in measurement["posture_deg"]]
+
+    return change
+
+
+def same_file_twice(data: dict[str, Any], folder: Path) -> None:
+    data["measurements"].append({**data["measurements"][0], "name": "again"})
+
+
+def other_outputs_of_one_file(data: dict[str, Any], folder: Path) -> None:
+    first = data["measurements"][0]
+    data["measurements"][0] = {**first, "outputs": ["12:+X"]}
+    data["measurements"].append({**first, "name": "again", "outputs": ["12:+Y"]})
+
+
+def stiff(data: dict[str, Any], folder: Path) -> None:
+    data["effects"][0]["stiffness"] = {"initial": 1e13, "bounds": [1e12, 1e14]}
+
+
+def nothing(data: dict[str, Any], folder: Path) -> None:
+    """The shipped study."""
+
+
+def found(checked: Checked) -> dict[str, str]:
+    return {finding.check: finding.level for finding in checked.findings[STUDY]}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (nothing, {}),
+        (points_scaled(1000.0), {"far-point": "fail"}),
+        (points_scaled(0.001), {}),
+        (angles(math.radians), {"radians": "warn"}),
+        (angles(lambda angle: angle + 400.0), {"joint-limit": "warn"}),
+        (same_file_twice, {"duplicate-data": "fail"}),
+        (other_outputs_of_one_file, {}),
+        (stiff, {"first-resonance": "warn"}),
+    ],
+    ids=["as shipped", "mm", "km", "radians", "limits", "twice", "other outputs", "too stiff"],
+)
+def test_what_a_fit_would_swallow_is_found(tmp_path: Path, change: Change, expected: dict[str, str]) -> None:
+    checked = run_checks(changed(tmp_path, change))
+    assert found(checked) == expected
+    assert checked.refused == ()
+
+
+def too_few_angles(data: dict[str, Any], folder: Path) -> None:
+    data["measurements"][0]["posture_deg"].pop()
+
+
+def unknown_link(data: dict[str, Any], folder: Path) -> None:
+    text = Path(data["points"]).read_text().replace(",link6,", ",link66,", 1)
+    (folder / "points.csv").write_text(text)
+    data["points"] = str(folder / "points.csv")
+
+
+def missing_urdf(data: dict[str, Any], folder: Path) -> None:
+    data["robot"]["urdf"] = str(folder / "nowhere.urdf")
+
+
+def xacro(data: dict[str, Any], folder: Path) -> None:
+    (folder / "arm.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm"><xacro:arm/></robot>'
+    )
+    data["robot"]["urdf"] = str(folder / "arm.xacro")
+
+
+def unknown_joint(data: dict[str, Any], folder: Path) -> None:
+    data["effects"] = [{"kind": "joint-compliance", "joints": ["elbow"]}]
+
+
+def unknown_start(data: dict[str, Any], folder: Path) -> None:
+    data["initial"] = {"joint9.rz.stiffness": 1e6}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (too_few_angles, "5 angles"),
+        (unknown_link, "unknown link 'link66'"),
+        (missing_urdf, "nowhere.urdf"),
+        (xacro, "xacro"),
+        (unknown_joint, "unknown joint 'elbow'"),
+        (unknown_start, "no parameter is called 'joint9.rz.stiffness'"),
+    ],
+)
+def test_what_a_fit_would_refuse_is_refused(tmp_path: Path, change: Change, said: str) -> None:
+    config = changed(tmp_path, change)
+    checked = CliRunner().invoke(app, ["check", str(config)])
+    fitted = CliRunner().invoke(app, ["fit", str(config), "--out", str(tmp_path / "x.h5"), "--no-report"])
+    assert any(said in str(error) for error in run_checks(config).refused)
+    assert checked.exception is not None
+    assert str(fitted.exception) == str(checked.exception)
