@@ -67,6 +67,7 @@ def other_outputs_of_one_file(data: dict[str, Any], folder: Path) -> None:
 
 def stiff(data: dict[str, Any], folder: Path) -> None:
     data["effects"][0]["stiffness"] = {"initial": 1e13, "bounds": [1e12, 1e14]}
+    del data["effects"][0]["damping"]
 
 
 def nothing(data: dict[str, Any], folder: Path) -> None:
