@@ -15,7 +15,7 @@ from identify.robot.description import Robot
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.arms import arm, initial
-from tests.robot.random_arm import random_posture
+from tests.robot.random_arm import industrial_arm, random_posture
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 EFFECTS = [parse_effect({"kind": "joint-compliance", "axes": ["rz", "rx", "ty"]})]
@@ -51,6 +51,21 @@ def test_coriolis_power_is_half_that_of_the_changing_inertia(robot: Robot) -> No
     assert coriolis is not None
     assert turning @ coriolis @ turning / 2 == pytest.approx(turning @ growing @ turning / 2, rel=1e-6)
     assert np.abs(coriolis - coriolis.T).max() > 0.1 * np.abs(coriolis).max(), "it has no symmetry"
+
+
+def test_coriolis_terms_are_those_of_the_second_engine(robot: Robot) -> None:
+    """Sign and size of every entry: the derivative of Pinocchio's inverse dynamics by the rates."""
+    pytest.importorskip("pinocchio", reason="the second engine (pin) has no wheel here")
+    from tests.robot.pinocchio_reference import Reference
+
+    system, _ = _system(robot, RATES)
+    assert system.coriolis is not None
+    reference = Reference(industrial_arm(1), random_posture(1), "base_link")
+    expected = reference.coriolis(RATES)[np.ix_(system.released, system.released)]
+    assert np.abs(system.coriolis - expected).max() < 1e-8 * np.abs(expected).max()
+    values = initial(list_parameters(robot, system.site, EFFECTS))
+    added = system.matrices(values)[1] - _system(robot, None)[0].matrices(values)[1]
+    assert np.abs(added - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_frfs_and_gradients_of_a_moving_robot(robot: Robot) -> None:

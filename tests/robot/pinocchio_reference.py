@@ -67,6 +67,15 @@ class Reference:
         """K_g (n, n) from analytic derivatives."""
         return np.array(pinocchio.computeGeneralizedGravityDerivatives(self.model, self.data, self.zero))
 
+    def coriolis(self, rates: Array) -> Array:
+        """(n, n): derivative of the forces of inverse dynamics by the rates of all coordinates, where the drives
+        turn at rates (joints,), rad/s.
+        """
+        turning = np.zeros(self.model.nv)
+        turning[6 + 5 :: 6] = rates
+        pinocchio.computeRNEADerivatives(self.model, self.data, self.zero, turning, np.zeros(self.model.nv))
+        return np.array(self.data.dtau_dv)
+
     def rigid_mass_matrix(self) -> Array:
         """M (joints, joints) of the arm without elastic coordinates."""
         upper = np.triu(pinocchio.crba(self.rigid, self.rigid.createData(), self.posture))

@@ -332,3 +332,22 @@ def test_both_sides_of_the_far_joint_move_alike(make: str, tmp_path: Path) -> No
         assert np.linalg.matrix_rank(sides[0]) == 5
         near = -pose[:3, :3].T @ pose[:3, 3]
         assert not site.jacobian(place.link, near, "points")[:, -5:].any(), "the near end is held"
+
+
+def test_a_turned_frame_on_a_flexible_link_sees_the_same_motion_turned(tmp_path: Path) -> None:
+    """The same material point, once by the link's own frame and once by that of a bracket screwed to it askew."""
+    robot = read_urdf(write(tmp_path, general_arm(3)))
+    effects = [parse_effect(JOINTS), parse_effect({"kind": "link-flexibility", "link": "link3"})]
+    end = robot.joints[3].origin[:3, 3]
+    site = build_site(robot, random_posture(3), effects)
+    poses = site.engine.mechanism.frames
+    assert poses["bracket3"][0] == poses["link3"][0]
+    between = np.linalg.inv(poses["link3"][1]) @ poses["bracket3"][1]
+    assert np.abs(between[:3, :3] - np.eye(3)).max() > 0.3, "the bracket is turned"
+    at = end + [0.1, -0.2, 0.15]
+    own = site.jacobian("link3", at, "points")
+    seen = site.jacobian("bracket3", between[:3, :3].T @ (at - between[:3, 3]), "points")
+    deflecting = [site.number(f"link3.{name}") for name in ("deflection_1", "twist")]
+    assert np.abs(own[:, deflecting]).max(axis=0).min() > 0.1
+    for rows in (slice(0, 3), slice(3, 6)):
+        assert seen[rows] == pytest.approx(between[:3, :3].T @ own[rows], abs=1e-9)

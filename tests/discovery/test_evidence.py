@@ -1,0 +1,36 @@
+"""Evidence by invariance: what repeats the same data adds nothing to it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from identify.discovery.evidence import EvidenceCriterion, removed
+from identify.discovery.trial import Task, Trial
+
+
+def _trial(squares: float, free: int, count: int = 1000) -> Trial:
+    return Trial(Task((), (), {}), {}, squares, count, free=free)
+
+
+@pytest.mark.parametrize("times", [2, 7])
+def test_data_that_are_there_several_times_are_no_more_evidence(times: int) -> None:
+    """Every number repeated, and inflation knows it: chi-square and the price of a parameter stay."""
+    before, after = _trial(1400.0, 10), _trial(1000.0, 13)
+    again = [_trial(times * one.squares, one.free, times * one.count) for one in (before, after)]
+    whole = EvidenceCriterion(2.0).evidence(before, after)
+    assert EvidenceCriterion(2.0 * times).evidence(*again) == pytest.approx(whole)
+    assert EvidenceCriterion(2.0).evidence(*again) > whole + 100
+
+
+def test_the_price_of_a_parameter_is_that_of_schwarz() -> None:
+    """At the same squares, ln of the number of independent data per parameter, and no inflation below 1."""
+    for inflation, data in ((1.0, 1000.0), (4.0, 250.0), (0.2, 1000.0)):
+        judge = EvidenceCriterion(inflation)
+        assert judge.evidence(_trial(500.0, 10), _trial(500.0, 12)) == pytest.approx(-2 * math.log(data))
+
+
+def test_a_gap_counts_above_noise() -> None:
+    assert removed(3.0, 2.0) == pytest.approx(0.5)
+    assert removed(3.0, 3.5) < 0

@@ -1,0 +1,73 @@
+"""How far correlated residuals count, when candidates are chosen from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from identify.discovery import search
+from identify.discovery.trial import Task, Trial, thinned
+from identify.discovery.workers import Workers
+from identify.model.effects.base import Effect, parse_effect
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
+DRIVES = parse_effect({"kind": "joint-compliance"})
+TILT = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
+BASE = parse_effect({"kind": "base-compliance"})
+
+
+def _louder(problem: Problem, factor: float) -> Problem:
+    measurements = tuple(
+        replace(m, target=replace(m.target, noise=factor * m.target.noise))  # type: ignore[union-attr,operator]
+        for m in problem.measurements
+    )
+    return replace(problem, measurements=measurements)
+
+
+def test_inflation_is_a_ratio_of_variances(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise that is stated three times too small makes the naive variance nine times too small."""
+    problem = thinned(load_problem(read_study(CONFIG)))
+    trial = Trial(Task(tuple(problem.file.study.effects), (), {}, "quick"), {}, 1.0, 1)
+    found = []
+    for factor in (1.0, 1 / 3):
+        stated = _louder(problem, factor)
+        monkeypatch.setattr(search, "with_effects", lambda p, effects, values, stated=stated: stated)
+        found.append(search.inflation(problem, trial))
+    assert found[0] > 1.5, "the model is wrong, so the residual is more than noise"
+    assert found[1] / found[0] == pytest.approx(9.0, rel=0.01)
+    monkeypatch.setattr(search, "with_effects", lambda p, effects, values: _louder(problem, 1e4))
+    assert search.inflation(problem, trial) == pytest.approx(1.0, rel=1e-9)
+
+
+class _Present:
+    """Workers that know the model without candidates."""
+
+    def __init__(self, present: Trial) -> None:
+        self.present = present
+
+    def run(self, tasks: list[Task]) -> list[Trial]:
+        """That one."""
+        assert [task.new for task in tasks] == [()]
+        return [self.present]
+
+
+@pytest.mark.parametrize(("gain", "kept"), [(100.0, False), (250.0, True)])
+def test_a_gain_that_correlation_may_account_for_is_no_promise(gain: float, kept: bool) -> None:
+    """Four parameters at 10,000 numbers: chi-square counts a fifth at best, so 100 is not worth 4 ln 2,000 = 30,
+    and 250 is; were it counted whole, both would be.
+    """
+    count, known = 10_000, (DRIVES,)
+
+    def trial(effect: Effect | None, squares: float, free: int) -> Trial:
+        return Trial(Task(known, () if effect is None else (effect,), {}), {}, squares, count, free=free)
+
+    present = trial(None, count + gain, 12)
+    best, other = trial(TILT, count + gain - 400, 16), trial(BASE, count, 16)
+    found = search._promising(cast(Workers, _Present(present)), present, [best, other])
+    assert best in found
+    assert (other in found) is kept

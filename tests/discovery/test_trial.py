@@ -1,0 +1,89 @@
+"""What a trial's numbers mean, against costs computed here, and which channels are left out for validation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.discovery.trial import Bench, Task, left_out, thinned
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """The shipped example with its data."""
+    return load_problem(read_study(CONFIG))
+
+
+def _squares(problem: Problem, values: np.ndarray, use: str = "fit") -> tuple[float, int]:
+    """Sum of squared residuals over noise and their number, line by line from the FRFs themselves."""
+    squares, count = 0.0, 0
+    for target in problem.targets(use).frf:  # type: ignore[arg-type]
+        assert target.noise is not None
+        part = (target.predict(values) - target.data.frf) / target.noise
+        known = np.isfinite(part)
+        squares += float(np.sum(part[known].real ** 2 + part[known].imag ** 2))
+        count += 2 * int(known.sum())
+    return squares, count
+
+
+@pytest.mark.parametrize("how", ["glance", "quick"])
+def test_squares_of_a_trial_are_those_of_its_residuals(problem: Problem, how: str) -> None:
+    bench, known = Bench(problem), tuple(problem.file.study.effects)
+    trial = bench.run(Task(known, (), {}, how))  # type: ignore[arg-type]
+    thin = thinned(problem)
+    squares, count = _squares(thin, thin.at(trial.values))
+    assert (trial.squares, trial.count) == (pytest.approx(squares, rel=1e-6), count)
+    assert trial.gap == pytest.approx(np.sqrt(squares / count), rel=1e-6)
+    assert trial.free == sum(p.free for p in problem.parameters)
+
+
+def test_a_third_is_left_out_and_has_all_directions(problem: Problem) -> None:
+    """Responses come point by point, three directions each: what is left out and what is kept has all three."""
+    split = left_out(thinned(problem))
+    kept, aside = (
+        [channel for m in split.measurements if m.settings.use == use for channel in m.given.data.outputs]
+        for use in ("fit", "validate")
+    )
+    assert len(aside) == pytest.approx((len(kept) + len(aside)) / 3, abs=2)
+    for channels in (kept, aside):
+        directions = [str(channel)[-1] for channel in channels]
+        shares = [directions.count(one) / len(directions) for one in "XYZ"]
+        assert shares == pytest.approx([1 / 3] * 3, abs=0.15)
+
+
+def test_thinned_lines_are_spread_evenly_and_keep_their_own_noise(problem: Problem) -> None:
+    for whole, thin in zip(
+        [m for m in problem.measurements if m.settings.use == "fit"],
+        thinned(problem).measurements,
+        strict=True,
+    ):
+        lines = np.searchsorted(whole.given.data.frequency_hz, thin.given.data.frequency_hz)
+        assert np.ptp(np.diff(lines)) == 0
+        assert np.array_equal(thin.given.data.frf, whole.given.data.frf[lines])
+        assert np.array_equal(thin.given.noise, whole.given.noise[lines])
+        assert thin.given.data.frequency_hz[-1] > 0.9 * whole.given.data.frequency_hz[-1]
+
+
+def test_doubled_noise_quarters_the_squares(problem: Problem) -> None:
+    known = tuple(problem.file.study.effects)
+    loud = replace(
+        problem,
+        measurements=tuple(
+            replace(
+                m,
+                given=replace(m.given, noise=2 * m.given.noise),
+                target=replace(m.target, noise=2 * m.target.noise),  # type: ignore[union-attr,operator]
+            )
+            for m in problem.measurements
+        ),
+    )
+    stated, doubled = (Bench(one).run(Task(known, (), {}, "glance")) for one in (problem, loud))
+    assert doubled.squares == pytest.approx(stated.squares / 4, rel=1e-6)
+    assert doubled.gap == pytest.approx(stated.gap / 2, rel=1e-6)

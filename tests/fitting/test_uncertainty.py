@@ -1,0 +1,69 @@
+"""The sandwich against linear problems whose covariance is known, and what the data are said to determine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.core.parameters import Parameter, Scale
+from identify.fitting.uncertainty import inseparable, sandwich, statuses
+
+LOG = Scale((Parameter("k", "N m/rad", 1e5, 1e-3, 1e13),))
+LINE = Scale(tuple(Parameter(name, "", 0.0, -1e4, 1e4, log=False) for name in ("offset", "slope")))
+
+
+@pytest.mark.parametrize(
+    ("std", "status"), [(0.34, "determined"), (0.36, "weak"), (0.98, "weak"), (1.02, "not determined")]
+)
+def test_determined_is_known_within_a_factor_of_two(std: float, status: str) -> None:
+    """Two standard deviations either way: exp(2 x 0.3466) = 2."""
+    assert statuses(LOG, np.array([1e5]), np.array([std])) == (status,)
+
+
+def _fit(seed: int, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A straight line through 40 points whose noise is said to be 1: values, residuals, and rows on the search
+    scale.
+    """
+    time = np.linspace(-1, 3, 40)
+    columns = np.column_stack([np.ones(40), time])
+    measured = columns @ [5.0, -2.0] + level * np.random.default_rng(seed).normal(size=40)
+    values = np.linalg.lstsq(columns, measured, rcond=None)[0]
+    return values, columns @ values - measured, columns * LINE.slope(LINE.to_x(values))
+
+
+@pytest.mark.parametrize("level", [1.0, 4.0])
+def test_the_interval_of_a_straight_line_is_as_wide_as_its_values_scatter(level: float) -> None:
+    """Closed form: std of the slope = level / sqrt(sum (t - mean)^2)."""
+    time, found, half = np.linspace(-1, 3, 40), [], []
+    for seed in range(300):
+        values, residual, rows = _fit(seed, level)
+        information = rows.T @ rows
+        scores = information * (residual @ residual) / (40 - 2)
+        known = sandwich(information, scores, 40, LINE, values)
+        found.append(values)
+        half.append((known.high - known.low) / 2)
+    slope = level / np.sqrt(np.sum((time - time.mean()) ** 2))
+    offset = slope * np.sqrt(np.mean(time**2))
+    assert np.std(found, axis=0) == pytest.approx([offset, slope], rel=0.12)
+    assert np.mean(half, axis=0) == pytest.approx([1.96 * offset, 1.96 * slope], rel=0.08)
+
+
+def test_correlation_and_directions_of_a_straight_line() -> None:
+    """Offset and slope of points that lie to the right of zero pull against each other: -mean t / rms t."""
+    time, (values, _, rows) = np.linspace(-1, 3, 40), _fit(0, 1.0)
+    known = sandwich(rows.T @ rows, rows.T @ rows, 40, LINE, values)
+    expected = -time.mean() / np.sqrt(np.mean(time**2))
+    assert known.correlation == pytest.approx(np.array([[1, expected], [expected, 1]]), rel=1e-6)
+    assert known.singular_values == pytest.approx(np.linalg.svd(rows, compute_uv=False), rel=1e-9)
+    assert np.abs(rows @ known.directions.T) ** 2 @ np.ones(2) == pytest.approx((rows**2).sum(axis=1))
+    for size, direction in zip(known.singular_values, known.directions, strict=True):
+        assert np.linalg.norm(rows @ direction) == pytest.approx(size)
+
+
+def test_only_the_sum_of_two_is_known() -> None:
+    scale = Scale(tuple(Parameter(name, "", 1.0, 1e-3, 1e3) for name in ("first", "second", "other")))
+    rows = np.array([[50.0, 50.0, 0.0], [0.0, 0.0, 30.0]])
+    information = rows.T @ rows
+    known = sandwich(information, information, 2, scale, np.ones(3))
+    assert inseparable(known, ["first", "second", "other"]) == [("first", "second")]
+    assert known.status == ("not determined", "not determined", "determined")

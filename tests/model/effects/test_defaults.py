@@ -1,0 +1,73 @@
+"""Start values that nobody gave: each coordinate on its own, all others locked, resonates and is damped as its
+description says.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.model.effects.base import parse_effect
+from identify.model.system import assemble, build_site, list_parameters
+from tests.arms import arm, initial
+from tests.robot.random_arm import random_posture
+
+START_HZ, RATIO, ROTOR = 20.0, 110.0, 2e-3
+
+
+def _alone(folder: Path, effects: list[dict[str, Any]]) -> tuple[float, float, complex]:
+    """Mass, damping and stiffness without gravity of the one coordinate that effects release, at start values."""
+    robot, parsed = arm(folder), [parse_effect(effect) for effect in effects]
+    site = build_site(robot, random_posture(1), parsed)
+    system, parameters = assemble(robot, site, parsed), list_parameters(robot, site, parsed)
+    assert len(system.coordinates) == 1
+    mass, damping, stiffness = (one[0, 0] for one in system.matrices(initial(parameters)))
+    return mass, damping, stiffness - system.stiffness[0, 0]
+
+
+def _pole(mass: float, damping: float, stiffness: complex) -> tuple[float, float]:
+    """Frequency, Hz, and damping ratio of m s^2 + c s + k."""
+    pole = np.roots([mass, damping, np.real(stiffness)])[0]
+    return float(np.abs(pole) / (2 * np.pi)), float(-pole.real / np.abs(pole))
+
+
+@pytest.mark.parametrize("ratio", [0.03, 0.11])
+def test_a_spring(ratio: float, tmp_path: Path) -> None:
+    given = {} if ratio == 0.03 else {"damping": {"damping_ratio": ratio}}
+    spring = {"kind": "joint-compliance", "joints": [2], "axes": ["rz"], **given}
+    assert _pole(*_alone(tmp_path, [spring])) == pytest.approx((START_HZ, ratio), rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [0.03, 0.07])
+def test_a_rotor_that_is_held(ratio: float, tmp_path: Path) -> None:
+    """What the holding spring moves is the arm and, by far the most here, the rotor as the gear output feels
+    it.
+    """
+    rotor: dict[str, Any] = {
+        "kind": "rotor-inertia",
+        "joints": [2],
+        "gear_ratio": [RATIO],
+        "inertia": {"initial": ROTOR, "bounds": [1e-6, 1.0]},
+        "holding_stiffness": {},
+        "holding_damping": {"damping_ratio": ratio},
+    }
+    mass, damping, stiffness = _alone(tmp_path, [rotor])
+    still = _alone(tmp_path, [{"kind": "joint-compliance", "joints": [2], "axes": ["rz"]}])[0]
+    assert mass - still == pytest.approx(RATIO**2 * ROTOR, rel=1e-9)
+    assert _pole(mass, damping, stiffness) == pytest.approx((START_HZ, ratio), rel=1e-9)
+
+
+def test_hysteretic_damping(tmp_path: Path) -> None:
+    """A loss factor of 0.02: over a cycle 2 pi 0.02 of the stored energy is lost, so that free motion dies out
+    like one with a damping ratio of 0.01.
+    """
+    damping = {"initial": 1e-9, "bounds": [1e-12, 1.0]}
+    spring = {"kind": "joint-compliance", "joints": [2], "damping": damping}
+    mass, _, stiffness = _alone(tmp_path, [spring, {"kind": "hysteretic-damping", "joints": [2]}])
+    pole = np.sqrt(-stiffness / mass + 0j)
+    pole = pole if pole.imag > 0 else -pole
+    assert np.abs(pole) / (2 * np.pi) == pytest.approx(START_HZ, rel=1e-3)
+    assert -pole.real / np.abs(pole) == pytest.approx(0.01, rel=1e-3)

@@ -1,0 +1,101 @@
+"""How wide the intervals of a vibration fit are: against the scatter of scores and of fits that are drawn, not
+only whether the truth is inside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from identify.core.parameters import Scale
+from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.uncertainty import score_variance, uncertainty
+from tests.arms import initial
+from tests.targets import targets
+
+Complex = NDArray[np.complex128]
+LINES, OUTPUTS = 200, 4
+
+
+def _white(rng: np.random.Generator, *shape: int) -> Complex:
+    return rng.normal(size=shape) + 1j * rng.normal(size=shape)
+
+
+def _smeared(rng: np.random.Generator, keeps: complex) -> Complex:
+    """Noise (lines, outputs) of which every line keeps a part of the last, as an exponential window leaves it."""
+    new = np.sqrt(1 - abs(keeps) ** 2) * _white(rng, LINES + 60, OUTPUTS)
+    return np.asarray(lfilter([1.0], [1.0, -keeps], new, axis=0))[60:]
+
+
+@pytest.mark.parametrize("keeps", [0.0, 0.5, 0.3 + 0.4j])
+def test_stated_variance_is_that_of_scores_that_are_drawn(keeps: complex) -> None:
+    """Derivatives that go evenly over the lines, with a turn that a complex correlation notices."""
+    rng, line = np.random.default_rng(1), np.arange(LINES)
+    j = np.empty((LINES, OUTPUTS, 3), dtype=complex)
+    j[..., 0] = 1 + 0.3j
+    j[..., 1] = 0.5 * np.linspace(-1, 1, OUTPUTS)
+    j[..., 2] = np.exp(0.8j * line)[:, None]
+    h, drawn, stated = _white(rng, LINES, OUTPUTS), [], []
+    for _ in range(250):
+        e = _smeared(rng, keeps)
+        drawn.append(np.einsum("lof,lo->f", np.conj(j), e).real)
+        stated.append(score_variance(e, j, h))
+        assert stated[-1] == pytest.approx(stated[-1].T, rel=1e-9, abs=1e-9)
+    scatter, said = np.cov(np.array(drawn).T), np.mean(stated, axis=0)
+    assert np.diag(said) == pytest.approx(np.diag(scatter), rel=0.25)
+    assert np.diag(said).sum() == pytest.approx(np.diag(scatter).sum(), rel=0.12)
+
+
+def _few(folder: Path) -> tuple[FrfTarget, Scale, np.ndarray]:
+    """Four lines of two responses: 48 numbers for 12 parameters."""
+    data, parameters = targets(folder, noise=0.02)
+    frf, outputs, lines = data.frf[0], [0, 4], np.isin(np.arange(60), (9, 20, 33, 47))
+    assert frf.noise is not None
+    thin = frf.data.lines(lines).pairs(outputs, [0, 1, 2])
+    noise = frf.noise[lines][:, outputs]
+    return (
+        replace(frf, data=thin, noise=noise, out=frf.out[outputs]),
+        Scale(tuple(parameters)),
+        initial(parameters),
+    )
+
+
+def _stated(
+    target: FrfTarget, scale: Scale, truth: np.ndarray, level: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean variance that is stated over draws of noise, and what linear least squares has, (free,): the residuals
+    are what a fit leaves of the noise.
+    """
+    h = target.predict(truth)
+    _, gradient = target.gradient(truth, scale.free)
+    assert target.noise is not None
+    scaled = gradient * scale.slope(scale.to_x(truth)) / target.noise[..., None]
+    rows = np.concatenate([scaled.real, scaled.imag]).reshape(-1, len(scale.free))
+    fitted, _ = np.linalg.qr(rows)
+    variances = []
+    for seed in range(200):
+        e = level * np.random.default_rng(seed).normal(size=len(rows))
+        left = (e - fitted @ (fitted.T @ e)).reshape(2, *h.shape)
+        data = replace(target.data, frf=h - (left[0] + 1j * left[1]) * target.noise)
+        variances.append(uncertainty(Targets((replace(target, data=data),)), scale, truth).std ** 2)
+    return np.mean(variances, axis=0), level**2 * np.diag(np.linalg.inv(rows.T @ rows))
+
+
+def test_what_the_fit_itself_took_from_the_residual_is_given_back(tmp_path: Path) -> None:
+    """Noise three times as large as stated, known from the residual of few numbers only: a quarter of its square
+    is in the parameters.
+    """
+    said, analytic = _stated(*_few(tmp_path), level=3.0)
+    assert 0.95 < np.mean(said / analytic) < 1.3
+    assert np.min(said / analytic) > 0.9
+
+
+def test_intervals_are_no_narrower_than_the_stated_noise_makes_them(tmp_path: Path) -> None:
+    """A residual that is small by chance, or by too large a stated noise, does not narrow anything."""
+    said, analytic = _stated(*_few(tmp_path), level=0.3)
+    assert said == pytest.approx(analytic / 0.3**2, rel=0.02)
