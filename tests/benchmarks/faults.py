@@ -1,11 +1,11 @@
-"""Which faults the tests notice: each of `faults.yaml` is put into a copy of the checkout, and the tests beside
-it are run there.
+"""Which faults the tests notice: each of `faults.yaml` is put into a copy of the checkout, and the tests
+beside it are run there.
 
     python -m tests.benchmarks.faults [--only NAME] [--json OUT]
 
-A fault is `killed` where a test fails with it, `survived` where none does, `stale` where its text is no longer
-found exactly once, `broken` where the tests could not be run.  Exit code 1 where any is not killed, or where the
-tests fail without a fault.
+A fault is `killed` where a test fails with it, `survived` where none does, `stale` where its text is no
+longer found exactly once, `broken` where the tests could not be run.  Exit code 1 where any is not killed,
+or where the tests fail without a fault.
 """
 
 from __future__ import annotations
@@ -97,6 +97,7 @@ def run_tests(folder: Path, tests: Sequence[str]) -> tuple[str, str]:
     try:
         ended = subprocess.run(
             [*command, *tests],
+            check=False,
             cwd=folder,
             env=environment,
             capture_output=True,

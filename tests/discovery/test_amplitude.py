@@ -31,7 +31,9 @@ def test_of_noise_alone_the_gap_is_one_although_a_torque_explains_a_part(tmp_pat
 
 
 def test_a_torque_at_a_joint_is_found_there(tmp_path: Path) -> None:
-    """A change of one joint's stiffness is a torque at it: nothing of the gap is left there, and much elsewhere."""
+    """A change of one joint's stiffness is a torque at it: nothing of the gap is left there, and much
+    elsewhere.
+    """
     target, values = _noisy(tmp_path, list(range(9)))
     noise, whole = target.data.frf - target.predict(values), replace(target, record=None)
     changed = values.copy()

@@ -58,8 +58,8 @@ class _Present:
 
 @pytest.mark.parametrize(("gain", "kept"), [(100.0, False), (250.0, True)])
 def test_a_gain_that_correlation_may_account_for_is_no_promise(gain: float, kept: bool) -> None:
-    """Four parameters at 10,000 numbers: chi-square counts a fifth at best, so 100 is not worth 4 ln 2,000 = 30,
-    and 250 is; were it counted whole, both would be.
+    """Four parameters at 10,000 numbers: chi-square counts a fifth at best, so 100 is not worth 4 ln 2,000
+    = 30, and 250 is; were it counted whole, both would be.
     """
     count, known = 10_000, (DRIVES,)
 

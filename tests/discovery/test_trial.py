@@ -1,4 +1,6 @@
-"""What a trial's numbers mean, against costs computed here, and which channels are left out for validation."""
+"""What a trial's numbers mean, against costs computed here, and which channels are left out for
+validation.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,9 @@ def test_squares_of_a_trial_are_those_of_its_residuals(problem: Problem, how: st
 
 
 def test_a_third_is_left_out_and_has_all_directions(problem: Problem) -> None:
-    """Responses come point by point, three directions each: what is left out and what is kept has all three."""
+    """Responses come point by point, three directions each: what is left out and what is kept has all
+    three.
+    """
     split = left_out(thinned(problem))
     kept, aside = (
         [channel for m in split.measurements if m.settings.use == use for channel in m.given.data.outputs]

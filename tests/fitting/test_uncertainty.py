@@ -21,8 +21,8 @@ def test_determined_is_known_within_a_factor_of_two(std: float, status: str) -> 
 
 
 def _fit(seed: int, level: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A straight line through 40 points whose noise is said to be 1: values, residuals, and rows on the search
-    scale.
+    """A straight line through 40 points whose noise is said to be 1: values, residuals, and rows on the
+    search scale.
     """
     time = np.linspace(-1, 3, 40)
     columns = np.column_stack([np.ones(40), time])

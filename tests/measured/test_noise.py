@@ -15,7 +15,13 @@ from identify.measured.channel import Channel
 from identify.measured.estimators import frf_from_impacts
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set
-from identify.measured.noise import mean_of_repeats, noise_std, noise_std_from_repeats
+from identify.measured.noise import (
+    _hats,
+    mean_of_repeats,
+    noise_std,
+    noise_std_from_repeats,
+    pooled_variance,
+)
 from identify.measured.time_history import TimeHistory
 from tests.measured.frf_sets import some_set
 from tests.measured.simulate import SAMPLE_RATE_HZ, hammer_test, random_structure
@@ -86,6 +92,55 @@ def test_stated_noise_is_true_noise_in_every_class_of_lines(kind: str) -> None:
     assert 0.95 < np.mean(np.concatenate(normalised)) < 1.05
     for name, squares in by_class.items():
         assert 0.9 < np.sqrt(np.mean(np.concatenate(squares))) < 1.1, name
+
+
+def _pooled(level: np.ndarray, power: np.ndarray, freedom: int, seeds: int) -> np.ndarray:
+    """Pooled estimates (seeds, lines) over the true variance level (lines,), of a set of one FRF with |H|^2 =
+    power.
+    """
+    found = []
+    for seed in range(seeds):
+        chi2 = np.random.default_rng(seed).chisquare(freedom, len(level)) / freedom
+        found.append(pooled_variance(power[:, None, None], (level * chi2)[:, None, None], freedom)[:, 0, 0])
+    return np.array(found) / level
+
+
+def test_so_many_lines_are_pooled_that_the_level_is_known_to_some_per_cent() -> None:
+    """120 degrees of freedom between knots: a variance known to about sqrt(2 / 120) = 13 %, not to the 58
+    % of a line.
+    """
+    ratio = _pooled(np.ones(400), np.zeros(400), 6, 30)
+    assert ratio.mean() == pytest.approx(1.0, abs=0.03)
+    assert 0.12 < ratio[:, 20:-20].std() < 0.165
+
+
+def test_a_level_that_changes_over_the_band_is_followed() -> None:
+    """Noise that rises tenfold over 400 lines, and by half over 60 of them, is not smeared."""
+    line = np.arange(400)
+    level = 10 ** (line / 400) * (1 + 0.5 * np.exp(-(((line - 200) / 30) ** 2)))
+    ratio = _pooled(level, np.zeros(400), 6, 30)
+    assert np.abs(ratio.mean(axis=0) - 1).max() < 0.2
+
+
+def test_noise_of_the_force_is_pooled_over_outputs_and_twice_the_lines() -> None:
+    """It is common to all outputs of an input and smooth: 5 x 240 degrees of freedom between knots, so
+    known to about 4 % where |H| varies so much that it stands alone.
+    """
+    off = []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        power, chi2 = 10 ** rng.uniform(-2, 2, (400, 5, 1)), rng.chisquare(6, (400, 5, 1)) / 6
+        off.append(np.abs(pooled_variance(power, power * chi2, 6) / power - 1)[20:-20])
+    assert 0.031 < np.median(off) < 0.041
+
+
+def test_levels_are_straight_lines_between_evenly_spaced_knots() -> None:
+    sizes = [int(basis.shape[1]) for basis in (_hats(401, 20), _hats(401, 40))]
+    assert sizes == [21, 11]
+    for basis in (_hats(401, 20), _hats(37, 20), _hats(5, 20)):
+        assert np.asarray(basis.sum(axis=1)).ravel() == pytest.approx(np.ones(basis.shape[0]))
+    at = np.linspace(0, 1, 21)
+    assert _hats(401, 20) @ at == pytest.approx(np.linspace(0, 1, 401)), "a straight line is a straight line"
 
 
 def test_single_lines_would_not_do() -> None:

@@ -68,8 +68,8 @@ class Reference:
         return np.array(pinocchio.computeGeneralizedGravityDerivatives(self.model, self.data, self.zero))
 
     def coriolis(self, rates: Array) -> Array:
-        """(n, n): derivative of the forces of inverse dynamics by the rates of all coordinates, where the drives
-        turn at rates (joints,), rad/s.
+        """(n, n): derivative of the forces of inverse dynamics by the rates of all coordinates, where the
+        drives turn at rates (joints,), rad/s.
         """
         turning = np.zeros(self.model.nv)
         turning[6 + 5 :: 6] = rates

@@ -1,5 +1,5 @@
-"""How wide the intervals of a vibration fit are: against the scatter of scores and of fits that are drawn, not
-only whether the truth is inside.
+"""How wide the intervals of a vibration fit are: against the scatter of scores and of fits that are drawn,
+not only whether the truth is inside.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ def _white(rng: np.random.Generator, *shape: int) -> Complex:
 
 
 def _smeared(rng: np.random.Generator, keeps: complex) -> Complex:
-    """Noise (lines, outputs) of which every line keeps a part of the last, as an exponential window leaves it."""
+    """Noise (lines, outputs) of which every line keeps a part of the last, as an exponential window leaves
+    it.
+    """
     new = np.sqrt(1 - abs(keeps) ** 2) * _white(rng, LINES + 60, OUTPUTS)
     return np.asarray(lfilter([1.0], [1.0, -keeps], new, axis=0))[60:]
 
@@ -68,8 +70,8 @@ def _few(folder: Path) -> tuple[FrfTarget, Scale, np.ndarray]:
 def _stated(
     target: FrfTarget, scale: Scale, truth: np.ndarray, level: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mean variance that is stated over draws of noise, and what linear least squares has, (free,): the residuals
-    are what a fit leaves of the noise.
+    """Mean variance that is stated over draws of noise, and what linear least squares has, (free,): the
+    residuals are what a fit leaves of the noise.
     """
     h = target.predict(truth)
     _, gradient = target.gradient(truth, scale.free)
@@ -87,8 +89,8 @@ def _stated(
 
 
 def test_what_the_fit_itself_took_from_the_residual_is_given_back(tmp_path: Path) -> None:
-    """Noise three times as large as stated, known from the residual of few numbers only: a quarter of its square
-    is in the parameters.
+    """Noise three times as large as stated, known from the residual of few numbers only: a quarter of its
+    square is in the parameters.
     """
     said, analytic = _stated(*_few(tmp_path), level=3.0)
     assert 0.95 < np.mean(said / analytic) < 1.3

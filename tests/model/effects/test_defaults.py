@@ -1,5 +1,5 @@
-"""Start values that nobody gave: each coordinate on its own, all others locked, resonates and is damped as its
-description says.
+"""Start values that nobody gave: each coordinate on its own, all others locked, resonates and is damped as
+its description says.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ START_HZ, RATIO, ROTOR = 20.0, 110.0, 2e-3
 
 
 def _alone(folder: Path, effects: list[dict[str, Any]]) -> tuple[float, float, complex]:
-    """Mass, damping and stiffness without gravity of the one coordinate that effects release, at start values."""
+    """Mass, damping and stiffness without gravity of the one coordinate that effects release, at start
+    values.
+    """
     robot, parsed = arm(folder), [parse_effect(effect) for effect in effects]
     site = build_site(robot, random_posture(1), parsed)
     system, parameters = assemble(robot, site, parsed), list_parameters(robot, site, parsed)
@@ -61,8 +63,8 @@ def test_a_rotor_that_is_held(ratio: float, tmp_path: Path) -> None:
 
 
 def test_hysteretic_damping(tmp_path: Path) -> None:
-    """A loss factor of 0.02: over a cycle 2 pi 0.02 of the stored energy is lost, so that free motion dies out
-    like one with a damping ratio of 0.01.
+    """A loss factor of 0.02: over a cycle 2 pi 0.02 of the stored energy is lost, so that free motion dies
+    out like one with a damping ratio of 0.01.
     """
     damping = {"initial": 1e-9, "bounds": [1e-12, 1.0]}
     spring = {"kind": "joint-compliance", "joints": [2], "damping": damping}

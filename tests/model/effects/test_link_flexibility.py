@@ -335,7 +335,9 @@ def test_both_sides_of_the_far_joint_move_alike(make: str, tmp_path: Path) -> No
 
 
 def test_a_turned_frame_on_a_flexible_link_sees_the_same_motion_turned(tmp_path: Path) -> None:
-    """The same material point, once by the link's own frame and once by that of a bracket screwed to it askew."""
+    """The same material point, once by the link's own frame and once by that of a bracket screwed to it
+    askew.
+    """
     robot = read_urdf(write(tmp_path, general_arm(3)))
     effects = [parse_effect(JOINTS), parse_effect({"kind": "link-flexibility", "link": "link3"})]
     end = robot.joints[3].origin[:3, 3]
@@ -344,7 +346,7 @@ def test_a_turned_frame_on_a_flexible_link_sees_the_same_motion_turned(tmp_path:
     assert poses["bracket3"][0] == poses["link3"][0]
     between = np.linalg.inv(poses["link3"][1]) @ poses["bracket3"][1]
     assert np.abs(between[:3, :3] - np.eye(3)).max() > 0.3, "the bracket is turned"
-    at = end + [0.1, -0.2, 0.15]
+    at = end + np.array([0.1, -0.2, 0.15])
     own = site.jacobian("link3", at, "points")
     seen = site.jacobian("bracket3", between[:3, :3].T @ (at - between[:3, 3]), "points")
     deflecting = [site.number(f"link3.{name}") for name in ("deflection_1", "twist")]

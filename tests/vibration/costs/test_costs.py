@@ -126,6 +126,63 @@ def test_modes_are_paired_by_shape_where_frequency_misleads(tmp_path: Path) -> N
     assert pair_all(replace(modal, data=replace(crossed, shapes=None)), modes).tolist() == [0, 1, 2, 3]
 
 
+def test_modes_that_the_channels_cannot_tell_apart_are_paired_by_frequency(tmp_path: Path) -> None:
+    """One channel: every MAC is 1, and the first and third modes are near themselves only."""
+    data, parameters = targets(tmp_path)
+    modal = data.modal[0]
+    assert modal.data.shapes is not None and modal.out is not None
+    modes = complex_modes(*modal.system.matrices(initial(parameters)))
+    table = ModalTable(
+        modal.data.frequency_hz[[0, 2, 3]] * [1.02, 0.99, 1.01],
+        modal.data.damping_ratio[[0, 2, 3]],
+        modal.data.channels[:1],
+        modal.data.shapes[[0, 2, 3], :1],
+    )
+    assert pair_all(replace(modal, data=table, out=modal.out[:1]), modes).tolist() == [0, 2, 3]
+
+
+@pytest.mark.parametrize(("factor", "decibels"), [(10.0, 20.0), (2.0, 6.0206), (0.1, 20.0)])
+def test_decibels_of_an_amplitude(factor: float, decibels: float, tmp_path: Path) -> None:
+    """Measured FRFs ten times as large are 20 dB away, line by line and pair by pair."""
+    data, parameters = targets(tmp_path)
+    frf = data.frf[0]
+    larger = Targets(frf=(replace(frf, data=replace(frf.data, frf=factor * frf.data.frf)),))
+    found = (
+        parse_cost({"kind": "frf-area", "scale": "log"}).objective(larger).costs(initial(parameters)[None])[0]
+    )
+    assert found == pytest.approx(decibels * frf.data.frf.size, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("noise", "off", "expected"),
+    [(1e-6, 0.1, 1.0), (0.1, 0.1, 1 / np.sqrt(2)), (2.0, 2.0, 1.0), (0.3, 0.0, 0.0), (1e-6, 0.2, 2.0)],
+)
+def test_a_tenth_counts_as_one_where_noise_is_small_and_noise_as_one_where_it_is_large(
+    noise: float, off: float, expected: float, tmp_path: Path
+) -> None:
+    """The logarithm of every FRF is off by the same; error of the model and noise add as variances."""
+    data, parameters = targets(tmp_path)
+    frf = data.frf[0]
+    scaled = replace(frf.data, frf=np.exp(off) * frf.data.frf)
+    target = replace(frf, data=scaled, noise=noise * np.abs(scaled.frf))
+    cost = parse_cost({"kind": "frf-least-squares", "residual": "log"}).objective(Targets(frf=(target,)))
+    found = float(cost.costs(initial(parameters)[None])[0])
+    # The root of the mean over real and imaginary parts, of which only the real one is off.
+    assert found == pytest.approx(expected / np.sqrt(2), rel=2e-3, abs=1e-6)
+
+
+def test_the_weight_of_a_mode_is_a_bell_of_the_stated_width() -> None:
+    """Its standard deviation by moments, its height at the mode and far away."""
+    from identify.vibration.costs.normalized_response import Weights
+
+    f = np.linspace(0.0, 60.0, 6001)
+    bell = Weights(modes_hz=[30.0], width_hz=2.5, height=4.0).at(f) - 1
+    assert bell.max() == pytest.approx(3.0)
+    assert bell[[0, -1]] == pytest.approx([0, 0], abs=1e-9)
+    assert np.sum(bell * f) / bell.sum() == pytest.approx(30.0)
+    assert np.sqrt(np.sum(bell * (f - 30) ** 2) / bell.sum()) == pytest.approx(2.5, rel=1e-4)
+
+
 def test_normalized_response_combines_force_columns(tmp_path: Path) -> None:
     data, parameters = targets(tmp_path)
     values = initial(parameters) * 1.2
