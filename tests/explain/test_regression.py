@@ -69,7 +69,9 @@ def test_an_interval_shrinks_with_the_root_of_the_length() -> None:
 
 
 def test_a_phase_that_is_turned_to_a_record_has_the_price_of_a_parameter() -> None:
-    """Half ln of the number of samples (Schwarz 1978), for each wave, but for what little turning it gains."""
+    """Half ln of the number of samples (Schwarz 1978), for each wave, but for what little turning it
+    gains.
+    """
     evidence = []
     for relative in (False, True):
         scene = moved(relative=relative)

@@ -67,3 +67,18 @@ def test_only_the_sum_of_two_is_known() -> None:
     known = sandwich(information, information, 2, scale, np.ones(3))
     assert inseparable(known, ["first", "second", "other"]) == [("first", "second")]
     assert known.status == ("not determined", "not determined", "determined")
+
+
+@pytest.mark.parametrize("log", [True, False])
+def test_where_the_data_say_nothing_the_bounds_do(log: bool) -> None:
+    """Two standard deviations either way are the whole range, on the scale of the search."""
+    parameter = (
+        Parameter("blind", "", 10.0, 1e-1, 1e3) if log else Parameter("blind", "", 0.0, -7.0, 7.0, log=False)
+    )
+    scale = Scale((parameter,))
+    known = sandwich(np.zeros((1, 1)), np.zeros((1, 1)), 1, scale, np.array([parameter.initial]))
+    lower, upper = scale.bounds()
+    assert 4 * known.std == pytest.approx(upper - lower)
+    assert known.low == pytest.approx(parameter.lower, rel=0.1)
+    assert known.high == pytest.approx(parameter.upper, rel=0.1)
+    assert known.status == ("not determined",)

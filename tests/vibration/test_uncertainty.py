@@ -13,9 +13,14 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from identify.core.parameters import Scale
-from identify.vibration.costs.target import FrfTarget, Targets
+from identify.measured.modal_table import ModalTable
+from identify.model.effects.base import parse_effect
+from identify.model.modes import complex_modes
+from identify.model.system import assemble, build_site, list_parameters
+from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.uncertainty import score_variance, uncertainty
-from tests.arms import initial
+from tests.arms import arm, initial
+from tests.robot.random_arm import random_posture
 from tests.targets import targets
 
 Complex = NDArray[np.complex128]
@@ -80,7 +85,7 @@ def _stated(
     rows = np.concatenate([scaled.real, scaled.imag]).reshape(-1, len(scale.free))
     fitted, _ = np.linalg.qr(rows)
     variances = []
-    for seed in range(200):
+    for seed in range(100):
         e = level * np.random.default_rng(seed).normal(size=len(rows))
         left = (e - fitted @ (fitted.T @ e)).reshape(2, *h.shape)
         data = replace(target.data, frf=h - (left[0] + 1j * left[1]) * target.noise)
@@ -101,3 +106,39 @@ def test_intervals_are_no_narrower_than_the_stated_noise_makes_them(tmp_path: Pa
     """A residual that is small by chance, or by too large a stated noise, does not narrow anything."""
     said, analytic = _stated(*_few(tmp_path), level=0.3)
     assert said == pytest.approx(analytic / 0.3**2, rel=0.02)
+
+
+def test_one_mode_and_one_spring(tmp_path: Path) -> None:
+    """f goes with the root of k and zeta with c: half a per cent of frequency is one per cent of
+    stiffness, and ten per cent of damping ratio are ten of the damper.
+    """
+    robot = replace(arm(tmp_path), gravity=np.zeros(3))
+    effects = [parse_effect({"kind": "joint-compliance", "joints": [1], "axes": ["rz"]})]
+    site = build_site(robot, random_posture(1), effects)
+    system, parameters = assemble(robot, site, effects), list_parameters(robot, site, effects)
+    values = initial(parameters)
+    modes = complex_modes(*system.matrices(values))
+    table = ModalTable(modes.frequency_hz, modes.damping_ratio)
+    scale = Scale(tuple(parameters))
+    found = uncertainty(Targets(modal=(ModalTarget("one", table, system),)), scale, values)
+    assert found.std[0] == pytest.approx(0.01, rel=0.01)
+    assert found.std[1] == pytest.approx(0.1, rel=0.02)
+    stated = replace(table, frequency_std_hz=table.frequency_hz * 0.02)
+    wider = uncertainty(Targets(modal=(ModalTarget("one", stated, system),)), scale, values)
+    assert wider.std[0] == pytest.approx(0.04, rel=0.01)
+
+
+def test_noise_on_the_force_is_told_from_noise_of_responses() -> None:
+    """It multiplies all responses to the force alike: scores that only such noise moves vary as drawn."""
+    rng = np.random.default_rng(5)
+    h = 3 * _white(rng, LINES, OUTPUTS)
+    along, drawn, stated = 0.2 * h, [], []
+    j = np.stack([along, _white(rng, LINES, OUTPUTS)], axis=2)
+    for _ in range(250):
+        e = _white(rng, LINES, OUTPUTS) + 0.8 * _white(rng, LINES, 1) * h
+        drawn.append(np.einsum("lof,lo->f", np.conj(j), e).real)
+        stated.append(score_variance(e, j, h))
+    scatter, said = np.var(drawn, axis=0), np.diag(np.mean(stated, axis=0))
+    assert said == pytest.approx(scatter, rel=0.25)
+    independent = np.einsum("lof,lof->f", np.conj(j), j).real
+    assert said[0] > 5 * independent[0], "negative control: counted as independent it is far too little"

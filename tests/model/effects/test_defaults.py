@@ -4,6 +4,7 @@ its description says.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from identify.model.effects.base import parse_effect
+from identify.model.modes import complex_modes
 from identify.model.system import assemble, build_site, list_parameters
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture
@@ -73,3 +75,39 @@ def test_hysteretic_damping(tmp_path: Path) -> None:
     pole = pole if pole.imag > 0 else -pole
     assert np.abs(pole) / (2 * np.pi) == pytest.approx(START_HZ, rel=1e-3)
     assert -pole.real / np.abs(pole) == pytest.approx(0.01, rel=1e-3)
+
+
+def test_a_flexible_link(tmp_path: Path) -> None:
+    """Bending in either plane and torsion, each with the slowest motion that it allows at 20 Hz; the default
+    damping ratio of each is 0.03.
+    """
+    robot, effects = arm(tmp_path), [parse_effect({"kind": "link-flexibility", "link": "link2"})]
+    robot = replace(robot, gravity=np.zeros(3))
+    site = build_site(robot, random_posture(1), effects)
+    system, values = assemble(robot, site, effects), initial(list_parameters(robot, site, effects))
+    mass, damping, stiffness = system.matrices(values)
+    for own in (slice(0, 2), slice(2, 4), slice(4, 5)):
+        mode = complex_modes(mass[own, own], damping[own, own], stiffness[own, own])
+        assert mode.frequency_hz[0] == pytest.approx(START_HZ, rel=1e-3)
+        assert mode.damping_ratio[0] == pytest.approx(0.03, rel=1e-3)
+
+
+def test_a_spring_to_the_ground(tmp_path: Path) -> None:
+    """A soft start: all that the link carries would go to and fro at 5 Hz on it, with a damping ratio of
+    0.03.
+    """
+    robot, effect = arm(tmp_path), parse_effect({"kind": "spring-to-ground", "link": "link3", "axes": ["z"]})
+    site = build_site(robot, random_posture(1), [effect])
+    stiffness, damping = initial(list_parameters(robot, site, [effect]))
+    carried = sum(link.mass for link in robot.links[3:])
+    assert _pole(carried, damping, stiffness) == pytest.approx((5.0, 0.03), rel=1e-9)
+
+
+def test_a_resonator(tmp_path: Path) -> None:
+    """On the held link it has 20 Hz and a damping ratio of 0.03."""
+    robot = arm(tmp_path)
+    effect = parse_effect({"kind": "appended-resonator", "link": "link3", "axis": "y"})
+    parameters = list_parameters(robot, build_site(robot, random_posture(1), [effect]), [effect])
+    named = {p.name.rsplit(".", 1)[1]: p.initial for p in parameters}
+    found = _pole(named["mass"], named["damping"], named["stiffness"])
+    assert found == pytest.approx((START_HZ, 0.03), rel=1e-9)
