@@ -45,7 +45,7 @@ def test_intervals_are_as_wide_as_values_scatter(tmp_path: Path) -> None:
         }
     )
     found, half = [], []
-    for seed in range(40):
+    for seed in range(60):
         noise = np.random.default_rng(seed).normal(scale=4e-5, size=80)
         columns = {
             "joint2.motor_rad": windup + noise,
