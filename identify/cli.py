@@ -81,6 +81,8 @@ def fit(
     if not quiet:
         print_result(result)
     _finish([path], report, quiet)
+    if not quiet and any("`identify discover " in sentence for sentence in result.verdict):
+        typer.echo(f"next: identify discover {config}")
     if not result.converged:
         raise typer.Exit(EXIT_NOT_CONVERGED)
 

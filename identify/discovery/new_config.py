@@ -5,6 +5,7 @@ and the values found.
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -37,6 +38,7 @@ def config_text(
     data = yaml.load(file.text)
     if file.path.parent.resolve() != folder.resolve():
         _move(data, file.path.parent, folder)
+    _rename(data, file.study.name)
     if "effects" not in data:
         data["effects"] = CommentedSeq(_in_one_line(effect) for effect in file.study.effects)
     for effect, remark in new:
@@ -58,6 +60,16 @@ def _in_one_line(effect: Effect) -> CommentedMap:
     entry = CommentedMap(entry_of(effect))
     entry.fa.set_flow_style()
     return entry
+
+
+def _rename(data: Any, name: str) -> None:
+    """A name of its own, so that its fit does not replace that of the study before."""
+    again = re.fullmatch(r"(.*_discovered)(\d*)", name)
+    new = f"{again[1]}{int(again[2] or 1) + 1}" if again else f"{name}_discovered"
+    if "name" in data:
+        data["name"] = new
+    else:
+        data.insert(1, "name", new)
 
 
 def _move(data: Any, old: Path, new: Path) -> None:

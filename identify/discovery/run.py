@@ -63,7 +63,7 @@ def run_discover(
     with threadpool_limits(1):
         problem = load_problem(file)
         check_data(problem)
-        key = run_key(provenance_of(problem), file)
+        key = run_key(provenance_of(file), file)
 
         def compute(part: PartFile) -> DiscoveryResult:
             with Workers(problem, workers, Memory(part)) as at_work:
@@ -110,7 +110,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         map_after=gap_map(after, after.at(final.values), bands),
         before=evaluate(problem, _as_fit(problem, first), key),
         after=fitted,
-        provenance=provenance_of(problem),
+        provenance=provenance_of(problem.file),
     )
 
 

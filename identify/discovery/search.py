@@ -17,6 +17,7 @@ from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import EvidenceCriterion, confirmed, removed
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
+from identify.fitting.uncertainty import statuses
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.effects.nonlinear import NonlinearEffect
@@ -225,9 +226,10 @@ def inflation(problem: Problem, trial: Trial) -> float:
     determine.
     """
     model = with_effects(problem, trial.task.effects, trial.values)
-    found = uncertainty(model.targets(), Scale(model.parameters), model.initial)
+    scale = Scale(model.parameters)
+    found = uncertainty(model.targets(), scale, model.initial)
     ratio = (found.std / found.independent_std) ** 2
-    known = np.array([status != "not determined" for status in found.status])
+    known = np.array([status != "not determined" for status in statuses(scale, model.initial, found.std)])
     return float(np.max(ratio, where=known, initial=1.0))
 
 

@@ -12,6 +12,7 @@ from identify.core.thresholds import CONVINCING, QUIET
 from identify.discovery.evidence import confirmed, removed
 from identify.discovery.loop import Discovery
 from identify.discovery.search import Option, Step
+from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable
 
@@ -19,6 +20,9 @@ from identify.results.tables import ParameterTable
 def gaps(gap: float, elsewhere: float) -> str:
     """`1.02 (1.05 on data not fitted)`."""
     return f"{gap:.2f}" + ("" if math.isnan(elsewhere) else f" ({elsewhere:.2f} on data not fitted)")
+
+
+_DOUBTFUL = ("not determined", *BOUNDS)
 
 
 def named(effect: Effect, own: Sequence[str], p: ParameterTable) -> str:
@@ -29,10 +33,10 @@ def named(effect: Effect, own: Sequence[str], p: ParameterTable) -> str:
         unit = "" if p.unit[row] == "1" else f" {p.unit[row]}"
         spread = (
             f" ({p.low_95[row]:.4g} to {p.high_95[row]:.4g})"
-            if p.free[row] and p.status[row] != "not determined"
+            if p.free[row] and p.status[row] not in _DOUBTFUL
             else ""
         )
-        doubt = " (not determined)" if p.status[row] == "not determined" else ""
+        doubt = f" ({p.status[row]})" if p.status[row] in _DOUBTFUL else ""
         said.append(f"{name} = {p.value[row]:.4g}{unit}{spread}{doubt}")
     return f"{effect.sentence()}: {', '.join(said)}" if said else effect.sentence()
 

@@ -5,30 +5,40 @@ is taken up again.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 from identify.core.atomic import locked, remove_asides
-from identify.core.config import ConfigFile
+from identify.core.config import ConfigFile, validated
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.results import file as result_file
 from identify.results import tables
 from identify.results.header import KeyedHeader
 
+_ELSEWHERE = "choose another with `--out`"
 T = TypeVar("T", bound=KeyedHeader)
 F = TypeVar("F", bound=ConfigFile[Any])
 
 
 @contextmanager
-def held(path: Path) -> Iterator[None]:
+def held(path: Path, *, replace: bool = False) -> Iterator[None]:
     """Hold the output `path` for a run, and tidy up after one that was killed.
 
-    InputError where it cannot be written, or another run holds it.  What is there stays until it is replaced.
+    InputError where it cannot be written, nor the reports beside it, where another run holds it, or where
+    something is there that is no result (unless replace), as an input may be.  What is there stays until it
+    is replaced.
     """
     result_file.check_writable(path)
+    for report in (path.with_suffix(suffix) for suffix in (".html", ".pdf")):
+        if report.is_dir() or report == path:
+            raise InputError(str(report), "is where a report will be written", "another place", _ELSEWHERE)
+    if path.exists() and not replace and not result_file.kind_of(path):
+        raise InputError(
+            str(path), "is there and no result of identify", "a new file or a result", _ELSEWHERE
+        )
     with locked(path, "wait for it, or choose another with `--out`"):
         remove_asides(path)
         yield
@@ -73,13 +83,13 @@ def resumable(
     resume: a finished run of that key is read instead, an interrupted one gone on with; replace: where there
     is a run of something else, begin anew instead of refusing.
     """
-    with held(path):
+    with held(path, replace=replace):
         if resume:
             done = finished(path, key, kind)
             if done is not None:
                 PartFile(_aside(path), key).remove()  # killed between the result and this
                 return done
-        with kept_aside(path, key, resume=resume, replace=replace) as part:
+        with kept_aside(path, f"{kind.KIND} {key}", resume=resume, replace=replace) as part:
             if resume and not part.records and not replace and result_file.kind_of(path):
                 raise _another(path, "the run there")
             result = compute(part)
@@ -87,10 +97,12 @@ def resumable(
         return result
 
 
-def run_key(p: tables.Provenance, file: ConfigFile[Any]) -> str:
-    """What makes two runs the same: settings, input files, and the versions that compute."""
+def run_key(p: tables.Provenance, file: ConfigFile[Any], more: Sequence[str] = ()) -> str:
+    """What makes two runs the same: settings, input files, the versions that compute, and what more is asked
+    of this one.
+    """
     settings = ",".join(f"{name}={value}" for name, value in sorted(file.overrides.items()))
-    parts = (p.config_sha256, settings, *p.input_sha256, p.identify, p.python, *p.packages)
+    parts = (p.config_sha256, settings, *p.input_sha256, p.identify, p.python, *p.packages, *more)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
@@ -123,6 +135,5 @@ def override(file: F, overrides: dict[str, Any]) -> F:
         for name, field in fields.items()
         if name in study.model_fields_set
     }
-    return file.model_copy(
-        update={"study": type(study).model_validate({**kept, **given}), "overrides": given}
-    )
+    changed = validated(Path("the command line"), {**kept, **given}, type(study))
+    return file.model_copy(update={"study": changed, "overrides": given})

@@ -23,6 +23,12 @@ _DETERMINED = np.log(2) / 2
 """Standard deviation of ln value up to which the 95 % interval stays within a factor of two: the parameter is
 determined.
 """
+AT_LOWER, AT_UPPER = BOUNDS = ("at its lower bound", "at its upper bound")
+"""What is said of a parameter that the fit would take further than it may: its interval has one side."""
+_AT_BOUND = 1e-6
+"""Part of the way between the bounds, on the search scale, that counts as being there."""
+_TWO_SIDED, _ONE_SIDED = 1.96, 1.645
+"""Standard normal limits of 95 %."""
 _UNDETERMINED = 1.0
 """Above this (95 %: a factor of seven) the data do not determine it."""
 
@@ -32,9 +38,10 @@ class Uncertainty:
     """What the data say about the free parameters (f of them).
 
     std (f,): standard deviation on the search scale; independent_std (f,): that for independent noise; low,
-    high (f,): 95 % limits of the values, clipped to the bounds; status (f,): determined, weak or not
-    determined; correlation (f, f); singular_values (f,) of J and directions (f, f), a row each; count: real
-    numbers measured; notes: sentences of warning.
+    high (f,): 95 % limits of the values, clipped to the bounds; one-sided for a parameter at a bound, which
+    is then the other limit; status (f,): determined, weak, not determined, or at a bound; correlation (f, f);
+    singular_values (f,) of J and directions (f, f), a row each; count: real numbers measured; notes:
+    sentences of warning.
     """
 
     std: Array
@@ -65,14 +72,16 @@ def sandwich(
     widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
     covariance *= np.outer(widening, widening)
     std = np.sqrt(np.diag(covariance))
-    limits = [scale.to_values(np.clip(x + sign * 1.96 * std, lower, upper))[scale.free] for sign in (-1, 1)]
+    status = _with_bounds(statuses(scale, values, std), x, lower, upper)
+    reach = np.where([one in BOUNDS for one in status], _ONE_SIDED, _TWO_SIDED) * std
+    limits = [scale.to_values(np.clip(x + sign * reach, lower, upper))[scale.free] for sign in (-1, 1)]
     squares, directions = np.linalg.eigh(information)
     return Uncertainty(
         std=std,
         independent_std=np.sqrt(np.diag(bread)),
         low=limits[0],
         high=limits[1],
-        status=statuses(scale, values, std),
+        status=status,
         correlation=covariance / np.outer(std, std),
         singular_values=np.sqrt(np.maximum(squares[::-1], 0.0)),
         directions=directions[:, ::-1].T,
@@ -110,3 +119,25 @@ def statuses(scale: Scale, values: Array, std: Array) -> tuple[str, ...]:
         "determined" if r <= _DETERMINED else "weak" if r <= _UNDETERMINED else "not determined"
         for r in relative
     )
+
+
+def _with_bounds(status: tuple[str, ...], x: Array, lower: Array, upper: Array) -> tuple[str, ...]:
+    """The statuses of parameters at x (free,), those at a bound said to be there."""
+    near = _AT_BOUND * (upper - lower)
+    return tuple(
+        AT_LOWER if low else AT_UPPER if high else one
+        for one, low, high in zip(status, x <= lower + near, x >= upper - near, strict=True)
+    )
+
+
+def at_bounds(trusted: Uncertainty, scale: Scale) -> str:
+    """A sentence that names the parameters at a bound; empty where there is none."""
+    parameters = [scale.parameters[number] for number in scale.free]
+    found = [
+        f"{p.name} ({p.lower if status == AT_LOWER else p.upper:.4g} {p.unit})"
+        for p, status in zip(parameters, trusted.status, strict=True)
+        if status in BOUNDS
+    ]
+    if not found:
+        return ""
+    return f"At a bound: {', '.join(found)}: widen `bounds`, or something is missing from the model."

@@ -72,7 +72,7 @@ def run_modes(
         if data.suffix.lower() in _STUDIES:
             problem = _study(data, file, geometry, length_unit)
             measured, settings = _of_study(problem), _settings(problem.file.study.modal, modal)
-            name, came_from = problem.file.study.name, provenance_of(_overridden(problem, modal))
+            name, came_from = problem.file.study.name, provenance_of(_overridden(problem, modal).file)
         else:
             file = file or FrfFileOptions()
             one, notes = _of_file(data, file, geometry, length_unit)

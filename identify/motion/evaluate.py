@@ -10,7 +10,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.tables import parameter_table, start_table
-from identify.fitting.uncertainty import Uncertainty
+from identify.fitting.uncertainty import Uncertainty, at_bounds
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import Record
 from identify.motion.simulate import Motion
@@ -239,6 +239,7 @@ def _verdict(
             first,
             added,
             f"{determined} of {len(trusted.status)} free parameters are determined.",
+            at_bounds(trusted, Scale(problem.parameters)),
             speed,
         )
         if line

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.core.atomic import write_whole
+from identify.core.atomic import check_writable, write_whole
 from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress
 from identify.fitting.resume import held, override, resumable, run_key
@@ -20,6 +21,10 @@ from identify.motion.study import read_motion_study
 from identify.motion.trajectory_fit import fit_motion
 from identify.results import file as result_file
 from identify.results.motion import MotionResult, RecordResult
+
+_OTHER_TABLES = "choose another folder with `--tables`"
+_NOT_IN_NAMES = r'[/\\:*?"<>|\x00-\x1f]'
+"""What names of files cannot have, here or on another system."""
 
 
 def run_simulation(
@@ -32,6 +37,8 @@ def run_simulation(
     path = out or Path("reports") / f"{file.study.name}.h5"
     with threadpool_limits(1):
         problem = load_motion(file)
+        if tables is not None:
+            check_writable(tables / "table.csv", _OTHER_TABLES)
         with held(path):
             result = evaluate_simulation(problem)
             result_file.write(result, path)
@@ -68,9 +75,9 @@ def write_tables(result: MotionResult, folder: Path | None) -> list[Path]:
     """
     if folder is None:
         return []
-    paths = [folder / f"{result.name}_{name}.csv" for name in result.records]
+    paths = [folder / f"{result.name}_{re.sub(_NOT_IN_NAMES, '_', name)}.csv" for name in result.records]
     for path, record in zip(paths, result.records.values(), strict=True):
-        write_whole(path, partial(_write_table, record=record), "choose another folder with `--tables`")
+        write_whole(path, partial(_write_table, record=record), _OTHER_TABLES)
     return paths
 
 

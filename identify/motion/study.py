@@ -143,7 +143,7 @@ class MotionStudy(Settings):
         3.0, gt=1, description="further starts are drawn within this factor of the initial values"
     )
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
-    seed: int = Field(1, ge=0, description="all chance comes from this number")
+    seed: int = Field(1, ge=0, lt=2**63, description="all chance comes from this number")
 
     @model_validator(mode="after")
     def _consistent(self) -> MotionStudy:

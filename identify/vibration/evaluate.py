@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
+from identify.core.thresholds import MISSING
 from identify.fitting.fit import Fit
 from identify.fitting.tables import parameter_table, start_table
-from identify.fitting.uncertainty import Uncertainty, inseparable
+from identify.fitting.uncertainty import Uncertainty, at_bounds, inseparable
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.geometry import displacements
@@ -51,7 +52,10 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         key=key,
         name=study.name,
         seed=study.seed,
-        verdict=_verdict(fit, trusted, gaps, together, trusted.count),
+        verdict=(
+            *_verdict(fit, trusted, gaps, together, trusted.count),
+            *filter(None, (at_bounds(trusted, scale), _what_next(problem, gaps[0]))),
+        ),
         notes=(*trusted.notes, *_start_notes(fit)),
         effects=tuple(effect.sentence() for effect in study.effects),
         cost_kind=study.cost.kind,
@@ -70,7 +74,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
         published=_published(problem),
         profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
-        provenance=provenance_of(problem),
+        provenance=provenance_of(problem.file),
         description=description_of(problem.file),
     )
 
@@ -102,6 +106,17 @@ def _verdict(
     determined = int(np.sum(status == "determined"))
     rest = "" if not together else " Not determined, alone or in combination: " + "; ".join(together) + "."
     return found, quality, f"{determined} of {parameters} free parameters are determined by the data.{rest}"
+
+
+def _what_next(problem: Problem, gap: float) -> str:
+    """A sentence that says what to do about a large gap; empty where there is none, or discovery is of no
+    use.
+    """
+    if gap > MISSING and all(isinstance(m.target, FrfTarget) for m in problem.measurements):
+        return (
+            f"Something is missing from the model: `identify discover {problem.file.path.name}` looks for it."
+        )
+    return ""
 
 
 def _start_notes(fit: Fit) -> list[str]:

@@ -7,6 +7,7 @@ is flat to one side, the data give only a bound (Raue et al., Bioinformatics 25,
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,10 +43,9 @@ def profile(problem: Problem, best: Array, trusted: Uncertainty, name: str, poin
 
     Needs FRFs with known noise.  An unknown or fixed parameter is an InputError.
     """
+    check_profiled(problem, [name])
     scale = Scale(problem.parameters)
     free = [problem.parameters[number].name for number in scale.free]
-    if name not in free:
-        raise InputError("profile", f"no free parameter {name!r}", "one of " + ", ".join(free))
     objective = parse_cost("frf-least-squares").objective(problem.targets())
     position = free.index(name)
     number, centre, std = int(scale.free[position]), scale.to_x(best)[position], trusted.std[position]
@@ -79,6 +79,18 @@ def profile(problem: Problem, best: Array, trusted: Uncertainty, name: str, poin
         _crossing(values[: middle + 1][::-1], rise[: middle + 1][::-1]),
         _crossing(values[middle:], rise[middle:]),
     )
+
+
+def check_profiled(problem: Problem, names: Sequence[str]) -> None:
+    """Raise the InputError of `profile` for these names before anything is fitted."""
+    free = [p.name for p in problem.parameters if p.free]
+    for name in names:
+        if name not in free:
+            raise InputError("--profile", f"no free parameter {name!r}", "one of " + ", ".join(free))
+    for target in problem.targets().frf if names else ():
+        _ = target.sigma
+    if names and not problem.targets().frf:
+        raise InputError("--profile", "no measurement with FRFs is fitted", "at least one with `file`")
 
 
 def _chi_square(gap: float, count: int) -> float:

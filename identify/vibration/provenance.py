@@ -9,22 +9,21 @@ from identify.results import tables
 from identify.results.provenance import provenance, sha256
 from identify.results.setting_table import config_settings, given_of
 from identify.results.tables import SettingTable
-from identify.vibration.problem import Problem
 from identify.vibration.study import StudyFile
 
 
-def provenance_of(problem: Problem) -> tables.Provenance:
-    """Provenance of a run of a study."""
-    file = problem.file
-    measured = [(str(m.settings.source), m.target.data.sha256) for m in problem.measurements]
-    return provenance(file.path.name, file.text, [*robot_inputs(file), *measured], study_settings(file))
+def provenance_of(file: StudyFile) -> tables.Provenance:
+    """Provenance of a run of a study.  Raises OSError where one of its files cannot be read."""
+    return provenance(file.path.name, file.text, study_inputs(file), study_settings(file))
 
 
-def robot_inputs(file: StudyFile) -> list[tuple[str, str]]:
-    """The files that describe the robot and its points, each with its sha256."""
-    robot = file.study.robot.urdf or file.study.robot.dh or Path()
-    paths = [robot] + ([file.study.points] if file.study.points else [])
-    return [(str(path), sha256(file.resolve(path))) for path in paths]
+def study_inputs(file: StudyFile) -> list[tuple[str, str]]:
+    """Every file that a study names, each with its sha256: what it is computed from, and compared with."""
+    study = file.study
+    paths = [study.robot.urdf or study.robot.dh or Path(), study.points, study.reference]
+    for m in study.measurements:
+        paths += [m.source, m.shapes, *m.repeats]
+    return [(str(path), sha256(file.resolve(path))) for path in paths if path is not None]
 
 
 def description_of(file: StudyFile) -> results.Description:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress, fit
 from identify.fitting.resume import finished, override, resumable, run_key
 from identify.results import fit as results
-from identify.results.provenance import provenance, sha256
 from identify.vibration.evaluate import evaluate
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
-from identify.vibration.provenance import provenance_of, robot_inputs
+from identify.vibration.profile import check_profiled
+from identify.vibration.provenance import provenance_of
 from identify.vibration.study import StudyFile, read_study
 
 
@@ -55,24 +57,26 @@ def fit_study(
     progress = progress or Progress()
     with threadpool_limits(1):
         problem = load_problem(file)
-        key = run_key(provenance_of(problem), file)
+        came_from = provenance_of(file)
+        key = run_key(came_from, file, profiled)
+        plan = fit_plan(problem)
+        check_profiled(problem, profiled)
 
         def compute(part: PartFile) -> results.FitResult:
             progress.journal.part = part
-            return evaluate(problem, fit(fit_plan(problem), progress), key, profiled)
+            result = evaluate(problem, fit(plan, progress), key, profiled)
+            inputs = came_from.input_sha256  # as they were when they were read
+            told = dataclasses.replace(result.provenance, input_sha256=inputs)
+            return dataclasses.replace(result, provenance=told)
 
         return resumable(path, key, results.FitResult, compute, resume=resume, replace=replace)
 
 
 def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
     """The finished run of this very study, data and versions at `path`, told from the hashes of its input
-    files, which are not parsed.
+    files, which are not parsed; None where it is damaged, or an input cannot be read.
     """
-    if any(m.repeats for m in file.study.measurements):
-        return None  # their mean has no hash of its own
     try:
-        measured = [(str(m.source), sha256(file.resolve(m.source))) for m in file.study.measurements]
-        inputs = [*robot_inputs(file), *measured]
-    except OSError:
+        return finished(path, run_key(provenance_of(file), file), results.FitResult)
+    except (OSError, InputError):
         return None
-    return finished(path, run_key(provenance(file.path.name, file.text, inputs), file), results.FitResult)

@@ -3,8 +3,8 @@
 
 (() => {
   const {parameters, starts, history, free, correlation, singular} = DATA;
-  const statusColor = {"determined": PALETTE[0], "weak": PALETTE[4], "not determined": PALETTE[1], "fixed": PALETTE[7]};
-  const statusMark = {"determined": "circle", "weak": "diamond", "not determined": "x", "fixed": "square"};
+  const statusColor = {"determined": PALETTE[0], "weak": PALETTE[4], "not determined": PALETTE[1], "at its lower bound": PALETTE[3], "at its upper bound": PALETTE[3], "fixed": PALETTE[7]};
+  const statusMark = {"determined": "circle", "weak": "diamond", "not determined": "x", "at its lower bound": "triangle-down", "at its upper bound": "triangle-up", "fixed": "square"};
 
   draw("parameter-plot", () => {
     const y = parameters.name, common = {y, mode: "markers", type: "scatter"};

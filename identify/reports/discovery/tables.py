@@ -10,7 +10,7 @@ from identify.discovery.evidence import removed
 from identify.reports.compare.pick import Shared
 from identify.reports.discovery.pick import AFTER, BEFORE, PART_KINDS, SHOWN, first_gaps, last_gaps, outcome
 from identify.reports.fit.measurement_tables import use
-from identify.reports.fit.pick import half_interval, mac_of
+from identify.reports.fit.pick import half_interval, interval_limits, mac_of
 from identify.reports.kit.cells import NONE, Column, Number, Table, number, percent, signed, unit, words
 from identify.results.discovery import DiscoveryResult, StepResult
 from identify.results.fit import MeasurementResult, ModePairs
@@ -89,11 +89,9 @@ def added_parameters(result: DiscoveryResult) -> list[tuple[str, int]]:
 def added_parameter_table(result: DiscoveryResult) -> Table:
     """The parameters of what was added, with their intervals."""
     p, rows = result.after.parameters, []
-    half = 100 * half_interval(p)
+    half, (low, high) = 100 * half_interval(p), interval_limits(p)
     for sentence, i in added_parameters(result):
-        interval = (
-            (number(p.low_95[i]), number(p.high_95[i]), number(half[i], 2)) if p.free[i] else (NONE,) * 3
-        )
+        interval = (number(low[i]), number(high[i]), number(half[i], 2)) if p.free[i] else (NONE,) * 3
         rows.append((sentence, p.name[i], number(p.value[i]), unit(p.unit[i]), *interval, p.status[i]))
     columns = (
         words("Effect"),

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array, Index
+from identify.fitting.uncertainty import BOUNDS
 from identify.results.fit import FrfComparison, MeasurementResult, ModePairs
 from identify.results.tables import Geometry, ParameterTable
 
@@ -124,9 +125,16 @@ def between_bounds(table: ParameterTable, values: Array) -> Array:
 
 
 def half_interval(table: ParameterTable) -> Array:
-    """Half the 95 % interval over the value, (p,); NaN where fixed."""
-    size = np.where(table.value == 0, np.nan, np.abs(table.value))
+    """Half the 95 % interval over the value, (p,); NaN where fixed, or at a bound."""
+    known = np.array([status not in BOUNDS for status in table.status]) & (table.value != 0)
+    size = np.where(known, np.abs(table.value), np.nan)
     return np.asarray((table.high_95 - table.low_95) / 2 / size)
+
+
+def interval_limits(table: ParameterTable) -> tuple[Array, Array]:
+    """The 95 % limits, each (p,); NaN on the side on which a parameter is at its bound."""
+    low, high = (np.array([status == side for status in table.status]) for side in BOUNDS)
+    return np.where(low, np.nan, table.low_95), np.where(high, np.nan, table.high_95)
 
 
 def cost_lines(history: Array) -> list[tuple[int, int, Array, Array]]:

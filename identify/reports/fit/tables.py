@@ -6,13 +6,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.reports.fit.pick import half_interval
+from identify.reports.fit.pick import half_interval, interval_limits
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.results.fit import FitResult
 from identify.results.header import Header
 from identify.results.tables import ParameterTable
-
-_AT_BOUND = 1e-6
 
 
 def tiles(result: FitResult) -> tuple[tuple[str, str, str], ...]:
@@ -36,10 +34,10 @@ def parameter_table(result: FitResult) -> Table:
 def parameter_rows(p: ParameterTable) -> Table:
     """Fitted values with intervals, start values and bounds."""
     rows = []
-    half = 100 * half_interval(p)
+    half, (low, high) = 100 * half_interval(p), interval_limits(p)
     for i, name in enumerate(p.name):
         free = bool(p.free[i])
-        interval = (number(p.low_95[i]), number(p.high_95[i]), number(half[i], 2)) if free else (NONE,) * 3
+        interval = (number(low[i]), number(high[i]), number(half[i], 2)) if free else (NONE,) * 3
         limits = (number(p.lower[i]), number(p.upper[i]))
         rows.append(
             (
@@ -49,7 +47,7 @@ def parameter_rows(p: ParameterTable) -> Table:
                 *interval,
                 number(p.initial[i]),
                 *limits,
-                _status(p, i),
+                p.status[i],
             )
         )
     columns = (
@@ -66,18 +64,10 @@ def parameter_rows(p: ParameterTable) -> Table:
     )
     note = (
         "± is half the 95 % interval over the value. Determined: the interval stays within a factor of two;"
-        " not determined: it reaches beyond a factor of seven."
+        " not determined: it reaches beyond a factor of seven. At a bound: the fit would take the value"
+        " further than it may, and the interval has one side."
     )
     return Table("Parameters", columns, tuple(rows), note)
-
-
-def _status(p: ParameterTable, row: int) -> str:
-    if not p.free[row]:
-        return p.status[row]
-    for bound, word in ((p.lower[row], "lower"), (p.upper[row], "upper")):
-        if abs(p.value[row] - bound) <= _AT_BOUND * max(abs(bound), abs(p.value[row])):
-            return f"{p.status[row]}, at its {word} bound"
-    return p.status[row]
 
 
 def published_table(result: FitResult) -> Table | None:

@@ -15,6 +15,7 @@ from rich.table import Table
 
 from identify.discovery.loop import Story
 from identify.fitting.fit import Progress
+from identify.fitting.uncertainty import AT_LOWER, BOUNDS
 from identify.measured.finding import Finding
 from identify.results.discovery import DiscoveryResult, OptionTable
 from identify.results.fit import FitResult, MeasurementResult
@@ -142,9 +143,14 @@ def parameter_rows(title: str, p: ParameterTable) -> Table:
 
 
 def _interval(p: ParameterTable, row: int) -> str:
-    """Half the 95 % interval in per cent of the value where it is narrow, its ends where it is wide."""
+    """Half the 95 % interval in per cent of the value where it is narrow, its ends where it is wide; its one
+    end at a bound.
+    """
     if not p.free[row]:
         return ""
+    if p.status[row] in BOUNDS:
+        low = p.status[row] == AT_LOWER
+        return f"at most {p.high_95[row]:.3g}" if low else f"at least {p.low_95[row]:.3g}"
     half = (p.high_95[row] - p.low_95[row]) / 2 / abs(p.value[row]) if p.value[row] else np.inf
     return f"± {100 * half:.2g} %" if half < 0.5 else f"{p.low_95[row]:.2g} to {p.high_95[row]:.2g}"
 

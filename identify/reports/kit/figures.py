@@ -17,6 +17,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from identify.fitting.uncertainty import AT_LOWER, AT_UPPER
 from identify.reports.fit import pick
 from identify.reports.kit.cells import NONE, number, unit
 from identify.results.fit import FitResult, FrfComparison, MeasurementResult
@@ -29,6 +30,8 @@ _STATUS = {
     "determined": ("#0072b2", "o"),
     "weak": ("#e69f00", "D"),
     "not determined": ("#d55e00", "X"),
+    AT_LOWER: ("#cc79a7", "v"),
+    AT_UPPER: ("#cc79a7", "^"),
     "fixed": ("#7f7f7f", "s"),
 }
 DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
