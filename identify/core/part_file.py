@@ -128,9 +128,10 @@ def _entries(found: bytes) -> tuple[list[bytes], int]:
     at, before = len(_MAGIC), b""
     while at + _LENGTH.size + _CHECKSUM <= len(found):
         first = at + _LENGTH.size + _CHECKSUM
-        content = found[first : first + _LENGTH.unpack_from(found, at)[0]]
+        length = _LENGTH.unpack_from(found, at)[0]
+        content = found[first : first + length]
         before = _checksum(before, content)
-        if found[at + _LENGTH.size : first] != before:
+        if len(content) != length or found[at + _LENGTH.size : first] != before:
             break
         entries.append(content)
         at = first + len(content)

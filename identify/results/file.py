@@ -19,7 +19,7 @@ import numpy as np
 from identify.core import atomic as whole
 from identify.core.errors import InputError
 from identify.results.checksum import CHECKSUM, checksum
-from identify.results.names import KEY, group_name
+from identify.results.names import ENCODED, group_name, key_of
 
 LAYOUT = 1
 UNFINISHED = "unfinished"
@@ -117,7 +117,7 @@ def _write_group(group: h5py.Group, item: Any) -> None:
         if dataclasses.is_dataclass(value) or isinstance(value, dict):
             inner = group.create_group(name, track_order=True)
             if name != key:
-                inner.attrs[KEY] = key
+                inner.attrs[ENCODED] = True
             _write_group(inner, value)
         elif isinstance(value, tuple):
             group.create_dataset(
@@ -142,7 +142,10 @@ def _read_value(group: h5py.Group, name: str, hint: Any) -> Any:
         hint = next(option for option in typing.get_args(hint) if option is not type(None))
     if typing.get_origin(hint) is dict:
         inner = typing.get_args(hint)[1]
-        return {member.attrs.get(KEY, key): _read_group(member, inner) for key, member in group[name].items()}
+        return {
+            key_of(key, ENCODED in member.attrs): _read_group(member, inner)
+            for key, member in group[name].items()
+        }
     if typing.get_origin(hint) is tuple:
         return tuple(text.decode() for text in group[name][()])
     if dataclasses.is_dataclass(hint):

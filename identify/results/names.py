@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
-KEY = "identify_key"
-"""Attribute of a group with the name that it stands for, where that differs from the group's own."""
+ENCODED = "name_encoded"
+"""Attribute of a group whose name stands for another one; files from before have none."""
 
 
 def group_name(key: str) -> str:
@@ -14,3 +14,8 @@ def group_name(key: str) -> str:
     """
     plain = key.isprintable() and not set(key) & set("/%") and key not in ("", ".", "..")
     return key if plain else quote(key, safe=" ").replace(".", "%2E") or "%"
+
+
+def key_of(name: str, encoded: bool) -> str:
+    """The key that a group's name stands for."""
+    return unquote(name) if encoded and name != "%" else "" if encoded else name
