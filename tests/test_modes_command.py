@@ -19,7 +19,7 @@ from identify.cli import app
 from identify.core.errors import EXIT_NOT_CONVERGED, InputError, InputErrors
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.geometry import Geometry
+from identify.measured.geometry import MeasuredGeometry
 from identify.measured.modal_tables import read_modal_table
 from identify.measured.uff.geometry import geometry_text, read_geometry
 from identify.measured.uff.shapes import read_shapes
@@ -65,7 +65,7 @@ def write_data(path: Path, with_geometry: bool, modes: int = 3) -> Path:
     write_uff58(path, frf_set(modes=modes))
     if with_geometry:
         position = np.array([[0.0, 0.0, 0.1], [0.3, 0.0, 0.1], [0.6, 0.1, 0.1], [0.9, 0.1, 0.2]])
-        geometry = Geometry(NODES, position, np.tile(np.eye(3), (4, 1, 1)), ((1, 2, 3, 4),))
+        geometry = MeasuredGeometry(NODES, position, np.tile(np.eye(3), (4, 1, 1)), ((1, 2, 3, 4),))
         path.write_bytes(geometry_text(geometry).encode() + path.read_bytes())
     return path
 
@@ -249,7 +249,7 @@ def test_bad_input_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         run_modes(tmp_path / "no.uff", tmp_path / "b.h5")
     other = tmp_path / "other.uff"
-    other.write_text(geometry_text(Geometry((7,), np.zeros((1, 3)), np.eye(3)[None])))
+    other.write_text(geometry_text(MeasuredGeometry((7,), np.zeros((1, 3)), np.eye(3)[None])))
     with pytest.raises(InputError, match="without any measured point"):
         run_modes(data, tmp_path / "b.h5", geometry=other)
     assert not (tmp_path / "b.h5").exists()

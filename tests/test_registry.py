@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from dataclasses import replace
+from importlib import import_module
 from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 
 import pytest
 
+import identify
 from identify.core import registry
-from identify.core.errors import InputError
+from identify.core.errors import InputError, InputErrors
 from identify.core.registry import Registry
-from identify.model.effects.base import EFFECTS
-from identify.model.effects.base_compliance import BaseCompliance
+from identify.fitting.fit import fit
+from identify.model.effects.base import EFFECTS, Term
+from identify.model.effects.site import Site
+from identify.model.effects.spring_to_ground import SpringToGround
+from identify.robot.description import Robot
+from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
-from identify.vibration.study import read_study
+from identify.vibration.study import StudyFile, read_study
 from tests.test_study import GOOD, folder  # noqa: F401  the fixture
 
 
@@ -32,26 +44,118 @@ def test_a_name_is_taken_once() -> None:
             colours.add(name, 2)
 
 
-class Foundation(BaseCompliance):
-    """An effect of another package: the base compliance under another name."""
-
-    kind: str = "foundation"  # type: ignore[assignment]
+CONTRIBUTING = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text()
 
 
-def test_an_effect_of_another_package_is_used_like_a_built_in(
-    folder: Path,  # noqa: F811  the fixture
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    point = EntryPoint("foundation", f"{__name__}:Foundation", "identify.effects")
-    monkeypatch.setattr(EntryPoint, "load", lambda self: Foundation)
+def _block(language: str, containing: str) -> str:
+    """The one block of code in CONTRIBUTING.md in that language with that text in it."""
+    [found] = [b for b in re.findall(rf"```{language}\n(.*?)```", CONTRIBUTING, re.DOTALL) if containing in b]
+    return str(found)
+
+
+@pytest.fixture
+def rubber_pad(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EntryPoint]:
+    """The package of CONTRIBUTING.md, where Python finds it; its entry point."""
+    package = tmp_path / "site"
+    package.mkdir()
+    (package / "rubber_pad.py").write_text(_block("python", "class RubberPad"))
+    monkeypatch.syspath_prepend(package)
+    project = tomllib.loads(_block("toml", "entry-points"))["project"]
+    [(group, entries)] = project["entry-points"].items()
+    [(name, value)] = entries.items()
+    yield EntryPoint(name, value, group)
+    sys.modules.pop("rubber_pad", None)
+
+
+@pytest.fixture
+def installed(rubber_pad: EntryPoint, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package is installed."""
 
     def found(**wanted: str) -> EntryPoints:
-        return EntryPoints([point]).select(**wanted)
+        return EntryPoints([rubber_pad]).select(**wanted)
 
     monkeypatch.setattr(registry, "entry_points", found)
-    assert "foundation" in EFFECTS.names()
-    (folder / "config.yaml").write_text(GOOD + "  - {kind: foundation, axes: [rz]}\n")
-    problem = load_problem(read_study(folder / "config.yaml"))
-    assert "base.rz.stiffness" in [parameter.name for parameter in problem.parameters]
+
+
+def _with(folder: Path, entry: str) -> StudyFile:  # noqa: F811  the fixture
+    (folder / "config.yaml").write_text(GOOD + f"  - {entry}\n")
+    return read_study(folder / "config.yaml")
+
+
+@pytest.mark.usefixtures("installed")
+def test_the_effect_of_contributing_is_used_like_a_built_in(folder: Path) -> None:  # noqa: F811
+    assert "rubber-pad" in EFFECTS.names()
     with pytest.raises(ValueError, match="registered already"):
-        EFFECTS.add("foundation", Foundation)
+        EFFECTS.add("rubber-pad", object)
+    problem = load_problem(_with(folder, "{kind: rubber-pad, stiffness: {initial: 3.0e+6}}"))
+    last, system = problem.parameters[-1], problem.measurements[0].system
+    assert (last.name, last.initial, last.free) == ("base.pad.stiffness", 3e6, True)
+    column = system.coordinates.index("base.tz")
+    _, _, stiffness = system.matrices(problem.initial)
+    more = problem.initial.copy()
+    more[-1] += 1e3
+    assert (system.matrices(more)[2] - stiffness)[column, column] == pytest.approx(1e3)
+    plan = fit_plan(problem)
+    found = fit(replace(plan, starts=1))
+    assert found.cost < plan.objective.costs(problem.initial[None])[0]
+    assert found.values[-1] != problem.initial[-1]
+
+
+def test_without_the_package_its_effect_is_unknown(folder: Path) -> None:  # noqa: F811
+    with pytest.raises(InputErrors, match="unknown effect 'rubber-pad'"):
+        _with(folder, "{kind: rubber-pad}")
+
+
+def test_the_effect_of_contributing_as_a_built_in(
+    folder: Path,  # noqa: F811
+    rubber_pad: EntryPoint,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    line = _block("python", "identify.model.effects.rubber_pad")
+    [(name, value)] = ast.literal_eval("{" + line + "}").items()
+    module, attribute = value.split(":")
+    monkeypatch.setitem(sys.modules, module, import_module("rubber_pad"))
+    monkeypatch.setitem(EFFECTS.builtin, name, f"{module}:{attribute}")
+    names = [p.name for p in load_problem(_with(folder, "{kind: rubber-pad}")).parameters]
+    assert names[-1] == "base.pad.stiffness"
+
+
+def test_contributing_names_every_group() -> None:
+    """Found in the calls of `Registry` all over the package."""
+    groups = set()
+    for path in Path(identify.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Registry":
+                groups.add(ast.literal_eval(node.args[1]))
+    assert {"identify.effects", "identify.motion_effects"} <= groups
+    assert [group for group in sorted(groups) if f"`{group}`" not in CONTRIBUTING] == []
+
+
+class Clamp(SpringToGround):
+    """A third party's effect that looks for its link without saying where."""
+
+    kind: str = "clamp"  # type: ignore[assignment]
+
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        robot.link(self.link)
+        return super().terms(robot, site, where)
+
+
+@pytest.mark.parametrize("kind", ["spring-to-ground", "added-mass", "link-flexibility", "clamp"])
+def test_an_unknown_link_is_reported_once_with_file_and_line(
+    kind: str,
+    folder: Path,  # noqa: F811
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(EFFECTS.added, "clamp", Clamp)
+    both = GOOD.replace(
+        "band_hz", "  - {file: frf.uff, posture_deg: [1, 2, 3, 4, 5, 6], averages: 4}\nband_hz"
+    )
+    (folder / "config.yaml").write_text(both + f"  - {{kind: {kind}, link: nowhere}}\n")
+    line = len(both.splitlines()) + 1
+    with pytest.raises((InputError, InputErrors)) as caught:
+        load_problem(read_study(folder / "config.yaml"))
+    assert re.fullmatch(
+        rf"\S*config\.yaml line {line}: effects\.1(\.link)?: unknown link 'nowhere'; expected one of [^\n]*",
+        str(caught.value),
+    ), str(caught.value)

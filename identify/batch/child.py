@@ -20,7 +20,7 @@ from collections.abc import Mapping
 from typing import IO, Any
 
 from identify import __version__
-from identify.batch.job import Outcome
+from identify.batch.job import JobOutcome
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 _TAIL = 400
@@ -32,7 +32,7 @@ _all: set[Child] = set()
 _lock = threading.Lock()
 
 
-def perform(call: str, arguments: Mapping[str, Any], attempt: int, limit_s: float | None) -> Outcome:
+def perform(call: str, arguments: Mapping[str, Any], attempt: int, limit_s: float | None) -> JobOutcome:
     """Run a job in this thread's worker process and wait for it; whatever happens is an outcome."""
     child: Child | None = getattr(_mine, "child", None)
     if child is None or not child.alive:
@@ -85,7 +85,7 @@ class Child:
         """Its process number."""
         return self._process.pid
 
-    def run(self, request: Mapping[str, Any], limit_s: float | None) -> Outcome:
+    def run(self, request: Mapping[str, Any], limit_s: float | None) -> JobOutcome:
         """Run one job; limit_s: seconds after which the process is killed, None: never."""
         began = time.perf_counter()
         if not self._ready:
@@ -96,10 +96,10 @@ class Child:
         began = time.perf_counter()
         answer, late = self._ask(request, limit_s)
         if answer is not None:
-            return Outcome(**answer)
+            return JobOutcome(**answer)
         if late:
             self.close()
-            return Outcome(
+            return JobOutcome(
                 "failed",
                 f"it had not ended after the time limit of {limit_s:g} s",
                 seconds=time.perf_counter() - began,
@@ -156,9 +156,9 @@ class Child:
                 for line in source:
                     self._heard.put(line)
 
-    def _lost(self, sentence: str, began: float) -> Outcome:
+    def _lost(self, sentence: str, began: float) -> JobOutcome:
         self.close()
-        return Outcome("lost", sentence, seconds=time.perf_counter() - began)
+        return JobOutcome("lost", sentence, seconds=time.perf_counter() - began)
 
     def _why(self, answer: dict[str, Any] | None, late: bool) -> str:
         """What is known of the end of the process: its exit code and the last it said."""

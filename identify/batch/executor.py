@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from importlib import import_module
 
 from identify.batch.child import close_all, kill_all, perform
-from identify.batch.job import Job, Outcome
+from identify.batch.job import Job, JobOutcome
 from identify.core.errors import InputError
 
 _CONNECT_S = 10.0
@@ -35,7 +35,7 @@ class Executor:
     slots: Callable[[], int]
     about: str
 
-    def submit(self, job: Job, attempt: int, limit_s: float | None) -> Future[Outcome]:
+    def submit(self, job: Job, attempt: int, limit_s: float | None) -> Future[JobOutcome]:
         """Begin a job; the future never raises but where the pool itself is gone."""
         return self.pool.submit(perform, job.call, job.arguments, attempt, limit_s)
 

@@ -27,7 +27,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class JobOutcome:
     """How a job ended: why it failed (a sentence), what it returned, and how long it took, s."""
 
     ended: Ended
@@ -36,11 +36,11 @@ class Outcome:
     seconds: float = 0.0
 
 
-def failure(error: BaseException) -> Outcome:
+def failure(error: BaseException) -> JobOutcome:
     """The outcome of a job that raised: input errors speak for themselves, others are named."""
     known = isinstance(error, (InputError, InputErrors))
     sentence = str(error) if known else f"{type(error).__name__}: {error}"
-    return Outcome("full" if no_room(error) else "failed", " ".join(sentence.split()))
+    return JobOutcome("full" if no_room(error) else "failed", " ".join(sentence.split()))
 
 
 def no_room(error: BaseException) -> bool:

@@ -14,7 +14,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 
 from identify.batch.executor import Executor
 from identify.batch.index import BatchIndex
-from identify.batch.job import Job, Outcome
+from identify.batch.job import Job, JobOutcome
 from identify.core.errors import InputError
 from identify.core.interruption import Interrupted, check
 
@@ -73,7 +73,7 @@ def _leave(index: BatchIndex, state: str) -> None:
 def _run(
     waiting: Iterator[Job], executor: Executor, index: BatchIndex, limit_s: float | None, watch: Watch
 ) -> None:
-    under_way: dict[Future[Outcome], Job] = {}
+    under_way: dict[Future[JobOutcome], Job] = {}
     again: list[Job] = []
     full: InputError | None = None
     while True:
@@ -100,7 +100,7 @@ def _run(
         raise full
 
 
-def _enter(index: BatchIndex, job: Job, outcome: Outcome) -> bool:
+def _enter(index: BatchIndex, job: Job, outcome: JobOutcome) -> bool:
     """Put the end of a job into the index; whether it is to be begun again."""
     entry = index.jobs[job.name]
     entry.seconds, entry.error = entry.seconds + outcome.seconds, outcome.error
@@ -112,7 +112,7 @@ def _enter(index: BatchIndex, job: Job, outcome: Outcome) -> bool:
     return once_more
 
 
-def _outcome(future: Future[Outcome]) -> Outcome:
+def _outcome(future: Future[JobOutcome]) -> JobOutcome:
     """The outcome in a future; where the pool lost the job, as Dask does when it has killed several workers,
     that it is lost.
     """
@@ -123,4 +123,4 @@ def _outcome(future: Future[Outcome]) -> Outcome:
         raise InputError(
             "--cluster", "the scheduler is gone", "one that lasts as long as the batch", fix
         ) from gone
-    return future.result() if error is None else Outcome("lost", f"{type(error).__name__}: {error}")
+    return future.result() if error is None else JobOutcome("lost", f"{type(error).__name__}: {error}")

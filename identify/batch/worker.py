@@ -18,10 +18,10 @@ import sys
 import threading
 import time
 from importlib import import_module
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Self
 
 from identify import __version__
-from identify.batch.job import Outcome, failure
+from identify.batch.job import JobOutcome, failure
 
 
 def main() -> None:
@@ -39,11 +39,24 @@ def main() -> None:
     while True:
         asked = json.loads(lines.get())
         began = time.perf_counter()
-        try:
-            outcome = Outcome("done", value=_call(**asked))
-        except Exception as error:  # whatever goes wrong in a job must not end the worker, and is told
-            outcome = failure(error)
-        _say(answers, dataclasses.asdict(dataclasses.replace(outcome, seconds=time.perf_counter() - began)))
+        with _Attempt() as attempt:
+            attempt.outcome = JobOutcome("done", value=_call(**asked))
+        outcome = dataclasses.replace(attempt.outcome, seconds=time.perf_counter() - began)
+        _say(answers, dataclasses.asdict(outcome))
+
+
+class _Attempt:
+    """A job under way: whatever goes wrong in it is its outcome, and does not end the worker."""
+
+    outcome = JobOutcome("lost")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        if isinstance(error, Exception):
+            self.outcome = failure(error)
+        return isinstance(error, Exception)
 
 
 def _call(call: str, arguments: dict[str, Any], attempt: int) -> dict[str, Any]:

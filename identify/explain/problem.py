@@ -14,7 +14,7 @@ from identify.core.errors import InputError
 from identify.explain.effects.base import Target
 from identify.explain.recorded_motion import RecordedMotion
 from identify.explain.regression import Case, Fit
-from identify.measured.conditioning import Motion
+from identify.measured.conditioning import ConditionedMotion
 from identify.robot.description import Robot
 from identify.robot.inverse_dynamics import RigidArm
 
@@ -39,7 +39,7 @@ class Known:
     relative: bool = False
 
 
-def scene_of(motion: Motion, known: Known) -> RecordedMotion:
+def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
     """A motion with the torques that its rigid links need; InputError where a joint was not recorded."""
     for what, values in (("motor_position", motion.position), ("motor speed", motion.velocity)):
         if not np.isfinite(values).all():
@@ -66,7 +66,7 @@ def scene_of(motion: Motion, known: Known) -> RecordedMotion:
     )
 
 
-def torque_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case:
+def torque_case(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> Case:
     """Measured motor torque less that of the known rigid links and rotors; samples at which a joint stands do
     not count.
 
@@ -85,7 +85,7 @@ def torque_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case:
     )
 
 
-def deflection_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case:
+def deflection_case(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> Case:
     """Motor-side minus link-side position; each joint has a datum of its own, as the encoders have.
 
     Samples at which a joint stands do not count: it keeps the hysteresis and the wave at which it stopped,
@@ -98,7 +98,7 @@ def deflection_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case
     return Case(motion.name, scene, left, _moving(motion, known), datum=True)
 
 
-def tracking_case(motion: Motion, scene: RecordedMotion, known: Known) -> Case:
+def tracking_case(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> Case:
     """Command minus motor position; each joint has a datum of its own."""
     if scene.error is None:
         raise ValueError("no command")
@@ -132,13 +132,13 @@ def curved(case: Case, fit: Fit) -> Case:
     return replace(case, wanted=wanted, searched={})
 
 
-def _moving(motion: Motion, known: Known) -> Mask:
+def _moving(motion: ConditionedMotion, known: Known) -> Mask:
     """Samples (samples, examined joints) at which a joint moves, away from the ends of the record."""
     rows = [joint - 1 for joint in known.joints]
     return np.asarray((np.abs(motion.velocity[:, rows]) > known.slow) & motion.inside[:, None])
 
 
-def _finite(values: Array, joints: Sequence[int], motion: Motion, what: str) -> Array:
+def _finite(values: Array, joints: Sequence[int], motion: ConditionedMotion, what: str) -> Array:
     missing = [joint for joint, column in zip(joints, values.T, strict=True) if not np.isfinite(column).all()]
     if missing:
         raise InputError(

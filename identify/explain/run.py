@@ -30,7 +30,7 @@ from identify.explain.regression import Case, Fit
 from identify.explain.sentences import notes, unknown, verdict
 from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
 from identify.fitting.resume import held
-from identify.measured.conditioning import Motion, condition
+from identify.measured.conditioning import ConditionedMotion, condition
 from identify.measured.records import MotionRecord, read_record
 from identify.results import file as result_file
 from identify.results.explain import ExplainResult, TargetResult
@@ -43,7 +43,7 @@ _ROUNDS = 4
 """How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each
 time.
 """
-_CASE: dict[Target, Callable[[Motion, RecordedMotion, Known], Case]] = {
+_CASE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], Case]] = {
     "deflection": deflection_case,
     "tracking": tracking_case,
 }
@@ -150,7 +150,7 @@ def read_records(file: ExplainFile, robot: Robot) -> list[MotionRecord]:
 
 
 def explained(
-    study: ExplainStudy, motions: list[Motion], known: Known, progress: Progress | None = None
+    study: ExplainStudy, motions: list[ConditionedMotion], known: Known, progress: Progress | None = None
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
     scenes = [scene_of(motion, known) for motion in motions]
@@ -202,11 +202,11 @@ def _with_loads(pair: _Pair, fit: Fit) -> _Pair:
     return _Pair(loaded(pair.fitted, fit), loaded(pair.judge, fit))
 
 
-def _recorded(motion: Motion, target: str) -> bool:
+def _recorded(motion: ConditionedMotion, target: str) -> bool:
     return (motion.link_position if target == "deflection" else motion.command_position) is not None
 
 
-def _conditioned(record: MotionRecord, study: ExplainStudy) -> Motion:
+def _conditioned(record: MotionRecord, study: ExplainStudy) -> ConditionedMotion:
     constant: Array | None = None
     if study.drives.torque_constant_nm_per_a is not None:
         constant = np.array(study.drives.torque_constant_nm_per_a)

@@ -10,11 +10,11 @@ from abc import abstractmethod
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
 from identify.core.config import Settings
 from identify.core.registry import Registry, parse_kind
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.results.joints import CurveResult
 
 CURVES = Registry(
@@ -30,9 +30,10 @@ CURVES = Registry(
 )
 
 
-class Curve(Settings):
+class Curve(BaseModel):
     """One entry of `curves`."""
 
+    model_config = Settings.model_config
     kind: str
     name: str | None = Field(
         None,
@@ -48,7 +49,7 @@ class Curve(Settings):
         return self.name or self.kind
 
     @abstractmethod
-    def identify(self, bench: Bench) -> CurveResult:
+    def identify(self, bench: JointTestData) -> CurveResult:
         """Read the runs and identify the curve; InputError where they cannot give it."""
 
 

@@ -20,10 +20,10 @@ from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.joints.base import Curve
 from identify.joints.base_set import UNITS, BaseSet, all_columns, of_robot, standard_values
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.joints.intervals import in_time, symmetric, table
 from identify.joints.separable import solve
-from identify.measured.conditioning import Motion
+from identify.measured.conditioning import ConditionedMotion
 from identify.results.joints import CurveResult, Panel, Series
 from identify.robot.description import Robot
 
@@ -39,7 +39,7 @@ class _Run:
     (samples, rows).
     """
 
-    motion: Motion
+    motion: ConditionedMotion
     columns: Array
     torque: Array
     used: Mask
@@ -55,7 +55,7 @@ class BaseParameters(Curve):
         None, description="at the motor, where it is known; default: identified"
     )
 
-    def identify(self, bench: Bench) -> CurveResult:
+    def identify(self, bench: JointTestData) -> CurveResult:
         """Base parameters, friction and offsets."""
         robot = bench.rigid(self.label)
         rows = [bench.checked(joint, self.label) for joint in self.joints or range(1, bench.joints + 1)]
@@ -113,7 +113,9 @@ class BaseParameters(Curve):
             notes,
         )
 
-    def _run(self, bench: Bench, robot: Robot, rows: Sequence[int], chosen: BaseSet, path: Path) -> _Run:
+    def _run(
+        self, bench: JointTestData, robot: Robot, rows: Sequence[int], chosen: BaseSet, path: Path
+    ) -> _Run:
         motion = bench.motion(
             path, ("motor_position", bench.torque_quantity()), range(bench.joints), self.label
         )

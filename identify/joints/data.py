@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.measured.conditioning import Motion, condition
+from identify.measured.conditioning import ConditionedMotion, condition
 from identify.measured.record_files import JOINT, RecordFile
 from identify.measured.records import Quantity, SignalSettings, TimeAxis, read_record
 from identify.measured.units import parse_signal_unit
@@ -20,7 +20,7 @@ from identify.robot.description import Robot
 
 
 @dataclass(frozen=True)
-class Bench:
+class JointTestData:
     """folder: of the config; gear_ratio (joints,); torque_ratio (joints,): what a recorded torque is
     multiplied by to be one at the joint; slow: rad/s up to which a joint stands; inputs: sha256 of every file
     read so far, by its name.
@@ -59,7 +59,9 @@ class Bench:
             )
         return joint - 1
 
-    def motion(self, path: Path, quantities: Sequence[Quantity], joints: Sequence[int], where: str) -> Motion:
+    def motion(
+        self, path: Path, quantities: Sequence[Quantity], joints: Sequence[int], where: str
+    ) -> ConditionedMotion:
         """A conditioned run with these quantities of these joints (from 0), others NaN; torques at the
         joints, N m.
 

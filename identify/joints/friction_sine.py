@@ -16,11 +16,11 @@ from pydantic import Field
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.joints.base import JointCurve
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.joints.friction_curve import Model, fit_friction, friction_at, friction_values
 from identify.joints.intervals import over_time, table
 from identify.joints.separable import Fitted
-from identify.measured.conditioning import Motion
+from identify.measured.conditioning import ConditionedMotion
 from identify.results.joints import CurveResult, Panel, Series
 
 _LEAST_SAMPLES = 50
@@ -41,7 +41,7 @@ class FrictionSinusoidal(JointCurve):
         description="samples below this share of the largest velocity are left out: presliding",
     )
 
-    def identify(self, bench: Bench) -> CurveResult:
+    def identify(self, bench: JointTestData) -> CurveResult:
         """F_c and F_v, with F_s and v_s where asked for."""
         joint = bench.checked(self.joint, self.label)
         motions = [
@@ -68,7 +68,7 @@ class FrictionSinusoidal(JointCurve):
         return self._result(fitted, half, velocity[used], carried, motions)
 
     def _result(
-        self, fitted: Fitted, half: Array, velocity: Array, friction: Array, motions: list[Motion]
+        self, fitted: Fitted, half: Array, velocity: Array, friction: Array, motions: list[ConditionedMotion]
     ) -> CurveResult:
         order = np.argsort(velocity)
         every = max(1, len(order) // 2000)
@@ -96,7 +96,7 @@ class FrictionSinusoidal(JointCurve):
         )
 
 
-def _even(motion: Motion, joint: int) -> Array:
+def _even(motion: ConditionedMotion, joint: int) -> Array:
     """Columns (samples, 4) of inertia, weight and a constant."""
     angle = motion.position[:, joint]
     return np.column_stack([motion.acceleration[:, joint], np.cos(angle), np.sin(angle), np.ones(len(angle))])

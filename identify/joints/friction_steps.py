@@ -16,7 +16,7 @@ from pydantic import Field
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.joints.base import JointCurve
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.joints.friction_curve import Model, fit_friction, friction_at, friction_values
 from identify.joints.intervals import independent, table
 from identify.joints.phases import Phase, constant_phases
@@ -36,7 +36,7 @@ class FrictionConstantVelocity(JointCurve):
         0.3, ge=0, description="left out at the beginning of each stretch, while the arm still swings"
     )
 
-    def identify(self, bench: Bench) -> CurveResult:
+    def identify(self, bench: JointTestData) -> CurveResult:
         """F_c, F_v, F_s and v_s."""
         joint = bench.checked(self.joint, self.label)
         phases: list[Phase] = []

@@ -12,7 +12,7 @@ from scipy.special import stdtrit
 
 from identify.core.arrays import Array, Mask
 from identify.core.correlated import covariance
-from identify.results.joints import ValueTable
+from identify.results.joints import JointValues
 
 _RANK = 1e-8
 """Singular value of a Jacobian with columns of length 1 below which a direction counts as not there."""
@@ -56,9 +56,9 @@ def symmetric(name: str, unit: str, value: float, half: float, **more: object) -
     return Value(name, unit, float(value), float(value - half), float(value + half), **more)  # type: ignore[arg-type]
 
 
-def table(values: Sequence[Value]) -> ValueTable:
+def table(values: Sequence[Value]) -> JointValues:
     """The values as they are kept."""
-    return ValueTable(
+    return JointValues(
         name=tuple(v.name for v in values),
         unit=tuple(v.unit for v in values),
         value=np.array([v.value for v in values]),

@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.correlated import effective_samples
-from identify.measured.conditioning import Motion
+from identify.measured.conditioning import ConditionedMotion
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Phase:
         )
 
 
-def steady(motion: Motion, joint: int, slow: float, tolerance: float, least_s: float) -> Mask:
+def steady(motion: ConditionedMotion, joint: int, slow: float, tolerance: float, least_s: float) -> Mask:
     """Samples (samples,) about which the mean velocities over `least_s` before and after are above `slow` and
     alike within `tolerance`.
     """
@@ -50,7 +50,7 @@ def steady(motion: Motion, joint: int, slow: float, tolerance: float, least_s: f
 
 
 def constant_phases(
-    motion: Motion, joint: int, slow: float, tolerance: float, least_s: float, settle_s: float
+    motion: ConditionedMotion, joint: int, slow: float, tolerance: float, least_s: float, settle_s: float
 ) -> list[Phase]:
     """Stretches of at least `least_s` with a steady velocity, without their first `settle_s`, in which the
     arm still swings.

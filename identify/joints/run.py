@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from identify.core.interruption import check
 from identify.fitting.resume import held
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.joints.intervals import BLIND, WEAK, ZERO
 from identify.joints.study import JointFile, bench_of, read_joint_study
 from identify.results import file as result_file
@@ -35,7 +35,7 @@ def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Pat
     return result, path
 
 
-def _identified(file: JointFile, bench: Bench) -> dict[str, CurveResult]:
+def _identified(file: JointFile, bench: JointTestData) -> dict[str, CurveResult]:
     """Every curve of the study by its label."""
     found: dict[str, CurveResult] = {}
     for curve in file.study.curves:
@@ -44,7 +44,9 @@ def _identified(file: JointFile, bench: Bench) -> dict[str, CurveResult]:
     return found
 
 
-def _result(file: JointFile, bench: Bench, curves: dict[str, CurveResult], begun: float) -> JointsResult:
+def _result(
+    file: JointFile, bench: JointTestData, curves: dict[str, CurveResult], begun: float
+) -> JointsResult:
     settings = file.study.robot
     described = [] if settings is None else [settings.urdf or settings.dh or Path()]
     return JointsResult(

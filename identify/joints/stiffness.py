@@ -20,9 +20,9 @@ from scipy.optimize import least_squares
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.joints.base import JointCurve
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.joints.intervals import independent, symmetric, table
-from identify.joints.weights import Weights
+from identify.joints.weights import StaticWeights
 from identify.measured.record_files import RecordFile
 from identify.measured.records import SignalSettings
 from identify.motion.gear import GearSpring
@@ -39,7 +39,9 @@ class StiffnessStatic(JointCurve):
     torque: SignalSettings | None = Field(
         None, description="the torque that the gear carries, a column of the file"
     )
-    weights: Weights | None = Field(None, description="in its place: weight of the robot and of disks on it")
+    weights: StaticWeights | None = Field(
+        None, description="in its place: weight of the robot and of disks on it"
+    )
 
     @model_validator(mode="after")
     def _one(self) -> StiffnessStatic:
@@ -47,7 +49,7 @@ class StiffnessStatic(JointCurve):
             raise ValueError("give either `torque` or `weights`")
         return self
 
-    def identify(self, bench: Bench) -> CurveResult:
+    def identify(self, bench: JointTestData) -> CurveResult:
         """A_1, A_3, the hysteresis and the zero of the angles."""
         joint = bench.checked(self.joint, self.label)
         runs = [self._read(bench, file, joint) for file in self.files]
@@ -55,7 +57,7 @@ class StiffnessStatic(JointCurve):
         found, kept = _settled(windup, torque, rising, self.label)
         return _result(self, windup, torque, rising, found, kept)
 
-    def _read(self, bench: Bench, path: object, joint: int) -> tuple[Array, Array, Array]:
+    def _read(self, bench: JointTestData, path: object, joint: int) -> tuple[Array, Array, Array]:
         file = RecordFile(bench.folder / str(path))
         bench.inputs[str(path)] = file.sha256
         where = f"{file.path}, {self.label}"

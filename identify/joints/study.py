@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from identify.core.config import ConfigFile, Settings, read_settings
 from identify.core.errors import InputError
 from identify.joints.base import Curve, parse_curve
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
@@ -84,7 +84,7 @@ def read_joint_study(path: Path) -> JointFile:
     return JointFile.of(path, *read_settings(path, JointStudy, SCHEMA))
 
 
-def bench_of(file: JointFile) -> Bench:
+def bench_of(file: JointFile) -> JointTestData:
     """What the curves need to read their runs; InputError where the robot has other joints than the study has
     gears.
     """
@@ -96,7 +96,7 @@ def bench_of(file: JointFile) -> Bench:
             "gear_ratio", f"{len(ratio)} numbers", f"{len(robot.joints)}, one per joint of {robot.name!r}"
         )
     constant = None if study.torque_constant_nm_per_a is None else np.array(study.torque_constant_nm_per_a)
-    return Bench(
+    return JointTestData(
         folder=file.path.parent,
         robot=robot,
         gear_ratio=ratio,

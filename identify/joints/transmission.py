@@ -20,7 +20,7 @@ from identify.core.arrays import Array, Mask
 from identify.core.correlated import effective_samples
 from identify.core.errors import InputError
 from identify.joints.base import JointCurve
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.joints.intervals import Value, over_time, symmetric, table
 from identify.joints.phases import steady
 from identify.joints.separable import Fitted, separable, solve
@@ -32,7 +32,7 @@ _TURNS = 2.0
 
 
 @dataclass(frozen=True)
-class _Run:
+class _SlowRun:
     """Motor angle (n,), rad at the motor; link less motor angle (n,) rad; what is slow (n, k); samples that
     count (n,).
     """
@@ -125,7 +125,7 @@ class TransmissionError(JointCurve):
         description="degree of the polynomial over the angle that takes out what the gear winds up",
     )
 
-    def identify(self, bench: Bench) -> CurveResult:
+    def identify(self, bench: JointTestData) -> CurveResult:
         """Orders, amplitudes and phases."""
         joint = bench.checked(self.joint, self.label)
         run = self._read(bench, joint)
@@ -144,7 +144,7 @@ class TransmissionError(JointCurve):
         orders[whole] = np.round(orders[whole])
         return self._result(run, _fitted(run, orders, [n for n in free if n not in whole]), turns)
 
-    def _read(self, bench: Bench, joint: int) -> _Run:
+    def _read(self, bench: JointTestData, joint: int) -> _SlowRun:
         parts: list[tuple[Array, Array, Array, Mask]] = []
         for path in self.files:
             motion = bench.motion(path, ("motor_position", "link_position"), [joint], self.label)
@@ -168,11 +168,11 @@ class TransmissionError(JointCurve):
         )
         datum = [way.astype(float) for way in ways] if len(ways) > 1 else [np.ones(len(motor))]
         trend = [centred**power for power in range(1, self.trend + 1)]
-        return _Run(
+        return _SlowRun(
             bench.gear_ratio[joint] * motor, error, np.column_stack([*datum, *trend]), used.astype(bool)
         )
 
-    def _found(self, run: _Run, turns: float) -> tuple[Array, list[int]]:
+    def _found(self, run: _SlowRun, turns: float) -> tuple[Array, list[int]]:
         """Orders that chance would not give, and their numbers, all free."""
         found: list[float] = []
         grid = np.arange(self.least_order, self.most_order, 0.2 / turns)
@@ -196,7 +196,7 @@ class TransmissionError(JointCurve):
             found = _fitted(run, np.array([*found, far[best]]), list(range(len(found) + 1))).orders.tolist()
         return np.array(found), list(range(len(found)))
 
-    def _result(self, run: _Run, waves: _Waves, turns: float) -> CurveResult:
+    def _result(self, run: _SlowRun, waves: _Waves, turns: float) -> CurveResult:
         values = [value for n in range(len(waves.orders)) for value in waves.values(n)]
         count = int(run.used.sum())
         said = [
@@ -211,7 +211,7 @@ class TransmissionError(JointCurve):
         return CurveResult(title, self.kind, "rad", rms, count, table(values), panels, tuple(said), notes)
 
 
-def _fitted(run: _Run, orders: Array, free: list[int]) -> _Waves:
+def _fitted(run: _SlowRun, orders: Array, free: list[int]) -> _Waves:
     """Coefficients and free orders together."""
     turns = float(np.ptp(run.angle[run.used])) / (2 * np.pi)
 
@@ -231,7 +231,7 @@ def _fitted(run: _Run, orders: Array, free: list[int]) -> _Waves:
     return _Waves(placed(fitted.shapes), free, fitted, *over_time(fitted.jacobian, fitted.residual, run.used))
 
 
-def _panel(run: _Run, waves: _Waves) -> Panel:
+def _panel(run: _SlowRun, waves: _Waves) -> Panel:
     slow = run.slow[run.used] @ waves.fitted.coefficients[: run.slow.shape[1]]
     turns, order = run.angle[run.used] / (2 * np.pi), np.argsort(run.angle[run.used])
     measured = run.error[run.used] - slow

@@ -9,13 +9,13 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.core.config import Settings
-from identify.joints.data import Bench
+from identify.joints.data import JointTestData
 from identify.measured.record_files import RecordFile
 from identify.robot.description import Link
 from identify.robot.inverse_dynamics import RigidArm
 
 
-class Weights(Settings):
+class StaticWeights(Settings):
     """Disks on a link, their mass a column of the file; the robot is that of the study, the posture its link
     angles.
     """
@@ -26,7 +26,7 @@ class Weights(Settings):
         (0.0, 0.0, 0.0), description="where their centre is, in the link's frame"
     )
 
-    def torque(self, file: RecordFile, bench: Bench, where: str) -> Array:
+    def torque(self, file: RecordFile, bench: JointTestData, where: str) -> Array:
         """(rows, joints), N m, that the drives hold; InputError where the study has no robot or the robot no
         such link.
         """

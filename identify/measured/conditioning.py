@@ -21,7 +21,7 @@ _ORDER = 4
 
 
 @dataclass(frozen=True)
-class Motion:
+class ConditionedMotion:
     """A conditioned record, arrays (samples, joints), SI; inside: samples (samples,) that the ends of the
     filter do not reach.
 
@@ -47,7 +47,7 @@ def condition(
     lowpass_hz: float,
     resample_hz: float | None = None,
     torque_constant: Array | None = None,
-) -> Motion:
+) -> ConditionedMotion:
     """The motion of a record; torque_constant (joints,), N m/A, turns a motor current into a torque.
 
     InputError where the low-pass is not below half the sample rate, or neither torque nor current with its
@@ -82,7 +82,7 @@ def condition(
     inside = np.zeros(len(time_s), dtype=bool)
     inside[reach : len(time_s) - reach] = True
     said.append(f"{reach / rate:.3g} s at either end left out, where the filter has no past or future")
-    return Motion(
+    return ConditionedMotion(
         record.name,
         rate,
         time_s,

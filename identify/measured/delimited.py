@@ -40,7 +40,7 @@ _SIGNAL = re.compile(r"(\S+)\s*\[(.+)\]")
 
 
 @dataclass(frozen=True)
-class Table:
+class DelimitedTable:
     """Header, cells with their line numbers, and the `# key: value` notes of a CSV file."""
 
     name: str
@@ -76,7 +76,7 @@ class Table:
             raise InputError(self.name, f"# {key}: {self.notes[key]}", "a number") from error
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> DelimitedTable:
     """A CSV file; InputError for another separator, an empty file or a row with too few or too many cells."""
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -105,7 +105,7 @@ def read_table(path: Path) -> Table:
     header = [cell if ":" in cell else cell.lower() for cell in rows[0]]
     if len(set(header)) < len(header):
         raise InputError(f"{path}, line {lines[0]}", "a column name that comes twice", "each column once")
-    return Table(str(path), header, rows[1:], lines[1:], notes)
+    return DelimitedTable(str(path), header, rows[1:], lines[1:], notes)
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
@@ -189,7 +189,7 @@ def write_frf(path: Path, frf_set: FrfSet) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _long(table: Table) -> tuple[Array, list[FrfRecord]]:
+def _long(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
     """Frequencies and records of the long layout; the lines may stand in any order."""
     frequency, real, imag = (table.numbers(column) for column in (0, 3, 4))
     groups: dict[tuple[str, str], list[int]] = {}
@@ -215,7 +215,7 @@ def _long(table: Table) -> tuple[Array, list[FrfRecord]]:
     return common_axis(axes, "frequency"), records
 
 
-def _wide(table: Table) -> tuple[Array, list[FrfRecord]]:
+def _wide(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
     """Frequencies and records of the wide layout."""
     parts: dict[tuple[Channel, Channel], dict[str, Array]] = {}
     for column, name in enumerate(table.header[1:], start=1):

@@ -11,7 +11,7 @@ from identify.measured.modal_table import ModalTable
 
 
 @dataclass(frozen=True)
-class Geometry:
+class MeasuredGeometry:
     """nodes: their numbers (n); position_m (n, 3), in the common frame; axes (n, 3, 3): rows are the
     directions of the channels X, Y and Z of each node in the common frame; lines: runs of node numbers to be
     joined.
@@ -32,7 +32,7 @@ class Geometry:
             raise ValueError("a node has two positions")
 
 
-def displacements(geometry: Geometry, table: ModalTable) -> Complex:
+def displacements(geometry: MeasuredGeometry, table: ModalTable) -> Complex:
     """Shapes as vectors in the common frame, (modes, nodes, 3): the translations that were measured, others
     0; NaN at nodes without any.
 

@@ -23,7 +23,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.delimited import Table, read_table
+from identify.measured.delimited import DelimitedTable, read_table
 from identify.measured.modal_table import ModalTable
 
 _SCALES = {"damping_ratio": 1.0, "damping_percent": 0.01}
@@ -175,7 +175,7 @@ def _csv_modes(path: Path, shapes: Path | None) -> list[tuple[str, Mapping[str, 
     return list(modes.values())
 
 
-def _add_shapes(table: Table, modes: Mapping[str, tuple[str, dict[str, Any]]]) -> None:
+def _add_shapes(table: DelimitedTable, modes: Mapping[str, tuple[str, dict[str, Any]]]) -> None:
     """Put the shapes of a second file into the modes."""
     if table.header != ["mode", "channel", "real", "imag"]:
         raise InputError(table.name, "the columns " + ", ".join(table.header), "mode,channel,real,imag")

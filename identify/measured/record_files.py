@@ -18,7 +18,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured import mat
-from identify.measured.delimited import Table, read_table
+from identify.measured.delimited import DelimitedTable, read_table
 from identify.measured.loaders import FORMAT_OF_SUFFIX, load_time_history
 from identify.measured.time_history import TimeHistory
 from identify.measured.units import SignalUnit
@@ -100,7 +100,7 @@ def _of_csv(path: Path) -> Lookup:
     return lookup
 
 
-def _column(table: Table, name: str) -> Any:
+def _column(table: DelimitedTable, name: str) -> Any:
     written = name if ":" in name else name.lower()
     return table.numbers(table.header.index(written)) if written in table.header else None
 

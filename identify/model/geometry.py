@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.measured.geometry import Geometry
+from identify.measured.geometry import MeasuredGeometry
 from identify.model.effects.site import Site
 from identify.results.tables import Geometry as DrawnGeometry
 from identify.robot.engine import Engine
@@ -54,12 +54,12 @@ def _axes(engine: Engine, points: Sequence[Point]) -> Array:
     return np.array([point.axes @ engine.axes(point.link).T for point in points]).reshape(-1, 3, 3)
 
 
-def sensor_geometry(engine: Engine, points: Sequence[Point]) -> Geometry:
+def sensor_geometry(engine: Engine, points: Sequence[Point]) -> MeasuredGeometry:
     """The points with the directions of their channels, in the base's axes; one line joins them in their
     order.
     """
     nodes = tuple(point.node for point in points)
-    return Geometry(
+    return MeasuredGeometry(
         nodes=nodes,
         position_m=np.array([engine.position(point.link, point.position) for point in points]).reshape(-1, 3),
         axes=_axes(engine, points),

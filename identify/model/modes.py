@@ -17,7 +17,7 @@ from identify.model.system import Factors
 
 
 @dataclass(frozen=True)
-class Modes:
+class ComplexModes:
     """Oscillating modes in order of frequency: eigenvalues (m,), rad/s, Im > 0; shapes (m, n) over the
     coordinates.
 
@@ -58,7 +58,7 @@ def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex,
     return eigenvalues.astype(complex, copy=False), right[..., :size, :].astype(complex, copy=False)
 
 
-def complex_modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
+def complex_modes(mass: Array, damping: Array, stiffness: Array) -> ComplexModes:
     """The oscillating modes of one system (n, n); overdamped ones have no frequency and are left out.
 
     With a complex stiffness (hysteretic damping) only those with Im > 0 are physical: the others belong to
@@ -69,10 +69,10 @@ def complex_modes(mass: Array, damping: Array, stiffness: Array) -> Modes:
     kept = kept[np.argsort(np.abs(values[kept]))]
     values, shapes = values[kept], right[:, kept].T
     norm = np.einsum("mi,mij,mj->m", shapes, 2 * values[:, None, None] * mass + damping, shapes)
-    return Modes(values, shapes / np.sqrt(norm)[:, None])
+    return ComplexModes(values, shapes / np.sqrt(norm)[:, None])
 
 
-def eigenvalue_gradient(modes: Modes, factors: Factors, parameters: int) -> Complex:
+def eigenvalue_gradient(modes: ComplexModes, factors: Factors, parameters: int) -> Complex:
     """d lambda / dp (m, parameters), exact for simple eigenvalues: -phi' (lambda^2 M_j + lambda C_j + K_j)
     phi.
     """
@@ -81,7 +81,9 @@ def eigenvalue_gradient(modes: Modes, factors: Factors, parameters: int) -> Comp
     return np.asarray(columns @ (factors.owner[:, None] == np.arange(parameters)))
 
 
-def frequency_and_damping_gradient(modes: Modes, factors: Factors, parameters: int) -> tuple[Array, Array]:
+def frequency_and_damping_gradient(
+    modes: ComplexModes, factors: Factors, parameters: int
+) -> tuple[Array, Array]:
     """d frequency_hz / dp and d damping_ratio / dp, each (m, parameters)."""
     change = eigenvalue_gradient(modes, factors, parameters)
     values = modes.eigenvalues[:, None]

@@ -41,7 +41,7 @@ class Models:
 
 
 @dataclass(frozen=True)
-class Attached:
+class AttachedTorque:
     """A nonlinear torque: the coordinate (S, n) that it turns in each model, its law and own (S, k), the
     law's parameters.
     """
@@ -87,7 +87,7 @@ class _Modal:
     left: Complex
 
 
-def simulate(models: Models, attached: Sequence[Attached], record: float, steps: int) -> Response:
+def simulate(models: Models, attached: Sequence[AttachedTorque], record: float, steps: int) -> Response:
     """All models from rest through the blow to the end of the record (s); a model that grows without bound
     gives NaN.
     """
@@ -131,7 +131,9 @@ def _modal(models: Models) -> _Modal:
 class _Loop:
     """One time step; columns are models by inputs, side by side."""
 
-    def __init__(self, modal: _Modal, models: Models, attached: Sequence[Attached], step: float) -> None:
+    def __init__(
+        self, modal: _Modal, models: Models, attached: Sequence[AttachedTorque], step: float
+    ) -> None:
         inputs = models.force.shape[2]
         rate = np.repeat(modal.eigenvalues.T, inputs, axis=1)
         self.decay, full, part = np.exp(rate * step), _growth(rate, step), _growth(rate, _AT * step)

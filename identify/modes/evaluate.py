@@ -11,7 +11,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT, FrfSet
-from identify.measured.geometry import Geometry, displacements
+from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac
@@ -52,7 +52,7 @@ class Measured:
     file: str
     data: FrfSet
     posture_deg: Sequence[float] = ()
-    sensors: Geometry | None = None
+    sensors: MeasuredGeometry | None = None
     drawn: tables.Geometry | None = None
 
 

@@ -24,7 +24,7 @@ from identify.core.errors import InputError
 from identify.core.interruption import check
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.geometry import Geometry
+from identify.measured.geometry import MeasuredGeometry
 from identify.measured.loaders import FORMAT_OF_SUFFIX, load_frf_set
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import write_modal_table
@@ -200,7 +200,7 @@ def _of_file(
 
 def _geometry(
     data: Path, geometry: Path | None, length_unit: str | None
-) -> tuple[Geometry | None, list[str]]:
+) -> tuple[MeasuredGeometry | None, list[str]]:
     if geometry is not None:
         return read_geometry(geometry, length_unit), []
     is_universal = FORMAT_OF_SUFFIX.get(data.suffix.lower()) == "uff"
@@ -224,7 +224,7 @@ def _geometry(
     ]
 
 
-def _drawn(sensors: Geometry) -> tables.Geometry:
+def _drawn(sensors: MeasuredGeometry) -> tables.Geometry:
     row = {node: n for n, node in enumerate(sensors.nodes)}
     segments = [(row[a], row[b]) for line in sensors.lines for a, b in pairwise(line)]
     return tables.Geometry(
@@ -275,7 +275,7 @@ def _keep_inputs(path: Path, tables: Sequence[Path], inputs: Sequence[Path]) -> 
             )
 
 
-def _write_tables(table: ModalTable, sensors: Geometry | None, path: Path) -> list[Path]:
+def _write_tables(table: ModalTable, sensors: MeasuredGeometry | None, path: Path) -> list[Path]:
     """The modal table as YAML, and shapes with their geometry as a universal file; nothing where no mode was
     found.
     """

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.motion.controller import Controller, Law, Sample
+from identify.motion.controller import ControlLaw, Controller, Sample
 from identify.motion.numbers import Number, quantity
 
 
@@ -45,7 +45,7 @@ class Cascade(Controller):
         """As `output` says."""
         return self.output
 
-    def law(self, numbers: Mapping[str, Array]) -> Law:
+    def law(self, numbers: Mapping[str, Array]) -> ControlLaw:
         """With its gains and what turns torque at the gear output into the motor's."""
         return self.cascade(numbers)
 
@@ -90,7 +90,7 @@ class CascadeState:
 
 
 @dataclass(frozen=True)
-class CascadeLaw(Law):
+class CascadeLaw(ControlLaw):
     """The law with gains by name, (lanes, joints)."""
 
     settings: Cascade

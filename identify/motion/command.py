@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.motion.numbers import Settings
+from identify.core.config import Settings
 
 
 class Move(Settings):

@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
 from identify.core.arrays import Array
+from identify.core.config import Settings
 from identify.core.registry import Registry, parse_kind
-from identify.motion.numbers import Settings
 
 CONTROLLERS = Registry(
     "controller",
@@ -47,7 +47,7 @@ class Sample:
     mode_hz: Array
 
 
-class Law(ABC):
+class ControlLaw(ABC):
     """A controller with its numbers, (lanes, joints) each."""
 
     @abstractmethod
@@ -67,9 +67,10 @@ class Law(ABC):
         """
 
 
-class Controller(Settings, ABC):
+class Controller(BaseModel, ABC):
     """Settings of a controller of all joints as written in the config."""
 
+    model_config = Settings.model_config
     kind: str
     period_s: float = Field(1e-3, gt=0, description="time between ticks, a whole number of steps")
     delay_s: float = Field(0.0, ge=0, description="from measuring to the motor, a whole number of steps")
@@ -87,7 +88,7 @@ class Controller(Settings, ABC):
         return False
 
     @abstractmethod
-    def law(self, numbers: Mapping[str, Array]) -> Law:
+    def law(self, numbers: Mapping[str, Array]) -> ControlLaw:
         """The law with the numbers of motor, gear and controller (`servo.position_gain`), (lanes, joints)
         each.
         """

@@ -12,8 +12,8 @@ from identify.core.parameters import Scale
 from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Uncertainty, at_bounds
 from identify.motion.problem import MotionProblem
-from identify.motion.recording import Record
-from identify.motion.simulate import Motion
+from identify.motion.recording import PreparedRecord
+from identify.motion.simulate import SimulatedMotion
 from identify.motion.tool import recorded_paths, tool_paths
 from identify.motion.trajectory import (
     TrajectoryObjective,
@@ -121,13 +121,19 @@ def _gap(problem: MotionProblem, found: MotionFit | None, use: str) -> float:
     return float(TrajectoryObjective(problem, records, problem.file.study.noise).costs(values[None])[0])
 
 
-def _records(problem: MotionProblem, motion: Motion, first: Motion | None) -> dict[str, results.RecordResult]:
+def _records(
+    problem: MotionProblem, motion: SimulatedMotion, first: SimulatedMotion | None
+) -> dict[str, results.RecordResult]:
     rows = enumerate(problem.records)
     return {record.settings.name: _record(problem, record, number, motion, first) for number, record in rows}
 
 
 def _record(
-    problem: MotionProblem, record: Record, number: int, motion: Motion, first: Motion | None
+    problem: MotionProblem,
+    record: PreparedRecord,
+    number: int,
+    motion: SimulatedMotion,
+    first: SimulatedMotion | None,
 ) -> results.RecordResult:
     ticks, settings = len(record.command.position), record.settings
     signals = {name: values[number, :ticks] for name, values in all_signals(problem, motion).items()}
@@ -154,7 +160,7 @@ def _record(
     )
 
 
-def _tool(problem: MotionProblem, record: Record, coordinates: Array) -> dict[str, Any]:
+def _tool(problem: MotionProblem, record: PreparedRecord, coordinates: Array) -> dict[str, Any]:
     """Paths of a tool that is led, and their circular tests."""
     circle = record.settings.path
     if circle is None:
@@ -168,7 +174,11 @@ def _tool(problem: MotionProblem, record: Record, coordinates: Array) -> dict[st
 
 
 def _comparisons(
-    problem: MotionProblem, record: Record, number: int, motion: Motion, first: Motion | None
+    problem: MotionProblem,
+    record: PreparedRecord,
+    number: int,
+    motion: SimulatedMotion,
+    first: SimulatedMotion | None,
 ) -> dict[str, results.TrajectoryComparison]:
     if record.measured is None:
         return {}

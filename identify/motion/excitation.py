@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from identify.core.arrays import Array, Complex
+from identify.core.config import Settings
 from identify.measured.estimators import estimate
-from identify.motion.numbers import Settings
 
 
 class Excitation(Settings):

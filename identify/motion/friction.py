@@ -10,10 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.motion.numbers import Number, Settings, quantity
+from identify.core.config import Settings
+from identify.motion.numbers import Number, quantity
 
 
-class Friction(Settings):
+class FrictionSettings(Settings):
     """Coefficients of Eq. 11 per joint."""
 
     coulomb: Number = quantity("N m", "F_c, at any speed", 0.0)

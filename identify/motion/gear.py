@@ -17,7 +17,8 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
-from identify.motion.numbers import Number, Settings, quantity
+from identify.core.config import Settings
+from identify.motion.numbers import Number, quantity
 
 
 class Ripple(Settings):

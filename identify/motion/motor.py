@@ -15,7 +15,8 @@ from typing import Literal
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.motion.numbers import Number, Settings, quantity
+from identify.core.config import Settings
+from identify.motion.numbers import Number, quantity
 
 
 class MotorPlant(ABC):

@@ -10,18 +10,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, Field
 from pydantic.fields import FieldInfo
 
 from identify.core.arrays import Array
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
-
-
-class Settings(BaseModel):
-    """A part of the config; keys that do not exist are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class JointNumber(Settings):

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from identify.core.arrays import Array
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.motion.command import Move
-from identify.motion.numbers import Settings
 from identify.robot.engine_motion import MovingArm
 
 _PLANES = {"XY": (0, 1), "YZ": (1, 2), "ZX": (2, 0)}

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.motion.controller import Controller, Law, Sample
+from identify.motion.controller import ControlLaw, Controller, Sample
 from identify.motion.numbers import Number, quantity
 
 
@@ -47,7 +47,7 @@ class PidState:
 
 
 @dataclass(frozen=True)
-class PidLaw(Law):
+class PidLaw(ControlLaw):
     """The law with gains (lanes, joints)."""
 
     position_gain: Array

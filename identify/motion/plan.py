@@ -8,7 +8,7 @@ from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.fitting.plan import FitPlan, StageSettings, make_stages
 from identify.motion.problem import MotionProblem
-from identify.motion.recording import Record
+from identify.motion.recording import PreparedRecord
 from identify.motion.trajectory import TrajectoryObjective
 
 
@@ -37,7 +37,7 @@ def motion_plan(problem: MotionProblem, stages: Sequence[StageSettings], starts:
     )
 
 
-def fitted_records(problem: MotionProblem, names: Sequence[str] | None = None) -> list[Record]:
+def fitted_records(problem: MotionProblem, names: Sequence[str] | None = None) -> list[PreparedRecord]:
     """The records to be fitted, or those of them that are named; InputError for an unknown name."""
     known = {record.settings.name: record for record in problem.records if record.settings.use == "fit"}
     for name in names or ():

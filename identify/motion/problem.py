@@ -9,16 +9,17 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from pydantic import BaseModel
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.system import build_site, list_parameters
-from identify.motion.controller import Law
+from identify.motion.controller import ControlLaw
 from identify.motion.gear import gear_spring
-from identify.motion.numbers import JointNumber, NumberTable, Settings, number_table
-from identify.motion.recording import Record, check_record, read_recording
-from identify.motion.simulate import Motion, Orders, Plant, Timing, simulate
+from identify.motion.numbers import JointNumber, NumberTable, number_table
+from identify.motion.recording import PreparedRecord, check_record, read_recording
+from identify.motion.simulate import Orders, Plant, SimulatedMotion, Timing, simulate
 from identify.motion.study import MotionFile
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm, Passive
@@ -45,7 +46,7 @@ class MotionProblem:
     arm: MovingArm
     springs: tuple[Parameter, ...]
     table: NumberTable
-    records: tuple[Record, ...]
+    records: tuple[PreparedRecord, ...]
     step_s: float
     freed: Mapping[str, JointNumber] = field(default_factory=dict)
 
@@ -84,7 +85,7 @@ class MotionProblem:
             target[:, self.arm.names.index(coordinate)] = values[:, column]
         return Passive(armature, stiffness, damping)
 
-    def run(self, values: Array, records: Sequence[Record]) -> Motion:
+    def run(self, values: Array, records: Sequence[PreparedRecord]) -> SimulatedMotion:
         """The motion of every candidate (m, parameters) on every record; lanes run through the records of the
         first candidate first.
         """
@@ -117,7 +118,7 @@ class MotionProblem:
             self.resolution,
         )
 
-    def law(self, numbers: Mapping[str, Array]) -> Law:
+    def law(self, numbers: Mapping[str, Array]) -> ControlLaw:
         """The controller with numbers for every lane."""
         return self.file.study.servo.law(numbers)
 
@@ -131,7 +132,7 @@ class MotionProblem:
     def _windups(self) -> list[str]:
         return [f"joint{number + 1}.rz" for number in range(len(self.robot.joints))]
 
-    def _orders(self, records: Sequence[Record], plant: Plant, candidates: int, ticks: int) -> Orders:
+    def _orders(self, records: Sequence[PreparedRecord], plant: Plant, candidates: int, ticks: int) -> Orders:
         """Commands of all lanes; of a flexible controller, those of the drives that take the links along
         them.
         """
@@ -160,7 +161,7 @@ class MotionProblem:
             all_lanes([self._excitation(r) for r in records]),
         )
 
-    def _excitation(self, record: Record) -> Array:
+    def _excitation(self, record: PreparedRecord) -> Array:
         """(ticks, joints), N m at the gear output."""
         torque, excitation = np.zeros_like(record.command.position), record.settings.excitation
         if excitation is not None:
@@ -197,7 +198,7 @@ def load_motion(file: MotionFile) -> MotionProblem:
     return replace(problem, step_s=_step(problem))
 
 
-def _sections(file: MotionFile) -> dict[str, Settings]:
+def _sections(file: MotionFile) -> dict[str, BaseModel]:
     study = file.study
     return {"motor": study.motor, **study.gear.sections(), "friction": study.friction, "servo": study.servo}
 

@@ -21,7 +21,7 @@ from identify.robot.engine_motion import MovingArm
 
 
 @dataclass(frozen=True)
-class Record:
+class PreparedRecord:
     """One motion: what it is, its command at the controller's ticks, the torque (ticks, joints) that this
     takes at the gear output without rotors, and what was measured, if anything; tool (samples, 3), m: where
     the tool was seen.
@@ -60,7 +60,7 @@ def _check_end(move: Move, duration: float, where: str, what: str) -> None:
         raise InputError(where, f"the {what} ends after {end:.3f} s", f"within duration_s of {duration:g}")
 
 
-def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings) -> Record:
+def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings) -> PreparedRecord:
     """The command of a record for the rigid arm, and what was measured; raises InputError for what is wrong
     with either.
     """
@@ -72,7 +72,7 @@ def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings)
     torque = rigid.inverse_dynamics(command.position, command.velocity, command.acceleration)
     measured = settings.measured
     if measured is None:
-        return Record(settings, command, torque, None)
+        return PreparedRecord(settings, command, torque, None)
     path, joints = file.resolve(measured.file), len(robot.joints)
     read = read_record(path, settings.name, measured.signals, measured.time, joints, np.zeros(joints))
     if read.time_s[-1] > time[-1] + file.study.servo.period_s / 2:
@@ -81,7 +81,7 @@ def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings)
             f"a record of {read.time_s[-1]:g} s",
             f"no more than duration_s of {settings.duration_s:g}",
         )
-    return Record(settings, command, torque, read, _seen(path, measured.tool, len(read.time_s)))
+    return PreparedRecord(settings, command, torque, read, _seen(path, measured.tool, len(read.time_s)))
 
 
 def _seen(path: Path, tracker: TrackerSettings | None, samples: int) -> Array | None:

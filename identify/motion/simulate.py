@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array, Index
-from identify.motion.controller import Law, Sample
+from identify.motion.controller import ControlLaw, Sample
 from identify.motion.friction import FrictionDamper
 from identify.motion.gear import GearSpring
 from identify.motion.motor import MotorPlant
@@ -73,7 +73,7 @@ class Orders:
 
 
 @dataclass(frozen=True)
-class Motion:
+class SimulatedMotion:
     """What happened at the ticks: coordinates and velocities (lanes, ticks, n); of the motors (lanes, ticks,
     joints) the current, the torque at the gear output before friction, N m, and what the controller gave
     them.
@@ -86,7 +86,7 @@ class Motion:
     command: Array
 
 
-def simulate(plant: Plant, law: Law, orders: Orders, timing: Timing) -> Motion:
+def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> SimulatedMotion:
     """From standstill at the first commanded position, in equilibrium with gravity, through all ticks."""
     coordinates, holding = equilibrium(plant, law, orders)
     lanes = Lanes(plant.arm, plant.passive, coordinates, timing.step_s)
@@ -114,10 +114,10 @@ def simulate(plant: Plant, law: Law, orders: Orders, timing: Timing) -> Motion:
     position, current, torque, velocity, commands = (
         np.stack(part, axis=1) for part in zip(*rows, strict=True)
     )
-    return Motion(position, velocity, current, torque, commands)
+    return SimulatedMotion(position, velocity, current, torque, commands)
 
 
-def equilibrium(plant: Plant, law: Law, orders: Orders) -> tuple[Array, Array]:
+def equilibrium(plant: Plant, law: ControlLaw, orders: Orders) -> tuple[Array, Array]:
     """Coordinates (lanes, n) at rest under gravity with the controller at its first command; motor torques
     (lanes, joints) that hold.
     """

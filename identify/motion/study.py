@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from identify.core.config import ConfigFile, read_settings
+from identify.core.config import ConfigFile, Settings, read_settings
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
@@ -19,10 +19,10 @@ from identify.model.effects.springs import Springs
 from identify.motion.command import Move
 from identify.motion.controller import Controller, parse_controller
 from identify.motion.excitation import Excitation
-from identify.motion.friction import Friction
+from identify.motion.friction import FrictionSettings
 from identify.motion.gear import Gear
 from identify.motion.motor import Motor
-from identify.motion.numbers import Number, Settings
+from identify.motion.numbers import Number
 from identify.motion.path import Circle, Tool
 from identify.robot.settings import RobotSettings
 
@@ -94,7 +94,7 @@ class RecordSettings(Settings):
         return self
 
 
-class Candidate(Settings):
+class MotionCandidate(Settings):
     """A physical effect that may be missing: numbers that it sets free, tried after the fit."""
 
     name: str = Field(min_length=1, description="what it is, such as Coulomb friction")
@@ -116,7 +116,7 @@ class MotionStudy(Settings):
     tool: Tool | None = Field(None, description="the point of the robot that a `path` leads")
     motor: Annotated[Motor, Field(discriminator="kind")] = Field(description="motors of all joints")
     gear: Gear = Field(description="gears of all joints")
-    friction: Friction = Field(Friction(), description="friction of all drives")
+    friction: FrictionSettings = Field(FrictionSettings(), description="friction of all drives")
     encoder_counts: list[int] | None = Field(
         None, description="counts per turn of each motor; default: continuous"
     )
@@ -132,7 +132,7 @@ class MotionStudy(Settings):
     noise: dict[str, Annotated[float, Field(gt=0)]] = Field(
         {}, description="standard deviation of each measured signal that is fitted, SI"
     )
-    candidates: list[Candidate] = Field(
+    candidates: list[MotionCandidate] = Field(
         [], description="effects that may be missing, tried one by one after a fit"
     )
     optimizer: Annotated[

@@ -8,14 +8,14 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.motion.problem import MotionProblem
-from identify.motion.recording import Record
+from identify.motion.recording import PreparedRecord
 from identify.robot.engine_motion import MovingArm
 
 COMMAND, FEEDBACK, END = "command", "feedback", "end"
 RECORDED_FEEDBACK, RECORDED_END = "recorded feedback", "recorded end"
 
 
-def tool_paths(problem: MotionProblem, record: Record, coordinates: Array) -> dict[str, Array]:
+def tool_paths(problem: MotionProblem, record: PreparedRecord, coordinates: Array) -> dict[str, Array]:
     """Places of the tool (ticks, 3), m, in the base's axes, at coordinates (ticks, n): `command` and
     `feedback` are the drives' commanded and actual angles through the rigid kinematics, `end` is where the
     elastic arm has the tool; nothing without a tool.
@@ -29,7 +29,7 @@ def tool_paths(problem: MotionProblem, record: Record, coordinates: Array) -> di
     return {**paths, END: arm.frame_position(coordinates, tool.link, point)}
 
 
-def recorded_paths(problem: MotionProblem, record: Record) -> dict[str, tuple[Array, Array]]:
+def recorded_paths(problem: MotionProblem, record: PreparedRecord) -> dict[str, tuple[Array, Array]]:
     """What was recorded of the same, times (samples,), s, and places (samples, 3), m: `recorded feedback`
     from motor positions through the rigid kinematics, `recorded end` from a tracker.
     """

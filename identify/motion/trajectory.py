@@ -15,8 +15,8 @@ from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
 from identify.fitting.uncertainty import Uncertainty, sandwich
 from identify.motion.problem import MotionProblem
-from identify.motion.recording import Record
-from identify.motion.simulate import Motion
+from identify.motion.recording import PreparedRecord
+from identify.motion.simulate import SimulatedMotion
 
 _BLOCK = 60
 """Numbers whose scores are summed before they are squared: some tens of samples of all joints."""
@@ -33,7 +33,9 @@ class TrajectoryObjective(Objective):
 
     dear: ClassVar[bool] = True
 
-    def __init__(self, problem: MotionProblem, records: Sequence[Record], noise: Mapping[str, float]) -> None:
+    def __init__(
+        self, problem: MotionProblem, records: Sequence[PreparedRecord], noise: Mapping[str, float]
+    ) -> None:
         self.problem, self.noise = problem, noise
         self.records = [
             r for r in records if r.measured is not None and any(q in r.measured.signals for q in noise)
@@ -106,15 +108,15 @@ class TrajectoryObjective(Objective):
                 found.append(residual[:, np.isfinite(measured)])
         return np.concatenate(found, axis=1)
 
-    def _measured(self, record: Record) -> list[Array]:
+    def _measured(self, record: PreparedRecord) -> list[Array]:
         return [signal for quantity, signal in _signals(record).items() if quantity in self.noise]
 
     @staticmethod
-    def _signal(record: Record, quantity: str) -> Array:
+    def _signal(record: PreparedRecord, quantity: str) -> Array:
         return _signals(record)[quantity]
 
 
-def _signals(record: Record) -> Mapping[str, Array]:
+def _signals(record: PreparedRecord) -> Mapping[str, Array]:
     return {} if record.measured is None else record.measured.signals
 
 
@@ -123,7 +125,7 @@ def _step(problem: MotionProblem, number: int, value: float) -> float:
     return _DIFFERENCE * (value if p.log else (p.upper - p.lower) / 10)
 
 
-def all_signals(problem: MotionProblem, motion: Motion) -> dict[str, Array]:
+def all_signals(problem: MotionProblem, motion: SimulatedMotion) -> dict[str, Array]:
     """Everything that can be measured of a motion, (lanes, ticks, joints): drive and link, rad and rad/s;
     motor torque at the gear output before friction, N m; current, A.  `problem` names the coordinates.
     """
@@ -142,7 +144,7 @@ def all_signals(problem: MotionProblem, motion: Motion) -> dict[str, Array]:
 
 
 def simulated(
-    problem: MotionProblem, motion: Motion, record: Record, number: int, records: int
+    problem: MotionProblem, motion: SimulatedMotion, record: PreparedRecord, number: int, records: int
 ) -> dict[str, Array]:
     """Signals of a record, the number-th of so many, as measured: (m, samples, joints) at the samples of its
     file, by quantity.
@@ -156,8 +158,8 @@ def simulated(
     }
 
 
-def _lanes(motion: Motion, pick: slice) -> Motion:
-    return Motion(
+def _lanes(motion: SimulatedMotion, pick: slice) -> SimulatedMotion:
+    return SimulatedMotion(
         motion.coordinates[pick],
         motion.velocities[pick],
         motion.current[pick],

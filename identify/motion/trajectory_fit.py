@@ -14,7 +14,7 @@ from identify.fitting.fit import Fit, Progress, fit
 from identify.fitting.plan import StageSettings
 from identify.motion.plan import motion_plan
 from identify.motion.problem import MotionProblem, with_numbers
-from identify.motion.study import Candidate
+from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
 
 _REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}
@@ -26,7 +26,7 @@ lower.
 
 
 @dataclass(frozen=True)
-class Trial:
+class EffectTrial:
     """An effect added to the model of its round: the gap on the fitted records and on those that judge, and
     whether it stayed.
     """
@@ -46,7 +46,7 @@ class MotionFit:
 
     problem: MotionProblem
     fit: Fit
-    trials: tuple[Trial, ...]
+    trials: tuple[EffectTrial, ...]
 
 
 def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
@@ -64,7 +64,7 @@ def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
         )
     best = fit(motion_plan(problem, study.optimizer, study.starts), progress)
     judged = judge(problem, best.values)
-    trials = [Trial("the model as it is", 0, best.cost, judged, True)]
+    trials = [EffectTrial("the model as it is", 0, best.cost, judged, True)]
     left = list(study.candidates)
     while left:
         tried = [_try(problem, best, candidate, progress) for candidate in left]
@@ -74,7 +74,7 @@ def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
         turn = len(study.candidates) - len(left) + 1
         results = zip(left, tried, scores, strict=True)
         trials += [
-            Trial(c.name, turn, found.cost, score, better and n == winner)
+            EffectTrial(c.name, turn, found.cost, score, better and n == winner)
             for n, (c, (_, found), score) in enumerate(results)
         ]
         if not better:
@@ -92,7 +92,7 @@ def judge(problem: MotionProblem, values: Array) -> float:
 
 
 def _try(
-    problem: MotionProblem, best: Fit, candidate: Candidate, progress: Progress
+    problem: MotionProblem, best: Fit, candidate: MotionCandidate, progress: Progress
 ) -> tuple[MotionProblem, Fit]:
     """The model with one more effect, from where the fit without it ended."""
     values = {p.name: float(v) for p, v in zip(problem.parameters, best.values, strict=True)}

@@ -17,7 +17,7 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.motion.cascade import Cascade, CascadeLaw, CascadeState
-from identify.motion.controller import Law, Sample
+from identify.motion.controller import ControlLaw, Sample
 
 
 class TwoDegreeOfFreedom(Cascade):
@@ -34,7 +34,7 @@ class TwoDegreeOfFreedom(Cascade):
         """The command is that of the link, and the motor's reference comes from the elastic model."""
         return True
 
-    def law(self, numbers: Mapping[str, Array]) -> Law:
+    def law(self, numbers: Mapping[str, Array]) -> ControlLaw:
         """The cascade's law behind the notch."""
         inner = self.cascade(numbers)
         return (
@@ -57,7 +57,7 @@ class NotchedState:
 
 
 @dataclass(frozen=True)
-class NotchedLaw(Law):
+class NotchedLaw(ControlLaw):
     """A cascade whose output passes (s^2 + 2 d w f s + f^2) / (s^2 + 2 w f s + f^2), f the mode, w the width
     and d the depth.
     """

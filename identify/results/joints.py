@@ -12,7 +12,7 @@ from identify.results.header import Header
 
 
 @dataclass(frozen=True)
-class ValueTable:
+class JointValues:
     """Values (v) with 95 % intervals; status as in `identify.joints.intervals`; expected: what the robot's
     description says, or NaN.
     """
@@ -60,7 +60,7 @@ class CurveResult:
     unit: str
     rms: float
     samples: int
-    values: ValueTable
+    values: JointValues
     panels: dict[str, Panel]
     said: Texts
     notes: Texts

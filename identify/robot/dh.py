@@ -36,7 +36,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from identify.core.errors import InputError, InputErrors
 from identify.robot.description import Joint, Robot
-from identify.robot.dh_table import GROUND, DhTable, Key, Row, faults
+from identify.robot.dh_table import GROUND, DhRow, DhTable, Key, faults
 from identify.robot.pose import inverse, pose
 
 
@@ -83,7 +83,7 @@ def _robot(table: DhTable) -> Robot:
     return Robot(table.name, links, joints, frames, at[:3, :3].T @ np.array(table.gravity_m_s2))
 
 
-def _joint(convention: str, row: Row, parent: str, child: str) -> Joint:
+def _joint(convention: str, row: DhRow, parent: str, child: str) -> Joint:
     offset, twist = np.radians(row.theta_offset_deg), np.radians(row.alpha_deg)
     lower, upper = np.radians(row.limits_deg) if row.limits_deg else (-np.inf, np.inf)
     turned, twisted = pose((0, 0, row.d_m), (0, 0, offset)), pose((row.a_m, 0, 0), (twist, 0, 0))

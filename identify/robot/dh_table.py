@@ -45,7 +45,7 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Row(_Table):
+class DhRow(_Table):
     """One row of the table: angles in degrees, lengths in metres."""
 
     name: Name
@@ -107,7 +107,7 @@ class DhTable(_Table):
 
     name: Name
     convention: Literal["standard", "modified"]
-    joints: Annotated[tuple[Row, ...], Field(min_length=1)]
+    joints: Annotated[tuple[DhRow, ...], Field(min_length=1)]
     links: tuple[LinkTable, ...]
     base: BaseTable = BaseTable()
     base_pose: PoseTable = PoseTable()

@@ -48,7 +48,7 @@ class UrdfLink:
 
 
 @dataclass(frozen=True)
-class Document:
+class UrdfDocument:
     """A parsed XML file that remembers the line of every element."""
 
     path: Path
@@ -110,7 +110,7 @@ class Document:
         return pose(xyz, rpy)
 
 
-def parse(path: Path) -> Document:
+def parse(path: Path) -> UrdfDocument:
     """The XML of a file; a missing file, broken XML or another root element than <robot> is an InputError
     with the line.
     """
@@ -131,7 +131,7 @@ def parse(path: Path) -> Document:
             f"broken XML ({expat.errors.messages[error.code]})",
             "a URDF file",
         ) from error
-    document = Document(path, builder.close(), lines)
+    document = UrdfDocument(path, builder.close(), lines)
     if document.root.tag != "robot":
         raise InputError(
             document.where(document.root), f"the root element is <{document.root.tag}>", "<robot>"
@@ -147,7 +147,7 @@ def parse(path: Path) -> Document:
     return document
 
 
-def links(document: Document) -> dict[str, UrdfLink]:
+def links(document: UrdfDocument) -> dict[str, UrdfLink]:
     """Every <link> by name; a name used twice is an InputError."""
     found: dict[str, UrdfLink] = {}
     for element in document.root.findall("link"):
@@ -158,7 +158,7 @@ def links(document: Document) -> dict[str, UrdfLink]:
     return found
 
 
-def joints(document: Document) -> list[UrdfJoint]:
+def joints(document: UrdfDocument) -> list[UrdfJoint]:
     """Every <joint>, in the order of the file; a name used twice is an InputError."""
     found: dict[str, UrdfJoint] = {}
     for element in document.root.findall("joint"):
@@ -171,7 +171,7 @@ def joints(document: Document) -> list[UrdfJoint]:
     return list(found.values())
 
 
-def _inertial(document: Document, link: ElementTree.Element, name: str) -> Link | None:
+def _inertial(document: UrdfDocument, link: ElementTree.Element, name: str) -> Link | None:
     element, owner = link.find("inertial"), f"link {name!r}"
     if element is None:
         return None
@@ -184,7 +184,7 @@ def _inertial(document: Document, link: ElementTree.Element, name: str) -> Link 
     return seen_from(own, document.origin(element, owner))
 
 
-def _joint(document: Document, element: ElementTree.Element) -> UrdfJoint:
+def _joint(document: UrdfDocument, element: ElementTree.Element) -> UrdfJoint:
     name, kind, where = (
         document.text(element, "name"),
         document.text(element, "type"),
@@ -213,7 +213,7 @@ def _joint(document: Document, element: ElementTree.Element) -> UrdfJoint:
     )
 
 
-def _axis(document: Document, joint: ElementTree.Element, owner: str) -> Array:
+def _axis(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> Array:
     element = joint.find("axis")
     if element is None:
         return np.array([1.0, 0.0, 0.0])  # the default of the format
@@ -228,7 +228,7 @@ def _axis(document: Document, joint: ElementTree.Element, owner: str) -> Array:
     return axis / length
 
 
-def _limits(document: Document, joint: ElementTree.Element, owner: str) -> tuple[float, float]:
+def _limits(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> tuple[float, float]:
     element = joint.find("limit")
     if element is None or not {"lower", "upper"} & set(element.attrib):
         return -np.inf, np.inf

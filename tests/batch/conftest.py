@@ -20,7 +20,7 @@ import pytest
 
 from identify.batch import child, run
 from identify.batch.executor import Executor, open_executor
-from identify.batch.job import Outcome, failure
+from identify.batch.job import JobOutcome, failure
 from identify.map import run as mapping
 
 ROOT = Path(__file__).parents[2]
@@ -77,12 +77,14 @@ class Inline(Pool):
         future: Future[Any] = Future()
         begun = time.perf_counter()
         try:
-            outcome = Outcome(
+            outcome = JobOutcome(
                 "done", value=getattr(import_module(module), name)(**arguments, attempt=attempt) or {}
             )
         except Exception as error:
             outcome = failure(error)
-        future.set_result(Outcome(outcome.ended, outcome.error, outcome.value, time.perf_counter() - begun))
+        future.set_result(
+            JobOutcome(outcome.ended, outcome.error, outcome.value, time.perf_counter() - begun)
+        )
         return future
 
 

@@ -12,7 +12,7 @@ from identify.batch import executor as executor_module
 from identify.batch import index as index_module
 from identify.batch.executor import Executor, open_executor, processors
 from identify.batch.index import BatchIndex, Entry
-from identify.batch.job import Job, Outcome, failure
+from identify.batch.job import Job, JobOutcome, failure
 from identify.batch.loop import run_jobs
 from identify.core.errors import InputError
 from tests.batch.conftest import Opener
@@ -135,7 +135,7 @@ def test_an_error_is_full_only_when_the_disk_is() -> None:
     assert failure(OSError(13, "Permission denied")).ended == "failed"
     wrapped = InputError("a.h5", "cannot be written", "room")
     wrapped.__cause__ = OSError(28, "No space left on device")
-    assert failure(wrapped) == Outcome("full", "a.h5: cannot be written; expected room.")
+    assert failure(wrapped) == JobOutcome("full", "a.h5: cannot be written; expected room.")
 
 
 def test_the_index_of_many_jobs_is_written_now_and_then(

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from identify.joints.data import Bench
-from identify.measured.conditioning import Motion, condition
+from identify.joints.data import JointTestData
+from identify.measured.conditioning import ConditionedMotion, condition
 from identify.measured.records import MotionRecord, SignalSettings, TimeAxis
 from tests.generator import joint_runs
 
@@ -23,14 +23,16 @@ _OF = {"motor_rad": "motor_position", "link_rad": "link_position", "torque_N_m":
 
 
 @dataclass(frozen=True)
-class MemoryBench(Bench):
+class MemoryBench(JointTestData):
     """runs: signals of one joint (samples,), or of all (samples, joints), by the name of the file they would
     be in.
     """
 
     runs: dict[str, tuple[int, dict[str, Any]]] = field(default_factory=dict)
 
-    def motion(self, path: Path, quantities: Sequence[Any], joints: Sequence[int], where: str) -> Motion:
+    def motion(
+        self, path: Path, quantities: Sequence[Any], joints: Sequence[int], where: str
+    ) -> ConditionedMotion:
         """The conditioned run of that name."""
         joint, signals = self.runs[str(path)]
         record = {_OF[key]: _spread(values, joint) for key, values in signals.items()}

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.geometry import Geometry, displacements
+from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.measured.modal_table import ModalTable
 from identify.measured.uff.geometry import read_geometry
 from identify.measured.uff.shapes import read_shapes, write_shapes
@@ -30,7 +30,7 @@ TABLE = ModalTable(
     shapes=RANDOM.normal(size=(3, 9)) + 1j * RANDOM.normal(size=(3, 9)),
 )
 TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-GEOMETRY = Geometry(
+GEOMETRY = MeasuredGeometry(
     (3, 7, 12),
     np.array([[0.0, 0.1, 2.05], [1.0, -0.25, 0.5], [0.3, 0.0, 0.0]]),
     np.stack([np.eye(3), TURN, np.eye(3)]),

@@ -16,7 +16,7 @@ from identify.model.effects.hardening_stiffness import CubicSpring
 from identify.model.effects.joint_friction import StickingFriction
 from identify.model.effects.torque_law import TorqueLaw
 from identify.model.impact import Impact
-from identify.model.transient import Attached, Models, Response, simulate
+from identify.model.transient import AttachedTorque, Models, Response, simulate
 
 Array = NDArray[np.float64]
 MASS, STIFFNESS, SPEED = 2.0, 2.0 * (2 * np.pi * 10) ** 2, 0.3
@@ -31,7 +31,7 @@ def _struck(
     width = 1e-5
     impact = Impact(MASS * SPEED * np.pi / (2 * width), width, record)
     models = Models(*(np.array([[[x]]]) for x in (MASS, damping, STIFFNESS, 1.0)), (impact,))
-    return simulate(models, [Attached(law, np.ones((1, 1)), np.array([own]))], record, steps)
+    return simulate(models, [AttachedTorque(law, np.ones((1, 1)), np.array([own]))], record, steps)
 
 
 def _peak(cycle: int, friction: float) -> tuple[float, float]:
@@ -88,8 +88,8 @@ def test_two_laws_on_coupled_coordinates_agree_with_an_ordinary_integrator() -> 
     friction, cubic = np.array([1.2, 900.0, 4e-3]), np.array([3e7])
     models = Models(mass[None], damping[None], stiffness[None], np.array([[[0.0], [1.0]]]), (impact,))
     attached = [
-        Attached(StickingFriction(), np.array([[1.0, 0.0]]), friction[None]),
-        Attached(CubicSpring(), np.array([[0.0, 1.0]]), cubic[None]),
+        AttachedTorque(StickingFriction(), np.array([[1.0, 0.0]]), friction[None]),
+        AttachedTorque(CubicSpring(), np.array([[0.0, 1.0]]), cubic[None]),
     ]
     end = simulate(models, attached, impact.record, 4000)
     inverse = np.linalg.inv(mass)
@@ -119,13 +119,13 @@ def test_models_side_by_side_move_as_each_alone() -> None:
         mass, damping, np.array([[[5e3]], [[2e3]]]), np.array([[[1.0, 0.5]], [[-1.0, 2.0]]]), impacts
     )
     own = np.array([[0.5, 1e3, 1e-3], [2.0, 1e2, 1e-4]])
-    both = simulate(models, [Attached(StickingFriction(), np.ones((2, 1)), own)], 0.4, 600)
+    both = simulate(models, [AttachedTorque(StickingFriction(), np.ones((2, 1)), own)], 0.4, 600)
     for number, impact in enumerate(impacts):
         part = slice(number, number + 1)
         single = Models(
             *(a[part] for a in (models.mass, models.damping, models.stiffness, models.force)), (impact,)
         )
-        alone = simulate(single, [Attached(StickingFriction(), np.ones((1, 1)), own[part])], 0.4, 600)
+        alone = simulate(single, [AttachedTorque(StickingFriction(), np.ones((1, 1)), own[part])], 0.4, 600)
         assert both.of(part).torque == pytest.approx(alone.torque, abs=1e-9)
         assert both.x[part] == pytest.approx(alone.x, rel=1e-9)
 

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from identify.core.errors import InputError, InputErrors
 from identify.motion.friction import friction_torque
 from identify.motion.gear import GearSpring
-from identify.motion.simulate import Motion
+from identify.motion.simulate import SimulatedMotion
 from tests.motion import arms
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ PD = {"kind": "pid-voltage", "position_gain": 300.0, "derivative_gain": 6.0}
 TURN = [{"name": "turn", "start_deg": [0.0], "duration_s": 1.0, "moves": [arms.move(1, 30, 90)]}]
 
 
-def run(folder: Path, robot: dict[str, object], **keys: object) -> Motion:
+def run(folder: Path, robot: dict[str, object], **keys: object) -> SimulatedMotion:
     problem = arms.study(folder, robot, **keys)
     return problem.run(problem.initial[None], problem.records)
 

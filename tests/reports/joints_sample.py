@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.results.file import LAYOUT
-from identify.results.joints import CurveResult, JointsResult, Panel, Series, ValueTable
+from identify.results.joints import CurveResult, JointsResult, JointValues, Panel, Series
 from tests.reports.sample import frf_result
 
 
@@ -15,7 +15,7 @@ def joints_result() -> JointsResult:
     """Two curves, of which the second has a value that may be zero."""
     windup, speed = np.linspace(-1e-3, 1e-3, 21), np.linspace(0.02, 0.8, 30)
     torque, friction = 2e6 * windup + 3e11 * windup**3, 400 + 300 * speed
-    stiffness = ValueTable(
+    stiffness = JointValues(
         name=("stiffness", "cubic_stiffness"),
         unit=("N m/rad", "N m/rad^3"),
         value=np.array([2.004e6, 2.95e11]),
@@ -25,7 +25,7 @@ def joints_result() -> JointsResult:
         expected=np.array([2.0e6, np.nan]),
         meaning=("A_1 of Eq. 8", "A_3 of Eq. 8"),
     )
-    coulomb = ValueTable(
+    coulomb = JointValues(
         name=("coulomb", "offset"),
         unit=("N m", "N m"),
         value=np.array([401.5, -0.4]),

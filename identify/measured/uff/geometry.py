@@ -15,7 +15,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.measured.geometry import Geometry
+from identify.measured.geometry import MeasuredGeometry
 from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.cursor import EXPORT
 
@@ -37,7 +37,7 @@ class _Found:
     length: float | None = None
 
 
-def read_geometry(path: Path, length_unit: str | None = None) -> Geometry:
+def read_geometry(path: Path, length_unit: str | None = None) -> MeasuredGeometry:
     """Nodes, channel directions and trace lines of a universal file, in m.
 
     length_unit (m, mm, cm, in, ft) is for files without dataset 164.  InputError where there are no nodes, no
@@ -71,7 +71,7 @@ def read_geometry(path: Path, length_unit: str | None = None) -> Geometry:
             raise InputError(
                 str(path), f"a trace line (dataset 82) through node {node}", "a node of dataset 15 or 2411"
             )
-    return Geometry(nodes, position, axes, tuple(found.lines))
+    return MeasuredGeometry(nodes, position, axes, tuple(found.lines))
 
 
 def _scale(name: str, length: float | None, unit: str | None) -> float:
@@ -205,7 +205,7 @@ def _units164(block: Block, found: _Found) -> None:
     found.length = 1 / factor
 
 
-def geometry_text(geometry: Geometry) -> str:
+def geometry_text(geometry: MeasuredGeometry) -> str:
     """Datasets 164 (SI), 18 (where channels do not look along the common axes), 15 and 82 of a geometry."""
     local = [n for n, axes in enumerate(geometry.axes) if not np.allclose(axes, np.eye(3), atol=1e-12)]
     systems = {n: 2 + k for k, n in enumerate(local)}

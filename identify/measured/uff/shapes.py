@@ -18,7 +18,7 @@ import numpy as np
 from identify.core.arrays import Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.geometry import Geometry
+from identify.measured.geometry import MeasuredGeometry
 from identify.measured.modal_table import ModalTable
 from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.cursor import EXPORT
@@ -159,7 +159,7 @@ def _values(block: Block, size: int, is_complex: bool) -> dict[int, Complex]:
     return values
 
 
-def write_shapes(path: Path, table: ModalTable, geometry: Geometry | None = None) -> None:
+def write_shapes(path: Path, table: ModalTable, geometry: MeasuredGeometry | None = None) -> None:
     """Write shapes (complex, dataset 55 with analysis type 3) after their geometry; values keep 6 digits.
 
     InputError where the table has no shapes or unknown damping, which the format cannot say.

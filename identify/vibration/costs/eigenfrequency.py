@@ -14,7 +14,7 @@ from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.modal.mac import macx
-from identify.model.modes import Modes, complex_modes, frequency_and_damping_gradient
+from identify.model.modes import ComplexModes, complex_modes, frequency_and_damping_gradient
 from identify.vibration.costs.base import Cost
 from identify.vibration.costs.target import ModalTarget, Targets
 
@@ -87,7 +87,7 @@ class EigenfrequencyObjective(Objective):
         return np.concatenate([residual, missing]), np.concatenate([slope, missing_slope])[:, free]
 
     def _differences(
-        self, target: ModalTarget, modes: Modes, slopes: tuple[Array, Array]
+        self, target: ModalTarget, modes: ComplexModes, slopes: tuple[Array, Array]
     ) -> tuple[Array, Array]:
         data, order = target.data, pair_all(target, modes)
         relative = self.cost.scale == "relative"
@@ -104,7 +104,7 @@ class EigenfrequencyObjective(Objective):
         damping_slope = np.where(known[:, None], slopes[1][order] * percent[:, None], 0.0)
         return np.concatenate([residual, damping]), np.concatenate([slope, damping_slope])
 
-    def _missing(self, modes: Modes, slope: Array) -> tuple[Array, Array]:
+    def _missing(self, modes: ComplexModes, slope: Array) -> tuple[Array, Array]:
         missing, slopes = (
             np.zeros(len(self.cost.conditions)),
             np.zeros((len(self.cost.conditions), slope.shape[1])),
@@ -120,7 +120,7 @@ class EigenfrequencyObjective(Objective):
         return missing, slopes
 
 
-def pair_all(target: ModalTarget, modes: Modes) -> Index:
+def pair_all(target: ModalTarget, modes: ComplexModes) -> Index:
     """The model mode (measured modes,) of each measured mode: by MAC and nearness in frequency with shapes,
     by order without.
     """

@@ -19,7 +19,7 @@ from identify.model.effects.torque_law import TorqueLaw
 from identify.model.impact import Impact
 from identify.model.impacted import Struck
 from identify.model.system import System
-from identify.model.transient import Attached, Models, Response, simulate
+from identify.model.transient import AttachedTorque, Models, Response, simulate
 from identify.model.truncation import Ending
 
 _STEPS_PER_PERIOD = 16
@@ -95,7 +95,7 @@ def blow_on(name: str, data: FrfSet, system: System, force: Array, impact: Impac
     )
 
 
-class Bench:
+class ImpactSimulator:
     """Simulates blows that are alike side by side, and remembers the last values that it was asked for."""
 
     def __init__(self, blows: Sequence[Blow]) -> None:
@@ -168,7 +168,7 @@ def _simulate(blows: Sequence[Blow], values: Array) -> Response:
     attached = []
     for number, (law, _, numbers) in enumerate(blows[0].laws):
         turned = np.repeat([blow.laws[number][1] for blow in blows], len(values), axis=0)
-        attached.append(Attached(law, turned, np.tile(values[:, numbers], (len(blows), 1))))
+        attached.append(AttachedTorque(law, turned, np.tile(values[:, numbers], (len(blows), 1))))
     with np.errstate(all="ignore"):  # a model that grows without bound ends in NaN, which costs infinity
         return simulate(
             Models(mass, damping, stiffness, force, impacts), attached, blows[0].impact.record, blows[0].steps

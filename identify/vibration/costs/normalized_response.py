@@ -20,7 +20,7 @@ from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.target import FrfTarget, Targets
 
 
-class Weights(BaseModel):
+class ResonanceWeights(BaseModel):
     """W(f) = 1 + (height - 1) sum over modes of exp(-(f - f_mode)^2 / 2 width^2)."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -41,7 +41,7 @@ class NormalizedResponse(Cost):
     excitation: dict[str, float] = Field(
         min_length=1, description="force channel -> phase in degrees, such as {14:+X: 0, 14:+Y: -90}"
     )
-    weights: Weights | None = Field(None, description="where modes are; default: all lines alike")
+    weights: ResonanceWeights | None = Field(None, description="where modes are; default: all lines alike")
 
     def objective(self, targets: Targets) -> Objective:
         """The cost for FRF sets that have all the force channels."""

@@ -20,7 +20,7 @@ from identify.model.impact import Impact
 from identify.model.impacted import frf_struck
 from identify.model.system import System
 from identify.robot.points import Point
-from identify.vibration.costs.impact import Bench, Blow, blow_on
+from identify.vibration.costs.impact import Blow, ImpactSimulator, blow_on
 
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
@@ -71,7 +71,7 @@ class FrfTarget:
     readings: tuple[tuple[Reading, NDArray[np.intp]], ...] = ()
     record: float | None = None
     blow: Blow | None = None
-    bench: Bench | None = None
+    bench: ImpactSimulator | None = None
 
     @cached_property
     def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -142,9 +142,9 @@ class FrfTarget:
         return np.array(h).reshape(*values.shape[:-1], *h[0].shape)
 
     @cached_property
-    def _simulated(self) -> Bench:
+    def _simulated(self) -> ImpactSimulator:
         """The bench that it shares, or one of its own."""
-        return self.bench or Bench([blow for blow in (self.blow,) if blow is not None])
+        return self.bench or ImpactSimulator([blow for blow in (self.blow,) if blow is not None])
 
     def s_at(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect
@@ -234,7 +234,7 @@ def share_bench(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
     blows = [target.blow for target in targets if target.blow is not None]
     if not blows:
         return tuple(targets)
-    bench = Bench(blows)
+    bench = ImpactSimulator(blows)
     return tuple(replace(target, bench=bench) for target in targets)
 
 
