@@ -217,8 +217,8 @@ def test_nan_in_the_data(folder: Path) -> None:
         "file: frf.csv, quantity: accelerance, unit: m/s^2/N, noise: {relative: 0.02}",
     )
     message = _message(folder)
-    assert "frf.csv" in message or "2:+X/2:+Z" in message
-    assert "nan" in message.lower() or "not a number" in message
+    assert "frf.csv" in message
+    assert "nan" in message.lower(), message
 
 
 def test_all_faults_of_a_config_are_told_at_once(folder: Path) -> None:
