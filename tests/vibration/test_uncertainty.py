@@ -58,6 +58,18 @@ def test_stated_variance_is_that_of_scores_that_are_drawn(keeps: complex) -> Non
     assert np.diag(said).sum() == pytest.approx(np.diag(scatter).sum(), rel=0.12)
 
 
+def test_the_part_along_the_force_counts_once() -> None:
+    """Scores that only the part of the residual along evenly running FRFs moves, smeared over lines."""
+    rng = np.random.default_rng(4)
+    h = np.outer(np.exp(0.05j * np.arange(LINES)), _white(rng, OUTPUTS))
+    drawn, stated = [], []
+    for _ in range(100):
+        e = _smeared(rng, 0.5)
+        drawn.append(float(np.sum(np.conj(h) * e).real))
+        stated.append(score_variance(e, h[..., None], h)[0, 0])
+    assert 0.75 < np.mean(stated) / np.var(drawn) < 1.6
+
+
 def _few(folder: Path) -> tuple[FrfTarget, Scale, np.ndarray]:
     """Four lines of two responses: 48 numbers for 12 parameters."""
     data, parameters = targets(folder, noise=0.02)
