@@ -11,7 +11,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.joints.intervals import Value, symmetric
 from identify.joints.separable import Fitted, separable
-from identify.motion.friction import friction_torque
+from identify.model.laws.friction import EXPONENTIAL, friction_torque, stribeck_decay
 
 Model = Literal["coulomb-viscous", "stribeck"]
 _STARTS = 25
@@ -21,7 +21,7 @@ def friction_columns(velocity: Array, shapes: Array) -> Array:
     """Torque (n, 2 or 3) per unit of F_c, F_v and, where there is a shape ln v_s, F_s."""
     columns = [np.sign(velocity), velocity]
     if len(shapes):
-        columns.append(np.sign(velocity) * np.exp(-np.abs(velocity) / np.exp(shapes[0])))
+        columns.append(np.sign(velocity) * stribeck_decay(velocity, np.exp(shapes[0]), EXPONENTIAL))
     return np.column_stack(columns)
 
 

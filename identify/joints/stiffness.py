@@ -25,7 +25,7 @@ from identify.joints.intervals import independent, symmetric, table
 from identify.joints.weights import StaticWeights
 from identify.measured.record_files import RecordFile
 from identify.measured.records import SignalSettings
-from identify.motion.gear import GearSpring
+from identify.model.laws.gear import GearSpring
 from identify.results.joints import CurveResult, Panel, Series
 
 _PASSES = 4

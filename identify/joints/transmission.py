@@ -24,6 +24,7 @@ from identify.joints.data import JointTestData
 from identify.joints.intervals import Value, over_time, symmetric, table
 from identify.joints.phases import steady
 from identify.joints.separable import Fitted, separable, solve
+from identify.model.laws.transmission_error import harmonic
 from identify.results.joints import CurveResult, Panel, Series
 
 _CHANCE = 1e-3
@@ -44,7 +45,7 @@ class _SlowRun:
 
     def columns(self, orders: Array) -> Array:
         """What is slow, then cosine and sine of each order, at the samples that count."""
-        waves = [wave(order * self.angle[self.used]) for order in orders for wave in (np.cos, np.sin)]
+        waves = [wave for order in orders for wave in harmonic(self.angle[self.used], order)]
         return np.column_stack([self.slow[self.used], *waves])
 
     def left(self, orders: Array) -> Array:

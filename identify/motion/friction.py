@@ -1,7 +1,4 @@
-"""Friction of a drive, seen at the gear output: Coulomb, Stribeck and viscous (Nagoya Eq. 11).
-
-tau_f = sgn(v) (F_c + F_s exp(-|v| / v_s)) + F_v v
-"""
+"""Friction of a drive in simulated motion: Nagoya Eq. 11 (`identify.model.laws.friction`) as a damper."""
 
 from __future__ import annotations
 
@@ -11,6 +8,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.config import Settings
+from identify.model.laws.friction import EXPONENTIAL, stribeck_decay
 from identify.motion.numbers import Number, quantity
 
 
@@ -23,16 +21,6 @@ class FrictionSettings(Settings):
     stribeck_velocity: Number = quantity("rad/s", "v_s, over which F_s dies out", 0.05, least=1e-9)
     creep_velocity: Number = quantity(
         "rad/s", "below this, sgn(v) is a slope: what a joint that sticks still creeps", 1e-4, least=1e-9
-    )
-
-
-def friction_torque(
-    velocity: Array, coulomb: Array, viscous: Array, stribeck: Array, stribeck_velocity: Array
-) -> Array:
-    """Eq. 11 as it is written, N m, for velocities of the gear output, rad/s."""
-    return (
-        np.sign(velocity) * (coulomb + stribeck * np.exp(-np.abs(velocity) / stribeck_velocity))
-        + viscous * velocity
     )
 
 
@@ -65,5 +53,5 @@ class FrictionDamper:
         return self._last
 
     def _dry(self, velocity: Array) -> Array:
-        decay = np.exp(-np.abs(velocity) / self.numbers["friction.stribeck_velocity"])
+        decay = stribeck_decay(velocity, self.numbers["friction.stribeck_velocity"], EXPONENTIAL)
         return np.asarray(self.numbers["friction.coulomb"] + self.numbers["friction.stribeck"] * decay)

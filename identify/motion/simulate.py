@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array, Index
+from identify.model.laws.gear import GearSpring
 from identify.motion.controller import ControlLaw, Sample
 from identify.motion.friction import FrictionDamper
-from identify.motion.gear import GearSpring
 from identify.motion.motor import MotorPlant
 from identify.robot.engine_motion import Lanes, MovingArm, Passive
 

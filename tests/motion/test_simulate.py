@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from identify.core.errors import InputError, InputErrors
-from identify.motion.friction import friction_torque
-from identify.motion.gear import GearSpring
+from identify.model.laws.friction import friction_torque
+from identify.model.laws.gear import GearSpring
 from identify.motion.simulate import SimulatedMotion
 from tests.motion import arms
 

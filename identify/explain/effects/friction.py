@@ -14,6 +14,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
 from identify.explain.recorded_motion import RecordedMotion
+from identify.model.laws.friction import BELL, stribeck_decay
 
 
 class CoulombFriction(MotionEffect):
@@ -70,7 +71,7 @@ class StribeckFriction(MotionEffect):
 
     def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Direction of travel times the bell over speed."""
-        bell = np.exp(-((scene.velocity[:, self.axis - 1] / shape[0]) ** 2))
+        bell = stribeck_decay(scene.velocity[:, self.axis - 1], shape[0], BELL)
         return scene.on(self.axis, scene.direction(self.axis) * bell)
 
 

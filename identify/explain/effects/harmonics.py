@@ -8,6 +8,7 @@ from numpy.polynomial.legendre import legfit, legval
 from identify.core.arrays import Array
 from identify.explain.effects.base import Shape
 from identify.explain.recorded_motion import RecordedMotion
+from identify.model.laws.transmission_error import harmonic
 
 _ORDERS = 2
 _SLOW = 12
@@ -29,7 +30,7 @@ def late(scene: RecordedMotion, joint: int, lag: float) -> Array:
 
 def waves(angle: Array, order: float) -> tuple[Array, Array]:
     """Cosine and sine of that order of an angle (samples,)."""
-    return np.cos(order * angle), np.sin(order * angle)
+    return harmonic(angle, order)
 
 
 def strongest_orders(angle: Array, residual: Array, lower: float, upper: float) -> list[float]:

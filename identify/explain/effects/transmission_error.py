@@ -14,6 +14,7 @@ from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
 from identify.explain.effects.harmonics import LAG, lags, late, strongest_orders, waves
 from identify.explain.recorded_motion import RecordedMotion
+from identify.model.laws.transmission_error import per_joint_turn
 
 _LEAST, _MOST = 0.5, 4.2
 """Orders that are searched, as waves per turn of the motor: half a turn to four; slower waves look like
@@ -61,7 +62,8 @@ class AngularTransmissionError(MotionEffect):
     def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
         """The order, waves per turn of the joint, and the lag of its reading."""
         ratio = float(scene.gear_ratio[self.axis - 1])
-        return (Shape("order", "1/turn", _LEAST * ratio, _MOST * ratio), LAG)
+        limits = per_joint_turn(_LEAST, ratio), per_joint_turn(_MOST, ratio)
+        return (Shape("order", "1/turn", *limits), LAG)
 
     def columns(self, scene: RecordedMotion, shape: Array) -> Array:
         """Waves over the joint's angle."""
