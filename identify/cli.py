@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from identify import __version__
+from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, analysis_for, check_options, load
 from identify.core.errors import (
     EXIT_BAD_INPUT,
     EXIT_FAILED_CHECK,
@@ -18,6 +19,18 @@ from identify.core.errors import (
     EXIT_NOT_CONVERGED,
     InputError,
     InputErrors,
+)
+from identify.options import (
+    BatchOptions,
+    DiscoverOptions,
+    ExplainOptions,
+    FitOptions,
+    MapCommandOptions,
+    ModesOptions,
+    Quiet,
+    SimulateOptions,
+    given,
+    takes_options,
 )
 
 app = typer.Typer(
@@ -28,8 +41,6 @@ app = typer.Typer(
 )
 
 Config = Annotated[Path, typer.Argument(help="a study, see `identify init` and `identify config`")]
-Out = Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>.h5")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 
 
 @app.callback(invoke_without_command=True)
@@ -43,264 +54,102 @@ def version_option(
 
 
 @app.command()
-def fit(
-    config: Config,
-    out: Out = None,
-    seed: Annotated[int | None, typer.Option(help="overrides `seed` of the study")] = None,
-    starts: Annotated[int | None, typer.Option(help="overrides `starts` of the study")] = None,
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume", help="go on with an interrupted run; the result is that of an undisturbed one"
-        ),
-    ] = False,
-    profile: Annotated[
-        list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")
-    ] = None,
-    quiet: Quiet = False,
-) -> None:
+@takes_options
+def fit(config: Config, options: FitOptions) -> None:
     """Fit a study, of vibration, of motion or of single joints: data in, parameters with intervals out."""
-    from identify.core.config import family_of
-    from identify.reports.fit.terminal import print_result, progress_bar
-    from identify.vibration.run import run_fit
-
-    family = family_of(config)
-    if family == "identify-joints":
-        _fit_joints(config, out, report, quiet, refused=resume or bool(profile or seed or starts))
-        return
-    if family == "identify-motion":
-        _fit_motion(
-            config, out, {"seed": seed, "starts": starts}, report, quiet, resume=resume, refused=bool(profile)
-        )
-        return
-    with progress_bar(quiet) as progress:
-        result, path = run_fit(
-            config, out, {"seed": seed, "starts": starts}, progress, resume=resume, profiled=profile or []
-        )
-    if not quiet:
-        print_result(result)
-    _finish([path], report, quiet)
-    if not quiet and any("`identify discover " in sentence for sentence in result.verdict):
-        typer.echo(f"next: identify discover {config}")
-    if not result.converged:
-        raise typer.Exit(EXIT_NOT_CONVERGED)
+    _run("fit", config, options)
 
 
 @app.command()
+@takes_options
 def simulate(
     config: Annotated[Path, typer.Argument(help="a study of motion, schema: identify-motion/1")],
-    out: Out = None,
-    tables: Annotated[Path | None, typer.Option(help="also a CSV of every record into this folder")] = None,
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
-    quiet: Quiet = False,
+    options: SimulateOptions,
 ) -> None:
     """Simulate the records of a study of motion: drives, controllers, friction, elastic joints."""
-    from identify.motion.run import run_simulation
-    from identify.reports.motion.terminal import print_motion
-
-    result, written = run_simulation(config, out, tables)
-    if not quiet:
-        print_motion(result)
-    _finish(written, report, quiet)
+    _run("simulate", config, options)
 
 
 @app.command()
-def discover(
-    config: Config,
-    out: Annotated[
-        Path | None, typer.Option(help="result file; default: reports/<name of the study>_discovery.h5")
-    ] = None,
-    starts: Annotated[int | None, typer.Option(help="overrides `starts` of the study")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="processes; default: one per core")] = None,
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
-    resume: Annotated[
-        bool,
-        typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again"),
-    ] = False,
-    quiet: Quiet = False,
-) -> None:
+@takes_options
+def discover(config: Config, options: DiscoverOptions) -> None:
     """Find what is missing from the model of a study, name it, add it, and show the gap shrink; writes the
     new config.
 
     Of recorded motion (schema identify-explain/1), the same as `identify explain`.
     """
-    import os
-
-    from identify.core.config import family_of
-    from identify.discovery.run import run_discover
-    from identify.reports.fit.terminal import print_discovery, story
-
-    if family_of(config) == "identify-explain":
-        if resume or starts or workers:
-            found = "`--resume`, `--starts` or `--workers` with recorded motion"
-            raise InputError(str(config), found, "a study of vibration", "leave the option out")
-        explain(config, out, report, quiet)
-        return
-    with story(quiet) as told:
-        result, written = run_discover(
-            config, out, {"starts": starts}, told, workers=workers or os.cpu_count() or 1, resume=resume
-        )
-    if not quiet:
-        print_discovery(result)
-    _finish(written, report, quiet)
+    _run("discover", config, options)
 
 
 @app.command()
+@takes_options
 def explain(
     config: Annotated[Path, typer.Argument(help="a study of recorded motion, schema: identify-explain/1")],
-    out: Out = None,
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
-    quiet: Quiet = False,
+    options: ExplainOptions,
 ) -> None:
     """Name the effects behind recorded motor torques, deflections and tracking errors; fitted on one record,
     judged on another.
     """
-    from identify.explain.run import run_explain
-    from identify.reports.explain.terminal import print_explained, story
-
-    with story(quiet) as told:
-        result, path = run_explain(config, out, told)
-    if not quiet:
-        print_explained(result)
-    _finish([path], report, quiet)
+    _run("explain", config, options)
 
 
 @app.command()
+@takes_options
 def modes(
     data: Annotated[
         Path, typer.Argument(help="FRFs in .uff, .csv, .h5 or .mat; or a study, for all its FRF measurements")
     ],
-    out: Annotated[
-        Path | None, typer.Option(help="result file; default: reports/<name of the data>_modes.h5")
-    ] = None,
-    unit: Annotated[
-        str | None, typer.Option(help="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")
-    ] = None,
-    quantity: Annotated[
-        str | None, typer.Option(help="receptance, mobility or accelerance, where the file does not say")
-    ] = None,
-    averages: Annotated[int | None, typer.Option(help="averages behind each FRF")] = None,
-    window_decay: Annotated[
-        float | None, typer.Option(help="decay, 1/s, of an exponential window on force and response")
-    ] = None,
-    band: Annotated[tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz")] = None,
-    estimator: Annotated[str | None, typer.Option(help="plscf or lsce")] = None,
-    direction: Annotated[str | None, typer.Option(help="only the responses along X, Y or Z")] = None,
-    mode: Annotated[
-        list[float] | None,
-        typer.Option(help="choose by hand: the mode nearest to this frequency, Hz; repeatable"),
-    ] = None,
-    max_order: Annotated[
-        int | None, typer.Option(help="largest model order of the stabilisation diagram")
-    ] = None,
-    geometry: Annotated[
-        Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
-    ] = None,
-    length_unit: Annotated[
-        str | None, typer.Option(help="m, mm, cm, in or ft, where the geometry does not say")
-    ] = None,
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")] = True,
-    quiet: Quiet = False,
+    options: ModesOptions,
 ) -> None:
     """Find the modes of measured FRFs: frequencies, damping and shapes; exit code 4 when there is none."""
     from identify.modes.run import file_options, run_modes
-    from identify.reports.fit.terminal import print_modes
 
-    file = file_options(unit=unit, quantity=quantity, averages=averages, window_decay_per_s=window_decay)
-    given = {
-        "band_hz": band,
-        "estimator": estimator,
-        "direction": direction,
-        "modes_hz": mode or None,
-        "max_order": max_order,
-    }
-    modal = {key: value for key, value in given.items() if value is not None}
-    result, written = run_modes(data, out, file, modal, geometry, length_unit)
-    if not quiet:
-        print_modes(result)
-    _finish(written, report, quiet)
-    if not result.found:
+    file = file_options(**options.file())
+    result, written = run_modes(
+        data, options.out, file, options.modal(), options.geometry, options.length_unit
+    )
+    try:
+        _conclude(result, written, options)
+    except typer.Exit:
         typer.echo("no mode was found: see the rejected candidates in the report", err=True)
-        raise typer.Exit(EXIT_NOT_CONVERGED)
-
-
-Workers = Annotated[
-    int | None, typer.Option(min=1, help="local worker processes; default: one per processor")
-]
-Cluster = Annotated[
-    str | None,
-    typer.Option(help="address of a Dask scheduler, which then does the work; see docs/cluster.md"),
-]
-Resume = Annotated[
-    bool, typer.Option("--resume", help="keep what is finished, go on with what was interrupted, do the rest")
-]
+        raise
 
 
 @app.command()
+@takes_options
 def batch(
-    config: Annotated[Path, typer.Argument(help="a batch, schema: identify-batch/1")],
-    out: Out = None,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    resume: Resume = False,
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the summary")] = True,
-    quiet: Quiet = False,
+    config: Annotated[Path, typer.Argument(help="a batch, schema: identify-batch/1")], options: BatchOptions
 ) -> None:
     """Fit many postures or studies, and tell whether a parameter depends on posture; exit code 4 when a fit
     failed.
     """
-    from identify.batch.run import run_batch
-    from identify.reports.batch.terminal import batch_bar, print_batch
-
-    with batch_bar(quiet) as watch:
-        result, written = run_batch(config, out, workers=workers, cluster=cluster, resume=resume, watch=watch)
-    if not quiet:
-        print_batch(result)
-    _finish(written, report, quiet)
-    if result.failed:
-        raise typer.Exit(EXIT_NOT_CONVERGED)
+    _run("batch", config, options)
 
 
 @app.command("map")
+@takes_options
 def map_(
-    model: Annotated[Path, typer.Argument(help="result file of a fit")],
-    postures: Annotated[
-        Path | None, typer.Option(help="CSV of postures: joint1_deg, joint2_deg, ..., and name if wanted")
-    ] = None,
-    grid: Annotated[
-        list[str] | None,
-        typer.Option(help="JOINT:FIRST:LAST:COUNT in degrees, such as 2:-60:60:9; repeatable"),
-    ] = None,
-    tool: Annotated[
-        int | None, typer.Option(help="node of the tool's point; default: the last of the points")
-    ] = None,
-    band: Annotated[
-        tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz; default: of the fit")
-    ] = None,
-    lines: Annotated[int, typer.Option(help="frequencies over the band")] = 100,
-    modes: Annotated[int, typer.Option(min=1, help="how many modes")] = 6,
-    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_map.h5")] = None,
-    workers: Workers = None,
-    cluster: Cluster = None,
-    resume: Resume = False,
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the map")] = True,
-    quiet: Quiet = False,
+    model: Annotated[Path, typer.Argument(help="result file of a fit")], options: MapCommandOptions
 ) -> None:
     """Map a fitted model over postures: frequencies, damping and FRFs of the tool, with intervals; HDF5 and
     CSV.
     """
     from identify.map.run import MapOptions, parse_grid, run_map
-    from identify.reports.batch.terminal import batch_bar, print_said
+    from identify.reports.progress import batch_bar
 
-    options = MapOptions(postures, tuple(parse_grid(text) for text in grid or ()), tool, band, lines, modes)
-    with batch_bar(quiet) as watch:
+    grids = tuple(parse_grid(text) for text in options.grid or ())
+    wanted = MapOptions(options.postures, grids, options.tool, options.band, options.lines, options.modes)
+    with batch_bar(options.quiet) as progress:
         result, written = run_map(
-            model, options, out, workers=workers, cluster=cluster, resume=resume, watch=watch
+            model,
+            wanted,
+            options.out,
+            workers=options.workers,
+            cluster=options.cluster,
+            resume=options.resume,
+            progress=progress,
         )
-    if not quiet:
-        print_said(result.verdict, result.notes)
-    _finish(written, report, quiet)
+    _conclude(result, written, options)
 
 
 @app.command()
@@ -337,13 +186,21 @@ def init(
 
 
 @app.command()
-def config(motion: Annotated[bool, typer.Option("--motion", help="of a study of motion")] = False) -> None:
+def config(
+    kind: Annotated[
+        str, typer.Option(help=f"of which kind of study: {', '.join(WITH_CONFIG)}")
+    ] = WITH_CONFIG[0],
+    motion: Annotated[bool, typer.Option("--motion", help="of a study of motion")] = False,
+) -> None:
     """Print the schema of a config as JSON: every key with its default and meaning."""
     import json
 
-    from identify.schema import motion_schema, study_schema
+    from identify.core.schema import config_schema
 
-    typer.echo(json.dumps(motion_schema() if motion else study_schema(), indent=2))
+    name = "motion" if motion else kind
+    if name not in WITH_CONFIG:
+        raise InputError("--kind", repr(name), "one of " + ", ".join(WITH_CONFIG))
+    typer.echo(json.dumps(config_schema(BY_NAME[name]), indent=2))
 
 
 @app.command()
@@ -386,56 +243,46 @@ def compare(
         typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files)))
 
 
-def _fit_motion(
-    config: Path,
-    out: Path | None,
-    overrides: dict[str, int | None],
-    report: bool,
-    quiet: bool,
-    *,
-    resume: bool,
-    refused: bool,
-) -> None:
-    """Fit a study of motion."""
-    from identify.motion.run import run_motion_fit
-    from identify.reports.fit.terminal import progress_bar
-    from identify.reports.motion.terminal import print_motion
+def _run(command: str, config: Path, options: Any) -> None:
+    """Do what the command means for a config of its kind (`identify.core.analyses`)."""
+    from contextlib import nullcontext
 
-    if refused:
-        raise InputError(
-            str(config), "`--profile` with a study of motion", "a study of vibration", "leave the option out"
-        )
-    with progress_bar(quiet) as progress:
-        result, path = run_motion_fit(config, out, overrides, progress, resume=resume)
-    if not quiet:
-        print_motion(result)
-    _finish([path], report, quiet)
-    if not result.converged:
-        raise typer.Exit(EXIT_NOT_CONVERGED)
+    from identify.core.config import family_of
+
+    analysis = analysis_for(command, family_of(config), str(config))
+    said, run = given(options), analysis.runs[command]
+    check_options(analysis, command, said, str(config))
+    arguments = {name: value for name, value in said.items() if name in run.options}
+    if run.overrides:
+        arguments["overrides"] = {name: value for name, value in said.items() if name in run.overrides}
+    shown = load(run.progress)(options.quiet) if run.progress else nullcontext()
+    with shown as progress:
+        told = {"progress": progress} if run.progress else {}
+        result, written = load(run.function)(config, options.out, **arguments, **told)
+    further = any("`identify discover " in sentence for sentence in result.verdict)
+    said_next = f"next: identify discover {config}" if command == "fit" and further else ""
+    _conclude(result, [written] if isinstance(written, Path) else written, options, said_next)
 
 
-def _fit_joints(config: Path, out: Path | None, report: bool, quiet: bool, *, refused: bool) -> None:
-    """Identify the curves of a study of joints."""
-    from identify.joints.run import run_joints
-    from identify.reports.joints.terminal import print_joints
+def _conclude(result: Any, written: list[Path], options: Any, said_next: str = "") -> None:
+    """Print the result, write the reports of its file, the first that was written, say what there is now, and
+    what to do next.
 
-    if refused:
-        found = "`--seed`, `--starts`, `--resume` or `--profile` with a study of joints"
-        raise InputError(str(config), found, "a study of vibration or motion", "leave the option out")
-    result, path = run_joints(config, out)
-    if not quiet:
-        print_joints(result)
-    _finish([path], report, quiet)
+    Exit code 4 where the result is not what was asked for.
+    """
+    from identify.reports.show import print_report
 
-
-def _finish(written: list[Path], report: bool, quiet: bool) -> None:
-    """Write the reports of the result file, the first that was written, and say what there is now."""
-    if report:
+    if not options.quiet:
+        print_report(result)
+    if options.report:
         from identify.reports.write import write_reports
 
         written = written + write_reports(written[0])
-    if not quiet:
-        typer.echo("\n".join(f"wrote {name}" for name in written))
+    if not options.quiet:
+        typer.echo("\n".join([*(f"wrote {name}" for name in written), *([said_next] if said_next else [])]))
+    success = OF_KIND[result.KIND].success
+    if success and not getattr(result, success):
+        raise typer.Exit(EXIT_NOT_CONVERGED)
 
 
 def main() -> None:

@@ -26,7 +26,7 @@ ARM = ROOT / "configs" / "arm_hammer_test.yaml"
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> tuple[FitResult, Path]:
     """The first study of the README, with a profile."""
-    return run_fit(ARM, tmp_path_factory.mktemp("arm") / "arm.h5", {}, profiled=["joint5.rz.damping"])
+    return run_fit(ARM, tmp_path_factory.mktemp("arm") / "arm.h5", {}, profile=["joint5.rz.damping"])
 
 
 def test_the_first_study_finds_its_truth(result: tuple[FitResult, Path]) -> None:
@@ -70,7 +70,7 @@ def test_profile_agrees_with_the_interval(result: tuple[FitResult, Path]) -> Non
     assert curve.high == pytest.approx(result[0].parameters.high_95[row], rel=0.01)
     assert curve.rise[len(curve.rise) // 2] == pytest.approx(0.0, abs=0.05)
     with pytest.raises(InputError, match="no free parameter 'joint9"):
-        run_fit(ARM, result[1].with_name("other.h5"), {"starts": 1}, profiled=["joint9.rz.stiffness"])
+        run_fit(ARM, result[1].with_name("other.h5"), {"starts": 1}, profile=["joint9.rz.stiffness"])
 
 
 def test_file_is_read_back_as_it_was_written(result: tuple[FitResult, Path]) -> None:

@@ -32,15 +32,15 @@ def run_batch(
     workers: int | None = None,
     cluster: str | None = None,
     resume: bool = False,
-    watch: Watch | None = None,
+    progress: Watch | None = None,
 ) -> tuple[BatchResult, list[Path]]:
     """Fit all that a batch names and write `<name>.h5`, the summary, beside the folder `<name>/` with each
     fit and `index.json`.
 
     workers: local processes (default: one per processor); cluster: address of a Dask scheduler, in their
     place; resume: keep what is finished of the same study, data and versions, and go on with what was
-    interrupted; watch is shown the index after every change. Returns the summary and what was written, the
-    summary first.  Raises InputError for a batch that cannot be read, where nothing can be written, for a
+    interrupted; progress is shown the index after every change. Returns the summary and what was written,
+    the summary first.  Raises InputError for a batch that cannot be read, where nothing can be written, for a
     full disk, and where every fit failed; Interrupted after the index was written.
     """
     begun, batch = time.perf_counter(), read_batch(config)
@@ -51,7 +51,7 @@ def run_batch(
     with held(path):
         with open_executor(workers, cluster) as executor:
             index = _index(batch, files, joint, path, executor)
-            _run(batch, files, joint, executor, index, resume, watch or (lambda index: None))
+            _run(batch, files, joint, executor, index, resume, progress or (lambda index: None))
             about = executor.about
         _tidy(index.path.parent)
         if not any(index.jobs[name].state == "done" for name in files):

@@ -166,15 +166,14 @@ def _fields_at(kind: type[BaseModel], keys: list[Any]) -> dict[str, Any]:
             inner
             for model in models
             if key in model.model_fields
-            for inner in _models_in(model.model_fields[key].annotation)
+            for inner in models_in(model.model_fields[key].annotation)
         ]
-    return {
-        name: field for model in models if not isabstract(model) for name, field in model.model_fields.items()
-    }
+    known = [model for model in models if not isabstract(model) and not getattr(model, "INNER", "")]
+    return {name: field for model in known for name, field in model.model_fields.items()}
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
+def models_in(annotation: Any) -> list[type[BaseModel]]:
     """The settings models that a field's type mentions."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [model for part in get_args(annotation) for model in _models_in(part)]
+    return [model for part in get_args(annotation) for model in models_in(part)]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Self
 
-from pydantic import ValidationError
-from pydantic_core import InitErrorDetails
+from pydantic import GetJsonSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, InitErrorDetails
 
 from identify.core.config import Settings
 
@@ -16,6 +16,16 @@ class FlatSettings(Settings):
     """
 
     INNER: ClassVar[str]
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Without the inner settings, whose keys are those of a registered kind (`identify.core.schema`)."""
+        schema: dict[str, Any] = handler.resolve_ref_schema(handler(core_schema))
+        schema["properties"].pop(cls.INNER)
+        schema["required"] = [key for key in schema["required"] if key != cls.INNER]
+        return schema
 
     @classmethod
     def parse(cls, data: Any) -> Self:

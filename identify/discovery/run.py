@@ -5,6 +5,7 @@ config.
 from __future__ import annotations
 
 import json
+import os
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -45,13 +46,13 @@ def run_discover(
     config: Path,
     out: Path | None,
     overrides: dict[str, Any],
-    story: Story,
+    progress: Story,
     *,
-    workers: int,
+    workers: int | None = None,
     resume: bool = False,
 ) -> tuple[DiscoveryResult, list[Path]]:
     """Find what is missing from the study in `config`; the result and the paths written: result file, then
-    the new config, if any.
+    the new config, if any; workers: processes, by default one per core.
 
     While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
     is not run again by it.
@@ -66,8 +67,8 @@ def run_discover(
         key = run_key(provenance_of(file), file)
 
         def compute(part: PartFile) -> DiscoveryResult:
-            with Workers(problem, workers, Memory(part)) as at_work:
-                found = discover(problem, at_work, story)
+            with Workers(problem, workers or os.cpu_count() or 1, Memory(part)) as at_work:
+                found = discover(problem, at_work, progress)
             return _result(problem, found, key, path, began)
 
         result = resumable(path, key, DiscoveryResult, compute, resume=resume)

@@ -30,9 +30,9 @@ class Drives(Settings):
 class Record(Settings):
     """One record."""
 
-    file: Path
+    file: Path = Field(description="CSV, MATLAB, HDF5 or universal file with time records")
     name: str | None = Field(None, description="default: the file's name")
-    use: Literal["fit", "validate"] = "fit"
+    use: Literal["fit", "validate"] = Field("fit", description="`validate`: the record that judges")
 
 
 class Payload(Settings):
@@ -40,8 +40,10 @@ class Payload(Settings):
     else the last link's frame.
     """
 
-    link: str
-    centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    link: str = Field(description="link or frame that carries it")
+    centre_m: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="centre of mass in the link's frame"
+    )
 
 
 class ExplainStudy(Settings):
@@ -49,12 +51,12 @@ class ExplainStudy(Settings):
 
     schema_: Literal["identify-explain/1"] = Field(alias="schema", description="version of this format")
     name: str = Field(min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
-    robot: RobotSettings
-    drives: Drives
+    robot: RobotSettings = Field(description="the robot that was recorded")
+    drives: Drives = Field(description="what is known of motors and gears")
     records: list[Record] = Field(
         min_length=2, description="one to fit, one with `use: validate` to judge by"
     )
-    signals: dict[Quantity, SignalSettings]
+    signals: dict[Quantity, SignalSettings] = Field(description="where they stand in the files, by quantity")
     time: TimeAxis | None = Field(None, description="the time axis in the files")
     sample_rate_hz: float | None = Field(None, gt=0, description="where the files have no time axis")
     joint_zero_deg: list[float] | None = Field(

@@ -34,7 +34,7 @@ class Curve(BaseModel):
     """One entry of `curves`."""
 
     model_config = Settings.model_config
-    kind: str
+    kind: str = Field(description="which curve")
     name: str | None = Field(
         None,
         min_length=1,

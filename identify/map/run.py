@@ -77,10 +77,10 @@ def run_map(
     workers: int | None = None,
     cluster: str | None = None,
     resume: bool = False,
-    watch: Watch | None = None,
+    progress: Watch | None = None,
 ) -> tuple[MapResult, list[Path]]:
-    """Map a fitted model and write `<name>_map.h5` and a CSV beside it; workers, cluster, resume and watch as
-    for `run_batch`.
+    """Map a fitted model and write `<name>_map.h5` and a CSV beside it; workers, cluster, resume and progress
+    as for `run_batch`.
 
     Returns the map and what was written, the HDF5 file first.  Raises InputError for a file that is no fit,
     for postures or a point that the robot does not have, and for a full disk.
@@ -126,7 +126,7 @@ def run_map(
                 {"map": fit.name, "workers": executor.about},
                 {f.stem: Entry(result=f.name) for f in files},
             )
-            run_jobs(jobs, executor, index, _LIMIT_S, watch or (lambda index: None))
+            run_jobs(jobs, executor, index, _LIMIT_S, progress or (lambda index: None))
             about = executor.about
         rows = _joined(index, files, key)
         seconds = time.perf_counter() - begun

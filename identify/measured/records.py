@@ -39,7 +39,7 @@ class TimeAxis(_Settings):
     """Where the time of the samples stands."""
 
     at: str = Field(description="name of the time axis in the files; `time` in universal files")
-    unit: Literal["s", "ms"] = "s"
+    unit: Literal["s", "ms"] = Field("s", description="unit of its numbers")
 
 
 class SignalSettings(_Settings):

@@ -71,7 +71,7 @@ class Controller(BaseModel, ABC):
     """Settings of a controller of all joints as written in the config."""
 
     model_config = Settings.model_config
-    kind: str
+    kind: str = Field(description="which controller")
     period_s: float = Field(1e-3, gt=0, description="time between ticks, a whole number of steps")
     delay_s: float = Field(0.0, ge=0, description="from measuring to the motor, a whole number of steps")
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.core.config import Settings
@@ -50,7 +51,7 @@ class DcMotor(Settings):
     i.
     """
 
-    kind: Literal["dc"] = "dc"
+    kind: Literal["dc"] = Field("dc", description="which motor: takes a voltage")
     torque_constant: Number = quantity("N m/A", "k_m", least=1e-9)
     back_emf: Number = quantity("V s/rad", "k_e")
     resistance: Number = quantity("ohm", "R of the winding", least=1e-9)
@@ -97,7 +98,7 @@ class TorqueMotor(Settings):
     lag.
     """
 
-    kind: Literal["torque"] = "torque"
+    kind: Literal["torque"] = Field("torque", description="which motor: gives a torque")
     bandwidth_hz: Number = quantity("Hz", "of the first-order lag from command to torque", np.inf, least=1e-6)
     torque_constant: Number = quantity("N m/A", "gives the current that is reported", np.inf, least=1e-9)
     rotor_inertia: Number = quantity("kg m^2", "of the rotor and what turns with it", 0.0)

@@ -38,7 +38,7 @@ class Circle(Settings):
     the centre.
     """
 
-    kind: Literal["circle"] = "circle"
+    kind: Literal["circle"] = Field("circle", description="which path")
     plane: Literal["XY", "YZ", "ZX"] = Field(
         "XY", description="plane of the circle, axes of the base; it runs from the first to the second"
     )

@@ -64,7 +64,7 @@ class TrackerSettings(Settings):
     """Where the measured places of the tool stand."""
 
     at: tuple[str, str, str] = Field(description="names of its x, y and z in the axes of the robot's base")
-    unit: Literal["m", "mm"] = "m"
+    unit: Literal["m", "mm"] = Field("m", description="unit of the places")
 
 
 class RecordSettings(Settings):
@@ -109,7 +109,7 @@ class MotionStudy(Settings):
 
     schema_: Literal["identify-motion/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("motion", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
-    robot: RobotSettings
+    robot: RobotSettings = Field(description="the robot that moves")
     effects: list[Annotated[Springs, BeforeValidator(_spring)]] = Field(
         [], description="elastic coordinates: joint-compliance, base-compliance; none: a rigid arm"
     )
@@ -128,7 +128,9 @@ class MotionStudy(Settings):
         gt=0,
         description="step of integration; default: the controller's period, or less for fast modes",
     )
-    records: list[RecordSettings] = Field(min_length=1)
+    records: list[RecordSettings] = Field(
+        min_length=1, description="motions to simulate, and what was recorded of them"
+    )
     noise: dict[str, Annotated[float, Field(gt=0)]] = Field(
         {}, description="standard deviation of each measured signal that is fitted, SI"
     )

@@ -115,3 +115,8 @@ class BatchResult(Header):
     def failed(self) -> int:
         """How many fits failed."""
         return sum(state == "failed" for state in self.jobs.state)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every fit ended well."""
+        return not self.failed

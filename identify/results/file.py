@@ -17,6 +17,7 @@ import h5py
 import numpy as np
 
 from identify.core import atomic as whole
+from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
 from identify.results.checksum import CHECKSUM, checksum
 from identify.results.names import ENCODED, group_name, key_of
@@ -25,17 +26,11 @@ LAYOUT = 1
 UNFINISHED = "unfinished"
 _ELSEWHERE = "choose another with `--out`"
 _KINDS = {
-    "fit": "a finished fit",
-    "modes": "a modal analysis",
-    "discovery": "a search for missing effects",
-    "batch": "a batch",
-    "map": "a map",
+    **{kind: analysis.holds for kind, analysis in OF_KIND.items()},
     "map-part": "part of a map",
-    "motion": "a simulated or fitted motion",
-    "explained": "an explained motion",
-    "joints": "identified joints",
     UNFINISHED: "an interrupted run of an older version",
 }
+"""What a file of each kind holds, in words."""
 T = TypeVar("T")
 
 

@@ -13,7 +13,7 @@ class Payload(Settings):
     """A rigid body fixed to a link."""
 
     link: str = Field(description="link or frame that carries it")
-    mass_kg: float = Field(gt=0)
+    mass_kg: float = Field(gt=0, description="its mass")
     centre_m: tuple[float, float, float] = Field(
         (0.0, 0.0, 0.0), description="centre of mass in the link's frame"
     )

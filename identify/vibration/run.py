@@ -29,17 +29,17 @@ def run_fit(
     progress: Progress | None = None,
     *,
     resume: bool = False,
-    profiled: Sequence[str] = (),
+    profile: Sequence[str] = (),
 ) -> tuple[results.FitResult, Path]:
     """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the
     study.
 
-    profiled: names of parameters whose profile likelihood is wanted.  While it runs, the part file
+    profile: names of parameters whose profile likelihood is wanted.  While it runs, the part file
     beside it keeps what `resume` needs; a finished run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    return fit_study(file, path, progress, resume=resume, profiled=profiled), path
+    return fit_study(file, path, progress, resume=resume, profiled=profile), path
 
 
 def fit_study(

@@ -110,11 +110,13 @@ class Study(Settings):
 
     schema_: Literal["identify/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("study", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
-    robot: RobotSettings
+    robot: RobotSettings = Field(description="the robot that was measured")
     points: Path | None = Field(
         None, description="CSV of measurement points; needed for FRFs and mode shapes"
     )
-    measurements: list[MeasurementSettings] = Field(min_length=1)
+    measurements: list[MeasurementSettings] = Field(
+        min_length=1, description="what was measured, one entry per posture"
+    )
     band_hz: tuple[float, float] | None = Field(
         None, description="lowest and highest frequency used; default: all lines"
     )

@@ -45,7 +45,7 @@ def undisturbed(study: Path) -> BatchResult:
         result, written = run_batch(
             study / "batch.yaml",
             study / "calm.h5",
-            watch=lambda index: seen.append(_read(index.path)["counts"]),
+            progress=lambda index: seen.append(_read(index.path)["counts"]),
         )
     assert written[0] == study / "calm.h5"
     done = [counts["done"] for counts in seen]
@@ -98,7 +98,7 @@ def test_killed_workers_lose_nothing(opener: Opener, undisturbed: BatchResult, s
             if sum(kills) < KILLS and index.counts()["done"] >= sum(kills):
                 kills.append(kill_one(executor, rng))
 
-        result, written = run_batch(study / "batch.yaml", out, watch=kill)
+        result, written = run_batch(study / "batch.yaml", out, progress=kill)
     assert sum(kills) >= 2
     assert result.jobs.state == ("done",) * POSTURES, result.jobs.error
     for table in ("parameters", "modes", "dependence"):

@@ -100,7 +100,7 @@ def fits(folder: Path, count: int) -> None:
     )
 
     def batch(watched: Watched, workers: int | None = None, cluster: str | None = None) -> float:
-        result, _ = run_batch(config, folder / "out.h5", workers=workers, cluster=cluster, watch=watched)
+        result, _ = run_batch(config, folder / "out.h5", workers=workers, cluster=cluster, progress=watched)
         assert result.jobs.state == ("done",) * count
         return float(result.jobs.seconds.mean())
 
@@ -131,7 +131,7 @@ def maps(folder: Path, count: int) -> None:
     def run(watched: Watched, workers: int | None = None, cluster: str | None = None) -> float:
         begun = time.perf_counter()
         result, _ = run_map(
-            model, options, folder / "map.h5", workers=workers, cluster=cluster, watch=watched
+            model, options, folder / "map.h5", workers=workers, cluster=cluster, progress=watched
         )
         assert len(result.rows.name) == count
         return (time.perf_counter() - begun) * (workers or 2) / count

@@ -149,7 +149,7 @@ class Optimizer(BaseModel, ABC):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    kind: str
+    kind: str = Field(description="which optimizer")
     evaluations: int = Field(1000, ge=1, description="budget of cost evaluations of this stage, per start")
 
     @abstractmethod

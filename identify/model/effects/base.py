@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -85,7 +85,7 @@ class Effect(BaseModel, ABC):
     model_config = ConfigDict(extra="forbid", frozen=True)
     needs_levels: ClassVar[bool] = False
     """Whether only impacts of different strength can tell it from a linear effect."""
-    kind: str
+    kind: str = Field(description="which effect")
 
     @abstractmethod
     def sentence(self) -> str:

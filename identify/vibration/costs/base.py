@@ -7,7 +7,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
@@ -31,7 +31,7 @@ class Cost(BaseModel, ABC):
     """Settings of a cost as written in the config."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    kind: str
+    kind: str = Field(description="which cost")
 
     @abstractmethod
     def objective(self, targets: Targets) -> Objective:

@@ -1,0 +1,227 @@
+"""The options of the command line, each declared once, with its help; a command takes those it has as one
+object.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+Out = Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>.h5")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
+Report = Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")]
+Starts = Annotated[int | None, typer.Option(help="overrides `starts` of the study")]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="local worker processes; default: one per processor")
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(help="address of a Dask scheduler, which then does the work; see docs/cluster.md"),
+]
+KeepFinished = Annotated[
+    bool, typer.Option("--resume", help="keep what is finished, go on with what was interrupted, do the rest")
+]
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Of `identify fit`."""
+
+    out: Out = None
+    seed: Annotated[int | None, typer.Option(help="overrides `seed` of the study")] = None
+    starts: Starts = None
+    report: Report = True
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", help="go on with an interrupted run; the result is that of an undisturbed one"
+        ),
+    ] = False
+    profile: Annotated[
+        list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")
+    ] = None
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
+class SimulateOptions:
+    """Of `identify simulate`."""
+
+    out: Out = None
+    tables: Annotated[Path | None, typer.Option(help="also a CSV of every record into this folder")] = None
+    report: Report = True
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
+class DiscoverOptions:
+    """Of `identify discover`."""
+
+    out: Annotated[
+        Path | None, typer.Option(help="result file; default: reports/<name of the study>_discovery.h5")
+    ] = None
+    starts: Starts = None
+    workers: Annotated[int | None, typer.Option(min=1, help="processes; default: one per core")] = None
+    report: Report = True
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again"),
+    ] = False
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
+class ExplainOptions:
+    """Of `identify explain`."""
+
+    out: Out = None
+    report: Report = True
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
+class ModesOptions:
+    """Of `identify modes`."""
+
+    out: Annotated[
+        Path | None, typer.Option(help="result file; default: reports/<name of the data>_modes.h5")
+    ] = None
+    unit: Annotated[
+        str | None, typer.Option(help="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")
+    ] = None
+    quantity: Annotated[
+        str | None, typer.Option(help="receptance, mobility or accelerance, where the file does not say")
+    ] = None
+    averages: Annotated[int | None, typer.Option(help="averages behind each FRF")] = None
+    window_decay: Annotated[
+        float | None, typer.Option(help="decay, 1/s, of an exponential window on force and response")
+    ] = None
+    band: Annotated[tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz")] = None
+    estimator: Annotated[str | None, typer.Option(help="plscf or lsce")] = None
+    direction: Annotated[str | None, typer.Option(help="only the responses along X, Y or Z")] = None
+    mode: Annotated[
+        list[float] | None,
+        typer.Option(help="choose by hand: the mode nearest to this frequency, Hz; repeatable"),
+    ] = None
+    max_order: Annotated[
+        int | None, typer.Option(help="largest model order of the stabilisation diagram")
+    ] = None
+    geometry: Annotated[
+        Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
+    ] = None
+    length_unit: Annotated[
+        str | None, typer.Option(help="m, mm, cm, in or ft, where the geometry does not say")
+    ] = None
+    report: Report = True
+    quiet: Quiet = False
+
+    def file(self) -> dict[str, Any]:
+        """What they say of the file of FRFs."""
+        return {
+            "unit": self.unit,
+            "quantity": self.quantity,
+            "averages": self.averages,
+            "window_decay_per_s": self.window_decay,
+        }
+
+    def modal(self) -> dict[str, Any]:
+        """What they say of the modal analysis, by the keys of its settings."""
+        given = {
+            "band_hz": self.band,
+            "estimator": self.estimator,
+            "direction": self.direction,
+            "modes_hz": self.mode or None,
+            "max_order": self.max_order,
+        }
+        return {key: value for key, value in given.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class BatchOptions:
+    """Of `identify batch`."""
+
+    out: Out = None
+    workers: Workers = None
+    cluster: Cluster = None
+    resume: KeepFinished = False
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the summary")] = True
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
+class MapCommandOptions:
+    """Of `identify map`."""
+
+    postures: Annotated[
+        Path | None, typer.Option(help="CSV of postures: joint1_deg, joint2_deg, ..., and name if wanted")
+    ] = None
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(help="JOINT:FIRST:LAST:COUNT in degrees, such as 2:-60:60:9; repeatable"),
+    ] = None
+    tool: Annotated[
+        int | None, typer.Option(help="node of the tool's point; default: the last of the points")
+    ] = None
+    band: Annotated[
+        tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz; default: of the fit")
+    ] = None
+    lines: Annotated[int, typer.Option(help="frequencies over the band")] = 100
+    modes: Annotated[int, typer.Option(min=1, help="how many modes")] = 6
+    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_map.h5")] = None
+    workers: Workers = None
+    cluster: Cluster = None
+    resume: KeepFinished = False
+    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the map")] = True
+    quiet: Quiet = False
+
+
+def given(options: Any) -> dict[str, Any]:
+    """The options of an object that were given, by name, but those that every command has."""
+    fields = [field for field in dataclasses.fields(options) if field.name not in ("out", "report", "quiet")]
+    values = {field.name: getattr(options, field.name) for field in fields}
+    defaults = {field.name: field.default for field in fields}
+    return {
+        name: value
+        for name, value in values.items()
+        if value != defaults[name] or type(value) is not type(defaults[name])
+    }
+
+
+def takes_options(command: Callable[..., None]) -> Callable[..., None]:
+    """A command for typer, whose options are the fields of the last parameter, an object of options."""
+    *arguments, last = inspect.signature(command, eval_str=True).parameters.values()
+    kind: type[Any] = last.annotation
+    hints = get_type_hints(kind, include_extras=True)
+    names = [field.name for field in dataclasses.fields(kind)]
+
+    def called(**values: Any) -> None:
+        options = {name: _said(values.pop(name)) for name in names}
+        command(**values, **{last.name: kind(**options)})
+
+    parameters = [
+        *(argument.replace(kind=inspect.Parameter.KEYWORD_ONLY) for argument in arguments),
+        *(
+            inspect.Parameter(
+                field.name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=field.default,
+                annotation=hints[field.name],
+            )
+            for field in dataclasses.fields(kind)
+        ),
+    ]
+    called.__name__, called.__doc__ = command.__name__, command.__doc__
+    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return called
+
+
+def _said(value: Any) -> Any:
+    """A repeatable option that was never given is none, not an empty list."""
+    return None if value == [] else value
