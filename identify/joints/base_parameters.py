@@ -18,11 +18,11 @@ from pydantic import Field
 
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
+from identify.core.separable import eliminate
 from identify.joints.base import Curve
 from identify.joints.base_set import UNITS, BaseSet, all_columns, of_robot, standard_values
 from identify.joints.data import JointTestData
 from identify.joints.intervals import in_time, symmetric, table
-from identify.joints.separable import solve
 from identify.measured.conditioning import ConditionedMotion
 from identify.results.joints import CurveResult, Panel, Series
 from identify.robot.description import Robot
@@ -142,7 +142,7 @@ def _weighted(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
     """
     weights = np.ones(torque.shape[1])
     for _ in range(2):
-        values = solve((columns * weights[:, None])[used], (torque * weights)[used])
+        values = eliminate((columns * weights[:, None])[used], (torque * weights)[used]).coefficients
         left = np.where(used, torque - columns @ values, 0.0)
         final, weights = weights, 1 / np.maximum(np.sqrt((left**2).sum(axis=0) / used.sum(axis=0)), 1e-12)
     return values, final

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.separable import Separated, separable
 from identify.joints.intervals import Value, symmetric
-from identify.joints.separable import Fitted, separable
 from identify.model.laws.friction import EXPONENTIAL, friction_torque, stribeck_decay
 
 Model = Literal["coulomb-viscous", "stribeck"]
@@ -25,7 +25,7 @@ def friction_columns(velocity: Array, shapes: Array) -> Array:
     return np.column_stack(columns)
 
 
-def fit_friction(velocity: Array, torque: Array, model: Model, other: Array, weights: Array) -> Fitted:
+def fit_friction(velocity: Array, torque: Array, model: Model, other: Array, weights: Array) -> Separated:
     """The friction at velocities (n,) beside other columns (n, m): coefficients F_c, F_v, (F_s), others;
     shape ln v_s.
 
@@ -46,7 +46,7 @@ def fit_friction(velocity: Array, torque: Array, model: Model, other: Array, wei
     return separable(columns, torque * weights, starts, lower, upper)
 
 
-def friction_values(fitted: Fitted, half: Array) -> list[Value]:
+def friction_values(fitted: Separated, half: Array) -> list[Value]:
     """F_c, F_v, F_s and v_s; half (p + s,): their half intervals, of ln v_s last.
 
     A velocity over which nothing dies out means nothing: not determined where F_s may be zero.
@@ -67,7 +67,7 @@ def friction_values(fitted: Fitted, half: Array) -> list[Value]:
     return values
 
 
-def friction_at(fitted: Fitted, velocity: Array) -> Array:
+def friction_at(fitted: Separated, velocity: Array) -> Array:
     """The identified curve, N m, at velocities (n,)."""
     c = fitted.coefficients
     part = (c[2], np.exp(fitted.shapes[0])) if len(fitted.shapes) else (0.0, 1.0)

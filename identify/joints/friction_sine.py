@@ -15,11 +15,11 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.separable import Separated
 from identify.joints.base import JointCurve
 from identify.joints.data import JointTestData
 from identify.joints.friction_curve import Model, fit_friction, friction_at, friction_values
 from identify.joints.intervals import over_time, table
-from identify.joints.separable import Fitted
 from identify.measured.conditioning import ConditionedMotion
 from identify.results.joints import CurveResult, Panel, Series
 
@@ -68,7 +68,12 @@ class FrictionSinusoidal(JointCurve):
         return self._result(fitted, half, velocity[used], carried, motions)
 
     def _result(
-        self, fitted: Fitted, half: Array, velocity: Array, friction: Array, motions: list[ConditionedMotion]
+        self,
+        fitted: Separated,
+        half: Array,
+        velocity: Array,
+        friction: Array,
+        motions: list[ConditionedMotion],
     ) -> CurveResult:
         order = np.argsort(velocity)
         every = max(1, len(order) // 2000)

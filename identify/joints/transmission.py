@@ -19,11 +19,11 @@ from scipy.special import fdtrc
 from identify.core.arrays import Array, Mask
 from identify.core.correlated import effective_samples
 from identify.core.errors import InputError
+from identify.core.separable import Separated, eliminate, separable
 from identify.joints.base import JointCurve
 from identify.joints.data import JointTestData
 from identify.joints.intervals import Value, over_time, symmetric, table
 from identify.joints.phases import steady
-from identify.joints.separable import Fitted, separable, solve
 from identify.model.laws.transmission_error import harmonic
 from identify.results.joints import CurveResult, Panel, Series
 
@@ -50,8 +50,7 @@ class _SlowRun:
 
     def left(self, orders: Array) -> Array:
         """What is left with the best coefficients."""
-        columns, wanted = self.columns(orders), self.error[self.used]
-        return np.asarray(wanted - columns @ solve(columns, wanted))
+        return eliminate(self.columns(orders), self.error[self.used]).residual
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class _Waves:
 
     orders: Array
     free: list[int]
-    fitted: Fitted
+    fitted: Separated
     covariance: Array
     half: Array
 

@@ -1,7 +1,7 @@
 """Refinement of poles and participation factors by nonlinear least squares on the FRFs.
 
 pLSCF minimises a linearised error, which biases weak and strongly damped modes.  Here the error of the modal
-model itself is minimised: shapes and residuals are eliminated (variable projection, Golub and Pereyra 1973,
+model itself is minimised: shapes and residuals are eliminated (`identify.core.separable`,
 with Kaufman's Jacobian), and lines are weighted by the residual found around them, so that a small mode is
 not ruled by what the model misses at a large one.
 """
@@ -15,6 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import uniform_filter1d
 
 from identify.core.arrays import Array, Complex, Mask
+from identify.core.separable import eliminate
 from identify.modal.layout import Layout
 from identify.modal.lsfd import regressors, stack, targets, unit_participation
 
@@ -106,12 +107,9 @@ def _weights(error: Array, layout: Layout) -> Array:
 def _eliminate(problem: _Problem, poles: Complex, participation: Complex) -> _State:
     """The shapes and residuals that fit best, and what is left."""
     matrix = regressors(problem.layout, poles, participation, problem.residuals) * problem.rows
-    size = np.linalg.norm(matrix, axis=0)
-    basis, triangle = np.linalg.qr(matrix / size)
-    y = problem.y * problem.rows
-    projected = basis.T @ y
-    solution = np.linalg.lstsq(triangle, projected, rcond=None)[0] / size[:, None]
-    return _State(poles, participation, basis, solution, y - basis @ projected)
+    rounding = np.finfo(float).eps * matrix.shape[1]
+    best = eliminate(matrix, problem.y * problem.rows, rounding)
+    return _State(poles, participation, best.basis, best.coefficients, best.residual)
 
 
 def _minimise(problem: _Problem, state: _State, steps: int, tolerance: float) -> _State:
