@@ -73,7 +73,7 @@ def test_the_good_study_loads(folder: Path) -> None:
 
 
 CONFIG_FAULTS: list[tuple[str, str, str, list[str]]] = [
-    ("broken YAML", "band_hz: [5, 60]", "band_hz: [5, 60", ["config.yaml line", "not YAML"]),
+    ("broken YAML", "band_hz: [5, 60]", "band_hz: [5, 60", ["config.yaml line", "broken YAML"]),
     (
         "unknown key",
         "band_hz:",

@@ -4,7 +4,6 @@ studies to fit, one by one.
 
 from __future__ import annotations
 
-import csv
 import glob
 import re
 from collections.abc import Iterator
@@ -13,12 +12,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from identify.core.config import Settings, read_settings, read_yaml
 from identify.core.config_paths import relocate_measurement
 from identify.core.errors import InputError
+from identify.core.text_input import read_csv
+from identify.core.yaml_input import parse_yaml, plain
 
 SCHEMA = "identify-batch/1"
 _ANGLE = re.compile(r"joint(\d+)_deg")
@@ -160,34 +159,24 @@ def read_table(path: Path) -> list[tuple[int, Data]]:
 
     Raises InputError for a file that cannot be read, or a row of another length than the header.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), f"cannot be read ({error})", "a CSV file with a header") from error
     rows = [
-        (number, next(csv.reader([line], skipinitialspace=True)))
-        for number, line in enumerate(lines, 1)
-        if line.strip()
+        (number, cells)
+        for number, _, cells in read_csv(path, "a CSV file with a header", skip_space=True)
+        if cells
     ]
     if len(rows) < 2:
         raise InputError(str(path), "no rows", "a header and a line per posture")
-    header, read, found = [cell.strip() for cell in rows[0][1]], YAML(typ="safe"), []
+    header, found = rows[0][1], []
     for number, cells in rows[1:]:
+        where = f"{path} line {number}"
         if len(cells) != len(header):
-            raise InputError(
-                f"{path} line {number}", f"{len(cells)} cells", f"{len(header)}, as in the header"
-            )
-        try:
-            found.append(
-                (
-                    number,
-                    {key: read.load(cell) for key, cell in zip(header, cells, strict=True) if cell.strip()},
-                )
-            )
-        except YAMLError as error:
-            raise InputError(
-                f"{path} line {number}", f"a cell that cannot be read ({error})", "numbers or plain text"
-            ) from error
+            raise InputError(where, f"{len(cells)} cells", f"{len(header)}, as in the header")
+        read = {
+            key: plain(parse_yaml(cell, f"{where}, {key}", "numbers or plain text"))
+            for key, cell in zip(header, cells, strict=True)
+            if cell
+        }
+        found.append((number, read))
     return found
 
 

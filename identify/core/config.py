@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any, Generic, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from identify.core.errors import InputError, InputErrors
+from identify.core.text_input import read_text
+from identify.core.yaml_input import line_of, parse_yaml
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -57,7 +57,7 @@ class ConfigFile(Settings, Generic[S]):
             raise InputErrors([self._at_its_line(error) for error in several.errors]) from several
 
     def _at_its_line(self, error: InputError) -> InputError:
-        data = parse_yaml(self.path, self.text)
+        data = parse_yaml(self.text, str(self.path))
         keys = [int(key) if key.isdigit() else key for key in error.where.split(".")]
         if not isinstance(data, dict) or keys[0] not in data:
             return error
@@ -100,25 +100,8 @@ def validated(path: Path, data: Any, kind: type[S]) -> S:
 
 def read_yaml(path: Path) -> tuple[Any, str]:
     """What a YAML file holds, and its text; raises InputError for one that cannot be read or is no YAML."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            str(path), f"cannot be read ({error})", "a config file", "write one with `identify init`"
-        ) from error
-    return parse_yaml(path, text), text
-
-
-def parse_yaml(path: Path, text: str) -> Any:
-    """The text of a config as data that know their lines; InputError where it is no YAML."""
-    try:
-        return YAML(typ="rt").load(text)
-    except MarkedYAMLError as error:
-        line = f" line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        found = f"not YAML ({error.problem or error.context})"
-        raise InputError(f"{path}{line}", found, "`key: value` lines", "check indents and quotes") from error
-    except YAMLError as error:
-        raise InputError(str(path), f"not YAML ({error})", "`key: value` lines") from error
+    text = read_text(path, "a config file", fix="write one with `identify init`")
+    return parse_yaml(text, str(path), "`key: value` lines"), text
 
 
 def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> InputError:
@@ -142,18 +125,6 @@ def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> In
         else type(fault["input"]).__name__
     )
     return InputError(where, f"found {found!r}", fault["msg"][:1].lower() + fault["msg"][1:])
-
-
-def line_of(data: Any, keys: list[Any]) -> str:
-    """` line N` of a key in the YAML, or of the nearest parent that has one."""
-    line = ""
-    for key in keys:
-        try:
-            marks = data.lc.data[key]
-            line, data = f" line {marks[0] + 1}", data[key]
-        except (AttributeError, KeyError, IndexError, TypeError):
-            break
-    return line
 
 
 def _fields_at(kind: type[BaseModel], keys: list[Any]) -> dict[str, Any]:

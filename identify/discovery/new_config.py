@@ -11,11 +11,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from identify.core.atomic import write_whole
 from identify.core.config_paths import relocate_measurement, relocated
+from identify.core.yaml_input import round_trip
 from identify.model.effects.base import Effect
 from identify.vibration.study import StudyFile
 
@@ -33,7 +33,7 @@ def config_text(
     """The study with effects added, each with a remark, and start values for all parameters, as the text of a
     file in `folder`.
     """
-    yaml = YAML(typ="rt")
+    yaml = round_trip()
     yaml.width = 140
     data = yaml.load(file.text)
     if file.path.parent.resolve() != folder.resolve():

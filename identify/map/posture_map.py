@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array
-from identify.core.config import parse_yaml, validated
+from identify.core.config import validated
 from identify.core.errors import InputError
+from identify.core.yaml_input import parse_yaml
 from identify.fitting.tables import scale_of
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
@@ -70,7 +71,7 @@ def fitted_model(result: FitResult, where: str) -> FittedModel:
         raise InputError(
             where, "without the robot's description", "a result of this version", "run the fit again"
         )
-    data = parse_yaml(Path(where), result.provenance.config)
+    data = parse_yaml(result.provenance.config, where)
     study = validated(Path(where), data, Study)
     robot, points = _described(study, result.description)
     first = next(iter(result.measurements.values()))

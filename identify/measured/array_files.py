@@ -30,6 +30,13 @@ _PATH = re.compile(r"([^\[\]]+)(?:\[:,\s*(\d+)\])?")
 _QUANTITIES: tuple[Quantity, ...] = ("receptance", "mobility", "accelerance")
 
 
+def paths_of(options: FrfFileOptions) -> list[str]:
+    """Where in a file the names that can be asked for stand."""
+    said = [options.variables.get(name, name) for name in NAMES] + list(options.variables.values())
+    matches = (_PATH.fullmatch(asked) for asked in dict.fromkeys(said))
+    return [match[1].strip() for match in matches if match is not None]
+
+
 class Arrays:
     """Looks up names in a file: `get(path)` returns the value there, or None."""
 
@@ -77,6 +84,8 @@ class Arrays:
             return None
         if array.size != 1 or array.dtype.kind == "c":
             raise InputError(f"{self.where}, {name}", f"an array of shape {array.shape}", "one real number")
+        if not np.isfinite(array).all():
+            raise InputError(f"{self.where}, {name}", f"{array.reshape(())}", "a finite number")
         return float(array.reshape(()))
 
     def texts(self, name: str) -> list[str] | None:
@@ -234,5 +243,5 @@ def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channe
 
 
 def _decoded(item: Any) -> str:
-    """A text cell of HDF5 or MATLAB."""
-    return item.decode(errors="replace") if isinstance(item, bytes) else str(item).strip()
+    """A text cell of HDF5 or MATLAB, without the blanks that fill it."""
+    return str(item).strip()

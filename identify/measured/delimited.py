@@ -15,7 +15,6 @@ hits.
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.core.text_input import read_csv
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
 from identify.measured.frf_set import UNIT, FrfSet
@@ -78,18 +78,16 @@ class DelimitedTable:
 
 def read_table(path: Path) -> DelimitedTable:
     """A CSV file; InputError for another separator, an empty file or a row with too few or too many cells."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), f"the file cannot be read ({error})", "a CSV file in UTF-8") from error
     notes: dict[str, str] = {}
     rows: list[list[str]] = []
     lines: list[int] = []
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line, cells in read_csv(path, "a CSV file"):
         if note := _NOTE.match(line):
-            notes[note[1]] = note[2]
-        elif line.strip(" ,\t") and not line.startswith("#"):
-            rows.append([cell.strip() for cell in next(csv.reader([line]))])
+            if note[2] != notes.setdefault(note[1], note[2]):
+                found = f"# {note[1]}: {note[2]}, after # {note[1]}: {notes[note[1]]}"
+                raise InputError(f"{path}, line {number}", found, "one of them", "remove the wrong one")
+        elif any(cells):
+            rows.append(cells)
             lines.append(number)
     if len(rows) < 2:
         raise InputError(str(path), f"{len(rows)} lines", "a header line and at least one line of numbers")

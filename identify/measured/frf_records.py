@@ -23,6 +23,9 @@ from identify.measured.frf_set import FrfSet, Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
 
 _Number = TypeVar("_Number", int, float)
+_MOST, _LARGEST = 1e9, 1e30
+"""Most averages, and highest frequency (Hz), of any measurement; largest FRF in SI units, 1 over it the
+smallest."""
 
 
 class FrfFileOptions(BaseModel):
@@ -78,7 +81,7 @@ class FrfRecords:
     states them for all.
 
     unit is that of a translation over a force; a rotation is then in rad, a moment in N m, and only SI may be
-    meant.
+    meant.  notes: sentences on what of the file was not read.
     """
 
     frequency_hz: Array
@@ -86,6 +89,7 @@ class FrfRecords:
     unit: FrfUnit | None = None
     averages: int | None = None
     window_decay_per_s: float | None = None
+    notes: tuple[str, ...] = ()
 
 
 def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: str) -> FrfSet:
@@ -95,6 +99,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
     if not file.records:
         raise InputError(source, "no FRF in the file", "at least one FRF")
     _check_frequency(file.frequency_hz, source)
+    _check_stated(file, source)
     records = _rename(file.records, options, source)
     quantity, factors = _units(replace(file, records=records), options, source)
     pairs = _pairs(records, factors)
@@ -120,7 +125,17 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         or 0.0,
         source=source,
         sha256=sha256,
+        notes=file.notes,
     )
+
+
+def _check_stated(file: FrfRecords, source: str) -> None:
+    """Raise an InputError for a window decay or a number of averages that a config could not say either."""
+    decay, averages = file.window_decay_per_s, file.averages
+    if decay is not None and not 0 <= decay < np.inf:
+        raise InputError(f"{source}, window_decay_per_s", f"{decay:g}", "a finite number of 0 or more, 1/s")
+    if averages is not None and not 1 <= averages < _MOST:
+        raise InputError(f"{source}, averages", f"{averages}", "a whole number of 1 or more")
 
 
 def common_axis(axes: Iterable[tuple[str, Array]], what: str) -> Array:
@@ -134,10 +149,15 @@ def common_axis(axes: Iterable[tuple[str, Array]], what: str) -> Array:
         elif len(axis) != len(first):
             found = f"{len(axis)} {what} values, {len(first)} in {first_where}"
             raise InputError(where, found, "one axis for all", "load them as separate files")
-        elif np.max(np.abs(axis - first), initial=0.0) > 1e-4 * np.min(np.diff(first), initial=np.inf):
+        elif np.max(np.abs(axis - first), initial=0.0) > 1e-4 * _spacing(first):
             found = f"a {what} axis that differs from that of {first_where}"
             raise InputError(where, found, "one axis for all", "load them as separate files")
     return first
+
+
+def _spacing(axis: Array) -> float:
+    """The smallest step of an axis; of one with a single value, that value."""
+    return float(np.diff(axis).min()) if len(axis) > 1 else float(np.abs(axis).max(initial=0.0))
 
 
 def _check_frequency(frequency_hz: Array, source: str) -> None:
@@ -148,6 +168,8 @@ def _check_frequency(frequency_hz: Array, source: str) -> None:
         raise InputError(
             source, "frequencies that are negative, not finite or not rising", "rising frequencies in Hz"
         )
+    if frequency_hz[-1] > _MOST:
+        raise InputError(source, f"frequencies up to {frequency_hz[-1]:g} Hz", f"at most {_MOST:g} Hz")
 
 
 def _rename(records: list[FrfRecord], options: FrfFileOptions, source: str) -> list[FrfRecord]:
@@ -257,6 +279,12 @@ def _pairs(records: list[FrfRecord], factors: list[float]) -> dict[tuple[Channel
                 "export it again",
             )
         scaled = replace(record, values=factor * record.values)
+        largest = float(np.abs(record.values).max(initial=0.0)) * factor
+        if largest and not 1 / _LARGEST < largest < _LARGEST:
+            found = f"FRF {record.output}/{record.input} of at most {largest:g} in SI units"
+            raise InputError(
+                record.where, found, f"between {1 / _LARGEST:g} and {_LARGEST:g}", "check its unit"
+            )
         first = pairs.setdefault((record.output, record.input), scaled)
         if first is not scaled and not _identical(first, scaled):
             found = (

@@ -30,7 +30,7 @@ class FrfSet:
     t} that was put on force and response (0: none), so that the set samples H(sigma + j omega); together
     (inputs,): phasors of forces that act at once, such as 1 and -j of one that rotates: the FRFs of the first
     input are then the responses to all of them, and those of the others are NaN; source says which file it
-    came from, sha256 what was in it.
+    came from, sha256 what was in it; notes are sentences on what of the file was not read.
     """
 
     frequency_hz: Array
@@ -45,6 +45,7 @@ class FrfSet:
     together: tuple[complex, ...] | None = None
     source: str = ""
     sha256: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         shape = (len(self.frequency_hz), len(self.outputs), len(self.inputs))

@@ -8,30 +8,25 @@ What else a file may hold, and under which names, is said in `array_files`; `var
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import h5py
-import numpy as np
 
-from identify.core.errors import InputError
-from identify.measured.array_files import Arrays, read_arrays
+from identify.core.binary_input import read_hdf5
+from identify.core.tree import Group, Value
+from identify.measured.array_files import Arrays, paths_of, read_arrays
 from identify.measured.frf_records import FrfFileOptions, FrfRecords
 from identify.measured.frf_set import UNIT, FrfSet
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     """The FRFs of an HDF5 file; InputError where it is none or `array_files.read_arrays` finds fault."""
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise InputError(
-            str(path),
-            "no readable HDF5 file, or a truncated one",
-            "an HDF5 file",
-            "transfer or export it again",
-        ) from error
-    with file:
-        return read_arrays(Arrays(lambda name: _get(file, name), options, str(path)))
+    content = read_hdf5(path, paths_of(options)).members
+
+    def get(name: str) -> Value | None:
+        value = content.get(name)
+        return None if isinstance(value, Group) else value
+
+    return read_arrays(Arrays(get, options, str(path)))
 
 
 def write_frf(path: Path, frf_set: FrfSet) -> None:
@@ -48,22 +43,3 @@ def write_frf(path: Path, frf_set: FrfSet) -> None:
         file.attrs["window_decay_per_s"] = frf_set.window_decay_per_s
         if frf_set.averages is not None:
             file.attrs["averages"] = frf_set.averages
-
-
-def _get(file: h5py.File, name: str) -> Any:
-    """A dataset or, where there is none, an attribute of that name; complex numbers may be pairs (r, i) or
-    (real, imag).
-    """
-    found = file.get(name)
-    if not isinstance(found, h5py.Dataset):
-        return file.attrs.get(name)
-    try:
-        value = found[()]
-    except OSError as error:
-        raise InputError(
-            f"{file.filename}, {name}", "data that cannot be read", "a whole file", "transfer it again"
-        ) from error
-    fields = np.asarray(value).dtype.names
-    if fields is not None and len(fields) == 2:
-        return value[fields[0]] + 1j * value[fields[1]]
-    return value

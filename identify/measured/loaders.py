@@ -8,11 +8,11 @@ Signal)`, see `time_history`.
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
 from identify.core.errors import InputError
+from identify.core.files import sha256_of
 from identify.core.registry import Registry
 from identify.measured.frf_records import FrfFileOptions, to_frf_set
 from identify.measured.frf_set import FrfSet
@@ -88,9 +88,4 @@ def _open(path: Path, name: str | None, registry: Registry) -> tuple[Any, str]:
             "add the key format",
         )
     reader = registry.get(name, where=f"{path}, key format")
-    try:
-        return reader, hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise InputError(
-            str(path), f"the file cannot be read ({error.strerror})", "a measured file", "check the path"
-        ) from error
+    return reader, sha256_of(path, "a measured file")

@@ -9,7 +9,6 @@ one line a mode with the same columns and `mode`, a number; shapes in a second f
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,14 +17,16 @@ from typing import Any
 import numpy as np
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedSeq
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.files import MEBIBYTE, sha256_of
+from identify.core.yaml_input import read_yaml_file
 from identify.measured.channel import Channel
 from identify.measured.delimited import DelimitedTable, read_table
 from identify.measured.modal_table import ModalTable
 
+_LARGEST = 8 * MEBIBYTE
 _SCALES = {"damping_ratio": 1.0, "damping_percent": 0.01}
 _STD_SCALES = {"damping_std_ratio": 1.0, "damping_std_percent": 0.01}
 _KEYS = ("frequency_hz", *_SCALES, "frequency_std_hz", *_STD_SCALES)
@@ -41,12 +42,7 @@ def read_modal_table(path: Path, shapes: Path | None = None) -> ModalTable:
     suffix = path.suffix.lower()
     if suffix not in (".yaml", ".yml", ".csv"):
         raise InputError(str(path), f"suffix {path.suffix!r}", "a modal table in .yaml, .yml or .csv")
-    try:
-        sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise InputError(
-            str(path), f"the file cannot be read ({error.strerror})", "a modal table", "check the path"
-        ) from error
+    sha256 = sha256_of(path, "a modal table")
     modes = _csv_modes(path, shapes) if suffix == ".csv" else _yaml_modes(path)
     return parse_modes(modes, str(path), sha256)
 
@@ -130,13 +126,7 @@ def _write_csv(path: Path, header: list[str], rows: list[list[Any]]) -> None:
 
 def _yaml_modes(path: Path) -> list[tuple[str, Mapping[str, Any]]]:
     """The modes of a YAML file with their lines."""
-    try:
-        content = YAML(typ="rt").load(path.read_text(encoding="utf-8"))
-    except MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark is not None else 1
-        raise InputError(f"{path}, line {line}", f"broken YAML ({error.problem})", "a YAML file") from error
-    except (YAMLError, UnicodeDecodeError, ValueError) as error:
-        raise InputError(str(path), f"broken YAML ({error})", "a YAML file in UTF-8") from error
+    content = read_yaml_file(path, "a modal table in YAML", _LARGEST)
     if (
         not isinstance(content, Mapping)
         or set(content) != {"modes"}

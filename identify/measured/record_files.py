@@ -7,16 +7,17 @@ per joint.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.binary_input import read_hdf5, read_mat
 from identify.core.errors import InputError
+from identify.core.files import sha256_of
+from identify.core.tree import Group
 from identify.measured import mat
 from identify.measured.delimited import DelimitedTable, read_table
 from identify.measured.loaders import FORMAT_OF_SUFFIX, load_time_history
@@ -36,13 +37,8 @@ class RecordFile:
         if form is None:
             raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(FORMAT_OF_SUFFIX))
         self.path = path
-        try:
-            self.sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
-        except OSError as error:
-            fix = "put the data there, or say in `records` where they are"
-            raise InputError(
-                str(path), f"the file cannot be read ({error.strerror})", "a recorded motion", fix
-            ) from error
+        fix = "put the data there, or say in `records` where they are"
+        self.sha256 = sha256_of(path, "a recorded motion", fix=fix)
         self.in_si = form == "uff"
         self._lookup = _READERS[form](path)
 
@@ -73,22 +69,17 @@ class RecordFile:
 
 
 def _of_mat(path: Path) -> Lookup:
-    content = mat.read_variables(path)
+    content = read_mat(path)
     return lambda name, unit: mat.variable(content, name)
 
 
 def _of_hdf5(path: Path) -> Lookup:
-    try:
-        with h5py.File(path, "r") as file:
-            arrays: dict[str, Any] = {}
-            file.visititems(
-                lambda name, item: arrays.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-            )
-    except OSError as error:
-        raise InputError(
-            str(path), f"no readable HDF5 file ({error})", "an HDF5 file", "transfer or export it again"
-        ) from error
-    return lambda name, unit: arrays.get(name.strip("/"))
+    def lookup(name: str, unit: SignalUnit | None) -> Any:
+        value = read_hdf5(path, [name]).members.get(name)
+        return None if isinstance(value, Group) else value
+
+    read_hdf5(path, [])  # says now what is wrong with the file as a whole
+    return lookup
 
 
 def _of_csv(path: Path) -> Lookup:

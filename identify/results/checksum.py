@@ -3,38 +3,42 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from operator import itemgetter
 from typing import Any
 
-import h5py
 import numpy as np
+
+from identify.core.tree import Group, Value
 
 CHECKSUM = "checksum"
 """The root's attribute that holds it, and is not part of it."""
 
 
-def checksum(file: h5py.File) -> str:
+def checksum(tree: Group) -> str:
     """The sha256 of the content as hexadecimal digits, however the file lays it out on the disk."""
     digest = hashlib.sha256()
-
-    def take(name: str, item: h5py.Group | h5py.Dataset) -> None:
-        _take(digest, f"object {name}", None)
-        for key in sorted(item.attrs):
-            if (name, key) != ("/", CHECKSUM):
-                _take(digest, f"attribute {key}", item.attrs[key])
-        if isinstance(item, h5py.Dataset):
-            _take(digest, "data", item[()])
-
-    take("/", file)
-    names: list[str] = []
-    file.visit(names.append)
-    for name in sorted(names):
-        take(name, file[name])
+    for name, item in sorted(_objects("", tree), key=itemgetter(0)):
+        _take(digest, f"object {name or '/'}", None)
+        if not isinstance(item, Group):
+            _take(digest, "data", item)
+            continue
+        for key in sorted(item.attributes):
+            if (name, key) != ("", CHECKSUM):
+                _take(digest, f"attribute {key}", item.attributes[key])
     return digest.hexdigest()
+
+
+def _objects(name: str, item: Group | Value) -> Iterator[tuple[str, Group | Value]]:
+    """A group and all in it, by path."""
+    yield name, item
+    for key, member in item.members.items() if isinstance(item, Group) else ():
+        yield from _objects(f"{name}/{key}" if name else key, member)
 
 
 def _take(digest: Any, name: str, value: Any) -> None:
     """Put a named value into the digest, each part after its length, so that none can run into the next."""
-    array = np.asarray(value)
+    array = np.array(value, dtype=object) if isinstance(value, tuple) else np.asarray(value)
     if array.dtype.kind in "OUS":
         parts = [str(array.shape).encode(), *(_text(one) for one in array.ravel().tolist())]
     else:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Texts
 from identify.core.errors import InputError
+from identify.core.files import sha256_of
 from identify.results.file import read
 from identify.results.fit import FitResult
 from identify.results.header import Header
@@ -172,5 +172,5 @@ def _provenance(files: Sequence[Path], runs: dict[str, FitResult]) -> Provenance
         config_sha256="",
         config="",
         input_files=tuple(runs),
-        input_sha256=tuple(hashlib.sha256(file.read_bytes()).hexdigest() for file in files),
+        input_sha256=tuple(sha256_of(file, "a result file") for file in files),
     )

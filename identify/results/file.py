@@ -7,24 +7,27 @@ attribute `checksum` is over all of them (`identify.results.checksum`).
 from __future__ import annotations
 
 import dataclasses
-import types
-import typing
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar, Union
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
 
 from identify.core import atomic as whole
+from identify.core import binary_input
 from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
+from identify.core.hdf5_tree import tree_of
+from identify.core.tree import Group, Unread
 from identify.results.checksum import CHECKSUM, checksum
-from identify.results.names import ENCODED, group_name, key_of
+from identify.results.names import ENCODED, group_name
+from identify.results.record import record_of
 
 LAYOUT = 1
 UNFINISHED = "unfinished"
 _ELSEWHERE = "choose another with `--out`"
+_A_RESULT = "a result file written by `identify fit`"
 _KINDS = {
     **{kind: analysis.holds for kind, analysis in OF_KIND.items()},
     "map-part": "part of a map",
@@ -47,56 +50,48 @@ def write(result: Any, path: Path) -> None:
     """
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         _write_group(file, result)
-        file.attrs[CHECKSUM] = checksum(file)
+        file.attrs[CHECKSUM] = checksum(tree_of(file))
         file.flush()
         image = file.id.get_file_image()
     whole.write_whole(path, partial(Path.write_bytes, data=image), _ELSEWHERE)
+    binary_input.wrote(path)
 
 
 def read(path: Path, kind: type[T]) -> T:
-    """Read a result; raises InputError for a file that is none, or one of another layout."""
-    try:
-        with h5py.File(path, "r") as file:
-            layout = file.attrs.get("layout")
-            if layout != LAYOUT:
-                found = "not a result of identify" if layout is None else f"layout {layout}"
-                raise InputError(
-                    str(path),
-                    found,
-                    f"a result file of layout {LAYOUT}",
-                    "run the fit again with this version",
-                )
-            stored, wanted = file["kind"][()].decode(), kind.KIND  # type: ignore[attr-defined]
-            if stored != wanted:
-                fix = "see `identify fit --resume`" if UNFINISHED in (stored, wanted) else ""
-                raise InputError(str(path), f"holds {_KINDS.get(stored, stored)}", _KINDS[wanted], fix)
-            _check(file, path)
-            return _read_group(file, kind)
-    except OSError as error:
-        raise InputError(
-            str(path), f"cannot be read as HDF5 ({error})", "a result file written by `identify fit`"
-        ) from error
+    """Read a result; raises InputError for a file that is none, is damaged, or is one of another layout."""
+    tree = binary_input.read_hdf5(path, expected=_A_RESULT)
+    layout = tree.attributes.get("layout")
+    if layout is None or isinstance(layout, (str, tuple, Unread)) or layout.size != 1 or layout != LAYOUT:
+        found = "not a result of identify" if layout is None else f"layout {layout}"
+        expected = f"a result file of layout {LAYOUT}"
+        raise InputError(str(path), found, expected, "run the fit again with this version")
+    stored, wanted = tree.members.get("kind"), kind.KIND  # type: ignore[attr-defined]
+    if stored != wanted:
+        fix = "see `identify fit --resume`" if UNFINISHED in (stored, wanted) else ""
+        what = _KINDS.get(stored, repr(stored)) if isinstance(stored, str) else "no kind of result"
+        raise InputError(str(path), f"holds {what}", _KINDS[wanted], fix)
+    _check(tree, path)
+    return record_of(tree, kind, str(path))
 
 
-def _check(file: h5py.File, path: Path) -> None:
+def _check(tree: Group, path: Path) -> None:
     """Raise an InputError where what a file holds is not what was written; files from before there was a
     checksum pass.
     """
-    written = file.attrs.get(CHECKSUM)
-    if written is not None and written != checksum(file):
+    written = tree.attributes.get(CHECKSUM)
+    if written is not None and (not isinstance(written, str) or written != checksum(tree)):
         fix = "take it from a copy, or run the study again"
-        raise InputError(
-            str(path), "its content was changed or damaged after it was written", "the result", fix
-        )
+        found = "its content was changed or damaged after it was written"
+        raise InputError(str(path), found, "the result", fix)
 
 
 def kind_of(path: Path) -> str:
     """What a result file holds: `fit`, `modes`, `unfinished`; empty for a file that is no result."""
     try:
-        with h5py.File(path, "r") as file:
-            return file["kind"][()].decode() if "kind" in file else ""
-    except OSError:
+        kind = binary_input.read_hdf5(path, ["kind"], _A_RESULT).members.get("kind")
+    except InputError:
         return ""
+    return kind if isinstance(kind, str) else ""
 
 
 def _write_group(group: h5py.Group, item: Any) -> None:
@@ -122,30 +117,3 @@ def _write_group(group: h5py.Group, item: Any) -> None:
             group.create_dataset(name, data=value)
         else:
             group.attrs[name] = value
-
-
-def _read_group(group: h5py.Group, kind: type[T]) -> T:
-    hints = typing.get_type_hints(kind)
-    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
-    return kind(**{name: _read_value(group, name, hints[name]) for name in names})
-
-
-def _read_value(group: h5py.Group, name: str, hint: Any) -> Any:
-    if typing.get_origin(hint) in (Union, types.UnionType):
-        if name not in group and name not in group.attrs:
-            return None
-        hint = next(option for option in typing.get_args(hint) if option is not type(None))
-    if typing.get_origin(hint) is dict:
-        inner = typing.get_args(hint)[1]
-        return {
-            key_of(key, ENCODED in member.attrs): _read_group(member, inner)
-            for key, member in group[name].items()
-        }
-    if typing.get_origin(hint) is tuple:
-        return tuple(text.decode() for text in group[name][()])
-    if dataclasses.is_dataclass(hint):
-        return _read_group(group[name], typing.cast(type, hint))
-    if hint in (int, float, bool):
-        return hint(group.attrs[name])
-    value = group[name][()]
-    return value.decode() if hint is str else value

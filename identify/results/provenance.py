@@ -11,6 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from identify import __version__
+from identify.core.files import sha256_of
 from identify.results import tables
 
 _PACKAGES = ("numpy", "scipy", "mujoco", "h5py", "pymoo", "pyswarms")
@@ -40,4 +41,4 @@ def provenance(
 
 def sha256(path: Path) -> str:
     """The sha256 of a file, as hexadecimal digits."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return sha256_of(path, "an input file")

@@ -11,8 +11,9 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import to_jsonable_python
 
-from identify.core.config import ConfigFile, line_of, parse_yaml
+from identify.core.config import ConfigFile
 from identify.core.flat import FlatSettings
+from identify.core.yaml_input import line_of, parse_yaml
 from identify.results.tables import SettingTable
 
 DEFAULT, COMMAND_LINE = "default", "command line"
@@ -25,7 +26,7 @@ def config_settings(file: ConfigFile[Any], filled: Mapping[str, Any] | None = No
 
     filled: what runs in place of keys that were not given, by key.
     """
-    data = parse_yaml(file.path, file.text)
+    data = parse_yaml(file.text, str(file.path))
     found = {
         row[0]: row
         for row in _rows(file.study, (), lambda keys: f"{file.path.name}{line_of(data, list(keys))}")

@@ -11,6 +11,9 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 
+_HEAVIEST = 1e9
+"""Mass (kg) and distance (m) that no link reaches; 1 over it, the smallest mass that one can have."""
+
 
 @dataclass(frozen=True)
 class Link:
@@ -135,7 +138,21 @@ def inertia_fault(link: Link) -> str | None:
         return "centre of mass or inertia is not finite"
     if not np.allclose(link.inertia, link.inertia.T):
         return "inertia tensor is not symmetric"
-    principal = np.linalg.eigvalsh(link.inertia)
+    principal = np.asarray(np.linalg.eigvalsh(link.inertia), dtype=np.float64)
+    return _moment_fault(principal) or _size_fault(link, principal)
+
+
+def _size_fault(link: Link, principal: Array) -> str | None:
+    """Why no link of a robot is so light, heavy or far, or None; beyond this, numbers under- or overflow."""
+    if not 1 / _HEAVIEST < link.mass < _HEAVIEST:
+        return f"mass {link.mass:g} kg is beyond {1 / _HEAVIEST:g} to {_HEAVIEST:g} kg"
+    if not ((np.abs(link.centre) < _HEAVIEST).all() and principal[0] > 1e-20 and principal[2] < _HEAVIEST**2):
+        return "centre of mass or inertia is beyond all that robots have"
+    return None
+
+
+def _moment_fault(principal: Array) -> str | None:
+    """Why no rigid body can have these moments of inertia (3,), rising, kg m^2, or None."""
     if principal[0] <= 0:
         return f"principal moments of inertia {principal.round(9).tolist()} kg m^2 are not all positive"
     # Published tables and boxes drawn around real shapes miss the triangle inequality by some per cent; more

@@ -28,13 +28,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from reprlib import repr as shortened
+from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from identify.core.errors import InputError, InputErrors
+from identify.core.yaml_input import line_of, plain, read_yaml_file
 from identify.robot.description import Joint, Robot
 from identify.robot.dh_table import GROUND, DhRow, DhTable, Key, faults
 from identify.robot.pose import inverse, pose
@@ -46,25 +46,19 @@ def read_dh(path: Path) -> Robot:
     Raises InputError for a file that cannot be read and InputErrors with every other fault: key, line, what
     was found and expected.
     """
+    data = read_yaml_file(path, "a Denavit-Hartenberg table in YAML")
     try:
-        data = YAML(typ="safe").load(path.read_text(encoding="utf-8"))
-        table = DhTable.model_validate(data)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            str(path), f"cannot be read ({error})", "a Denavit-Hartenberg table in YAML"
-        ) from error
-    except MarkedYAMLError as error:
-        line = f" line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise InputError(
-            path.name + line, f"broken YAML ({error.problem})", "a Denavit-Hartenberg table in YAML"
-        ) from error
-    except YAMLError as error:
-        raise InputError(path.name, f"broken YAML ({error})", "a Denavit-Hartenberg table in YAML") from error
+        table = DhTable.model_validate(plain(data))
     except ValidationError as error:
         raise InputErrors(
-            [_explain(path, fault["loc"], fault["msg"], fault["input"]) for fault in error.errors()]
+            [
+                _explain(_where(path, data, fault["loc"]), fault["msg"], fault["input"])
+                for fault in error.errors()
+            ]
         ) from error
-    found_faults = [InputError(_where(path, key), found, expected) for key, found, expected in faults(table)]
+    found_faults = [
+        InputError(_where(path, data, key), found, expected) for key, found, expected in faults(table)
+    ]
     if found_faults:
         raise InputErrors(found_faults)
     return _robot(table)
@@ -95,21 +89,15 @@ def _joint(convention: str, row: DhRow, parent: str, child: str) -> Joint:
     return Joint(row.name, parent, child, turned, np.array([0.0, 0.0, 1.0]), twisted, lower, upper)
 
 
-def _explain(path: Path, key: Key, message: str, value: object) -> InputError:
+def _explain(where: str, message: str, value: object) -> InputError:
     if message == "Field required":
-        return InputError(_where(path, key), "this key is missing", fix="add it")
+        return InputError(where, "this key is missing", fix="add it")
     if message == "Extra inputs are not permitted":
-        return InputError(_where(path, key), "unknown key", fix="remove it or correct its spelling")
-    return InputError(_where(path, key), shortened(value), message.removeprefix("Input should be "))
+        return InputError(where, "unknown key", fix="remove it or correct its spelling")
+    return InputError(where, shortened(value), message.removeprefix("Input should be "))
 
 
-def _where(path: Path, key: Key) -> str:
+def _where(path: Path, data: Any, key: Key) -> str:
     """File, line and key; the line is that of the innermost part of the key that the file has."""
-    data, line = YAML().load(path.read_text(encoding="utf-8")), 1
-    for part in key:
-        try:
-            line = (data.lc.item(part) if isinstance(part, int) else data.lc.key(part))[0] + 1
-            data = data[part]
-        except (AttributeError, KeyError, IndexError, TypeError):
-            break
-    return f"{path.name} line {line}, {'.'.join(str(part) for part in key)}"
+    line = line_of(data, list(key)) or " line 1"
+    return f"{path.name}{line}, {'.'.join(str(part) for part in key)}"

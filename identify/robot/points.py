@@ -8,7 +8,6 @@ axes in that order (the convention of URDF's rpy).
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
+from identify.core.text_input import read_csv
 from identify.robot.description import Robot
 from identify.robot.pose import pose
 
@@ -47,16 +47,8 @@ def read_points(path: Path) -> dict[int, Point]:
     Raises InputError for a file without the columns and InputErrors for every row with a doubled node or
     something that is no number.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            str(path), f"cannot be read ({error})", "a CSV file of measurement points"
-        ) from error
     rows = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(lines, start=1)
-        if line.strip()
+        (number, cells) for number, _, cells in read_csv(path, "a CSV file of measurement points") if cells
     ]
     if not rows:
         raise InputError(path.name, "the file is empty", f"a first line with the columns {','.join(COLUMNS)}")

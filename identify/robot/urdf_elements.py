@@ -7,12 +7,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
-from xml.parsers import expat
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.xml_input import Lines, read_xml
 from identify.robot.description import Link
 from identify.robot.pose import pose, seen_from
 
@@ -53,7 +53,7 @@ class UrdfDocument:
 
     path: Path
     root: ElementTree.Element
-    lines: dict[ElementTree.Element, int]
+    lines: Lines
 
     def where(self, element: ElementTree.Element, owner: str = "") -> str:
         """File, line and element, for an error."""
@@ -114,24 +114,7 @@ def parse(path: Path) -> UrdfDocument:
     """The XML of a file; a missing file, broken XML or another root element than <robot> is an InputError
     with the line.
     """
-    builder, parser, lines = ElementTree.TreeBuilder(), expat.ParserCreate(), {}
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        lines[builder.start(tag, attributes)] = parser.CurrentLineNumber
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = builder.end
-    try:
-        parser.Parse(path.read_bytes(), True)
-    except OSError as error:
-        raise InputError(str(path), f"cannot be read ({error.strerror})", "a URDF file") from error
-    except expat.ExpatError as error:
-        raise InputError(
-            f"{path.name} line {error.lineno}",
-            f"broken XML ({expat.errors.messages[error.code]})",
-            "a URDF file",
-        ) from error
-    document = UrdfDocument(path, builder.close(), lines)
+    document = UrdfDocument(path, *read_xml(path, "a URDF file"))
     if document.root.tag != "robot":
         raise InputError(
             document.where(document.root), f"the root element is <{document.root.tag}>", "<robot>"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from identify.core.files import read_bytes
 from identify.results import fit as results
 from identify.results import tables
 from identify.results.provenance import provenance, sha256
@@ -34,7 +35,7 @@ def description_of(file: StudyFile) -> results.Description:
 
 
 def _text(path: Path) -> str:
-    return path.read_bytes().decode(
+    return read_bytes(path, "an input file").decode(
         "utf-8-sig", errors="replace"
     )  # a name in another encoding must not cost a finished fit
 

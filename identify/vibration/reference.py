@@ -5,13 +5,12 @@ file.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
-
-import numpy as np
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
+from reprlib import repr as shortened
 
 from identify.core.errors import InputError
+from identify.core.yaml_input import plain, read_yaml_file
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import parse_modes
 
@@ -29,12 +28,7 @@ def read_reference(path: Path, known: list[str]) -> Reference:
     """The reference values of a study; a name that is no parameter of the study (`known`) is an
     InputError.
     """
-    try:
-        data = YAML(typ="safe").load(path.read_text(encoding="utf-8"))
-    except (OSError, YAMLError) as error:
-        raise InputError(
-            str(path), f"cannot be read ({error})", "a YAML file with source, parameters and modes"
-        ) from error
+    data = plain(read_yaml_file(path, "a YAML file with source, parameters and modes"))
     if (
         not isinstance(data, dict)
         or set(data) - {"source", "parameters", "modes"}
@@ -43,13 +37,20 @@ def read_reference(path: Path, known: list[str]) -> Reference:
         raise InputError(
             str(path), "other keys", "`source` (text), `parameters` (name: value) and `modes` (a list)"
         )
-    parameters = data.get("parameters") or {}
+    parameters, modes = data.get("parameters") or {}, data.get("modes") or []
+    for key, value, kind in (("parameters", parameters, dict), ("modes", modes, list)):
+        if not isinstance(value, kind):
+            expected = "name: value" if kind is dict else "a list of modes"
+            raise InputError(f"{path} {key}", f"found {shortened(value)}", expected)
     for name, value in parameters.items():
         if name not in known:
-            raise InputError(str(path), f"unknown parameter {name!r}", "one of " + ", ".join(known))
-        if not isinstance(value, (int, float)) or not np.isfinite(value):
-            raise InputError(f"{path} {name}", f"found {value!r}", "a number")
-    rows = [(f"{path} mode {number}", mode) for number, mode in enumerate(data.get("modes") or [], start=1)]
+            raise InputError(str(path), f"unknown parameter {shortened(name)}", "one of " + ", ".join(known))
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+            raise InputError(f"{path} {name}", f"found {shortened(value)}", "a number")
+    rows = [(f"{path} mode {number}", mode) for number, mode in enumerate(modes, start=1)]
+    for where, mode in rows:
+        if not isinstance(mode, dict):
+            raise InputError(where, f"found {shortened(mode)}", "keys such as frequency_hz: 12.05")
     return Reference(
         data["source"],
         {name: float(value) for name, value in parameters.items()},

@@ -251,7 +251,7 @@ def test_a_link_too_many_is_refused(tmp_path: Path) -> None:
     [
         ("name: [a\nconvention: standard\n", r"robot.yaml line \d: broken YAML"),
         ("name: a\nname: b\n", r"robot.yaml line \d: broken YAML"),
-        ("name: \x00\n", "robot.yaml: broken YAML"),
+        ("name: \x00\n", r"robot.yaml line 1: the control character U\+0000"),
     ],
 )
 def test_broken_yaml_is_refused(tmp_path: Path, text: str, sentence: str) -> None:

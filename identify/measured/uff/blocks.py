@@ -13,6 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.files import read_bytes
 from identify.measured.uff.cursor import EXPORT, Cursor
 from identify.measured.uff.values import Form, binary_values
 
@@ -91,12 +92,7 @@ class Block:
 
 def blocks(path: Path) -> Iterator[Block]:
     """Every dataset of a universal file but 58 and 58b; InputError for a missing, broken or foreign file."""
-    try:
-        cursor = Cursor(path.read_bytes(), str(path))
-    except OSError as error:
-        raise InputError(
-            str(path), f"the file cannot be read ({error.strerror})", "a universal file", "check the path"
-        ) from error
+    cursor = Cursor(read_bytes(path, "a universal file"), str(path))
     while cursor.opens_dataset():
         head = cursor.text()
         match = re.match(r" {0,5}(\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)

@@ -15,13 +15,14 @@ EXPORT = "export the file again as UFF 58"
 
 class Cursor:
     """Reads `data` forward; dataset counts datasets from 1, line lines, and is 0 once binary data made
-    counting them pointless.
+    counting them pointless; binary_end is what stands between binary data and their -1 in this file.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
         self.data, self.name = data.removeprefix(b"\xef\xbb\xbf"), name
         self.at = self.line = self.dataset = 0
         self._counting = True
+        self.binary_end: bytes | None = None
 
     @property
     def where(self) -> str:

@@ -202,6 +202,9 @@ def _units164(block: Block, found: _Found) -> None:
         raise InputError(
             block.where, f"unit of length {factor:g} in dataset 164", "a positive number", EXPORT
         )
+    if found.length is not None and not np.isclose(found.length, 1 / factor, rtol=1e-9):
+        said = f"1 m = {factor:g} of the file, {1 / found.length:g} before"
+        raise InputError(block.where, said, "one dataset 164", "remove the wrong one")
     found.length = 1 / factor
 
 

@@ -7,6 +7,8 @@ none either, the user is asked.
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from math import pi
 from pathlib import Path
 
@@ -14,6 +16,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text import count
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
 from identify.measured.frf_set import Quantity
@@ -37,6 +40,9 @@ _KIND_OF_CODE: dict[int, Kind] = {
     12: "acceleration",
     13: "force",
 }
+_FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 9: "power spectrum"}
+_ELSEWHERE = (15, 18, 55, 82, 151, 164, 2411, 2412, 2414, 2420)
+"""Datasets of headers, units, geometry and shapes, which other commands read."""
 _HERTZ = {"": 1.0, "hz": 1.0, "khz": 1e3, "1/s": 1.0, "rad/s": 1 / (2 * pi), "rpm": 1 / 60}
 _SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3}
 
@@ -58,7 +64,23 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     )
     coherences = _coherences(chosen)
     records = [_frf_record(record, file, coherences) for record in chosen if record.function == _FRF]
-    return FrfRecords(frequency_hz, records)
+    return FrfRecords(frequency_hz, records, notes=_left_out(file))
+
+
+def _left_out(file: UffFile) -> tuple[str, ...]:
+    """What of a file is no FRF and was passed over, in sentences."""
+    functions = Counter(r.function for r in file.records if r.function not in (_FRF, _COHERENCE))
+    datasets = Counter(number for number in file.others if number not in _ELSEWHERE)
+    said = [
+        f"{count(many, 'function')} of type {kind} ({_FUNCTIONS.get(kind, 'other')}) was not read:"
+        " neither an FRF (4) nor a coherence (6)"
+        for kind, many in functions.items()
+    ]
+    said += [f"{count(many, 'dataset')} of type {kind} was not read" for kind, many in datasets.items()]
+    pairs = {(r.response, r.reference) for r in file.records if r.function == _FRF}
+    alone = [r for r in file.records if r.function == _COHERENCE and (r.response, r.reference) not in pairs]
+    said += [f"the coherence {r.response}/{r.reference} has no FRF and was not read" for r in alone]
+    return tuple(said)
 
 
 def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
@@ -145,19 +167,32 @@ def _unit(record: Record58, file: UffFile) -> tuple[FrfUnit | None, Quantity | N
     """Unit of an FRF, or what of its quantity is known without."""
     ordinate, denominator = record.ordinate, record.denominator
     if _is_ratio(ordinate.unit):
-        if not ordinate.unit.strip("() ").endswith(denominator.unit.strip("() ")):
+        own = re.escape(denominator.unit.strip("() "))
+        if own and not re.search(rf"(?<![A-Za-z]){own}$", ordinate.unit.strip("() ")):
             found = f"unit {ordinate.unit!r} with the denominator {denominator.unit!r}"
             raise InputError(
                 record.where, found, "a ratio and nothing, or a motion and a force", "export the file again"
             )
-        return parse_frf_unit(ordinate.unit, record.where), None
+        unit = parse_frf_unit(ordinate.unit, record.where)
+        _check_code(ordinate, unit.quantity, record.where)
+        return unit, None
     response = _signal_unit(ordinate, record.response, file, record.where)
     force = _signal_unit(denominator, record.reference, file, record.where)
+    if response is not None and ordinate.unit and response.kind in QUANTITY_OF_KIND:
+        _check_code(ordinate, QUANTITY_OF_KIND[response.kind], record.where)
     if response is not None and force is not None:
         return ratio(response, force, record.where), None
     return None, QUANTITY_OF_KIND.get(
         response.kind if response is not None else _KIND_OF_CODE.get(ordinate.code, "force")
     )
+
+
+def _check_code(ordinate: Axis, quantity: Quantity, where: str) -> None:
+    """Raise an InputError where the type code of an ordinate says another motion than its unit."""
+    said = QUANTITY_OF_KIND.get(_KIND_OF_CODE.get(ordinate.code, "force"))
+    if said is not None and said != quantity:
+        found = f"type code {ordinate.code} ({said}) with the unit {ordinate.unit!r} ({quantity})"
+        raise InputError(where, found, "no disagreement", "correct the wrong one in the file")
 
 
 def _is_ratio(label: str) -> bool:

@@ -17,6 +17,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.core.files import read_bytes
 from identify.measured.channel import Channel
 from identify.measured.uff.cursor import EXPORT, Cursor
 from identify.measured.uff.values import Form, ascii_values, binary_values, numbers
@@ -54,12 +55,13 @@ class Record58:
 @dataclass(frozen=True)
 class UffFile:
     """The records of type 58 in the order of the file, and what one unit of length (m) and force (N) is by
-    dataset 164, or None.
+    dataset 164, or None; others: the numbers of datasets of other types.
     """
 
     records: list[Record58]
     length: float | None = None
     force: float | None = None
+    others: tuple[int, ...] = ()
 
 
 def read_records(path: Path) -> UffFile:
@@ -67,9 +69,10 @@ def read_records(path: Path) -> UffFile:
 
     InputError, naming dataset and line, for what is truncated, shifted, not a number or not a universal file.
     """
-    cursor = Cursor(path.read_bytes(), str(path))
+    cursor = Cursor(read_bytes(path, "a universal file"), str(path))
     records: list[Record58] = []
     length = force = None
+    others: list[int] = []
     while cursor.opens_dataset():
         head = cursor.text()
         match = re.match(r"( {0,5}\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)
@@ -84,11 +87,22 @@ def read_records(path: Path) -> UffFile:
             records.append(_record58(cursor, head if match[2] else ""))
         else:
             lines = cursor.rest()
+            others.append(int(match[1]))
             if int(match[1]) == 164:
-                length, force = _units164(lines, cursor.where)
+                found = _units164(lines, cursor.where)
+                if (
+                    length is not None
+                    and force is not None
+                    and not np.allclose(found, (length, force), rtol=1e-9)
+                ):
+                    said = "1 m = {:g} and 1 N = {:g} of the file, {:g} and {:g} before".format(
+                        *(1 / np.array([*found, length, force]))
+                    )
+                    raise InputError(cursor.where, said, "one dataset 164", "remove the wrong one")
+                length, force = found
     if cursor.dataset == 0:
         raise InputError(str(path), "no dataset in the file", "a universal file (UFF)")
-    return UffFile(records, length, force)
+    return UffFile(records, length, force, tuple(others))
 
 
 def _units164(lines: list[str], where: str) -> tuple[float, float]:

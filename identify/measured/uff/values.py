@@ -17,7 +17,7 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.uff.cursor import EXPORT, Cursor
 
-_BINARY_END = re.compile(rb"(?:\r\n|\r|\n)?    -1 *(?:\r\n|\r|\n|\Z)")
+_BINARY_END = re.compile(rb"(\r\n|\r|\n)?    -1 *(?:\r\n|\r|\n|\Z)")
 _ALLOWED = np.isin(np.arange(256), np.frombuffer(b" 0123456789+-.eEdD", np.uint8))
 _EXPONENT = bytes.maketrans(b"Dd", b"Ee")
 
@@ -62,9 +62,9 @@ class Form:
 def binary_values(cursor: Cursor, form: Form, head: str) -> Array:
     """The values behind a 58b header as (count, columns); head is its dataset line.
 
-    The number of bytes is computed, not read: some writers announce half of a complex record, or count a line
-    end behind it. Which of several layouts it is shows by where the closing -1 stands; InputError where it
-    stands nowhere.
+    The number of bytes is computed and compared with the one announced, of which some writers state half for
+    a complex record, or count a line end behind it. Which of several layouts it is shows by where the closing
+    -1 stands; InputError where it stands nowhere, and where a line end in front of it may be data or not.
     """
     fields = head[7:].split()[:3]
     if fields not in (["1", "2", "11"], ["2", "2", "11"]):
@@ -75,6 +75,7 @@ def binary_values(cursor: Cursor, form: Form, head: str) -> Array:
     for dtype in form.dtypes("<" if fields[0] == "1" else ">"):
         end = _BINARY_END.match(cursor.data, cursor.at + form.count * dtype.itemsize)
         if end is not None:
+            _check_length(cursor, form, head, (form.count * dtype.itemsize, end[1] or b""))
             raw = np.frombuffer(cursor.data, dtype, form.count, cursor.at)
             table = np.stack([raw[name].astype(float) for name in dtype.names or ()], axis=1)
             good = np.isfinite(table).all(axis=1)
@@ -88,6 +89,35 @@ def binary_values(cursor: Cursor, form: Form, head: str) -> Array:
     raise InputError(
         cursor.where, found, "that many values", "transfer the file in binary mode or export it again"
     )
+
+
+def _check_length(cursor: Cursor, form: Form, head: str, found: tuple[int, bytes]) -> None:
+    """Raise an InputError where the bytes of a 58b record, and the line end behind them, are not those that
+    its header and the records before it lead to expect.
+
+    A line end that is the last byte of the data may stand behind data of which a byte was lost: it passes
+    only where earlier records have shown that this file writes none there.
+    """
+    length, line_end = found
+    fields = head[7:].split()
+    announced = int(fields[3]) if len(fields) > 3 and fields[3].isdecimal() else -1
+    if announced not in (
+        length,
+        length + len(line_end),
+        length + 1,
+        length + 2,
+        *[length // 2] * form.complex,
+    ):
+        wrong = f"{fields[3:4]} bytes announced, {length} in the record"
+        raise InputError(cursor.where, wrong, "the same number", EXPORT)
+    before, cursor.binary_end = cursor.binary_end, line_end
+    if before is not None and before != line_end:
+        wrong = f"binary data that end with {line_end!r} where those before end with {before!r}"
+        raise InputError(cursor.where, wrong, "the same throughout: a byte is lost or added", EXPORT)
+    last = cursor.data[cursor.at + length - 1 :][:1]
+    if before is None and (last, line_end) in ((b"\n", b""), (b"\r", b""), (b"\r", b"\n")):
+        wrong = "binary data whose last byte is a line end: a byte before it may be lost"
+        raise InputError(cursor.where, wrong, "all values", "transfer it again or export it as ASCII")
 
 
 def ascii_values(cursor: Cursor, form: Form) -> Array:

@@ -1,0 +1,161 @@
+"""The border for YAML: plain mappings, lists, texts and numbers, of limited size and depth.
+
+What a study does not need is refused with its line: tags (`!!float`), directives, anchors that contain
+themselves or are given twice, aliases that unfold to more than the file could hold, numbers of more digits
+than any has, keys that are lists.  What looks like a date is text.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import AliasEvent, ScalarEvent
+from ruamel.yaml.resolver import VersionedResolver
+from ruamel.yaml.tag import Tag
+
+from identify.core.errors import InputError
+from identify.core.files import MEBIBYTE
+from identify.core.text_input import has_control, read_text
+
+_DEPTH, _NODES, _DIGITS = 20, 250_000, 60
+_TEXT, _DATE, _FLOAT = (f"tag:yaml.org,2002:{name}" for name in ("str", "timestamp", "float"))
+_NUMBER = re.compile(r"[-+]?(0[xX][\da-fA-F_]+|0[oObB][\d_]+|[\d_.]+([eE][-+]?\d+)?)")
+_DAMAGED = (ValueError, LookupError, TypeError, AttributeError, AssertionError, RecursionError)
+"""What the YAML reader raises on broken YAML beside its own errors."""
+
+
+def read_yaml_file(path: Path, expected: str, largest: int = MEBIBYTE, fix: str = "check the path") -> Any:
+    """What a YAML file holds, as `parse_yaml` gives it; InputError for what is no such file."""
+    return parse_yaml(read_text(path, expected, largest, fix), str(path), expected)
+
+
+def parse_yaml(text: str, where: str, expected: str = "a YAML file") -> Any:
+    """The data of a YAML text, mappings and lists knowing their lines (`line_of`); InputError with the line
+    where it is broken or holds what a config does not need.
+    """
+    directive = re.search(r"^%", text, re.MULTILINE)
+    if directive is not None:
+        line = text.count("\n", 0, directive.start()) + 1
+        raise InputError(f"{where} line {line}", "a directive", expected, "remove it")
+    try:
+        return round_trip().load(text)
+    except MarkedYAMLError as error:
+        at = f"{where} line {error.problem_mark.line + 1}" if error.problem_mark else where
+        if isinstance(error, _Refused):
+            raise InputError(at, str(error.problem), expected, "remove it") from error
+        found = f"broken YAML ({error.problem or error.context})"
+        raise InputError(at, found, expected, "check indents and quotes") from error
+    except (YAMLError, *_DAMAGED) as error:
+        raise InputError(
+            where, f"broken YAML ({_first_line(error)})", expected, "check indents and quotes"
+        ) from error
+
+
+def round_trip() -> YAML:
+    """A reader and writer that keeps comments, with the limits of this border."""
+    yaml = YAML(typ="rt")
+    yaml.Composer, yaml.Resolver = _Composer, _Resolver
+    return yaml
+
+
+def plain(data: Any) -> Any:
+    """The same data as dictionaries, lists and numbers of Python, which know no lines."""
+    if isinstance(data, dict):
+        return {plain(key): plain(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [plain(value) for value in data]
+    for kind in (bool, int, float, str):
+        if isinstance(data, kind):
+            return kind(data)
+    return data
+
+
+def line_of(data: Any, keys: list[Any]) -> str:
+    """` line N` of a key in the YAML, or of the nearest parent that has one."""
+    line = ""
+    for key in keys:
+        try:
+            marks = data.lc.data[key]
+            line, data = f" line {marks[0] + 1}", data[key]
+        except (AttributeError, KeyError, IndexError, TypeError):
+            break
+    return line
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+class _Refused(MarkedYAMLError):
+    """Something that is YAML, but not for a config."""
+
+
+class _Composer(Composer):
+    """Composes nodes within the limits; sizes: how many nodes each anchor stands for."""
+
+    def __init__(self, loader: Any = None) -> None:
+        super().__init__(loader)
+        self.sizes: dict[str, int] = {}
+        self.opened: set[str] = set()
+        self.nodes = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """The next node; MarkedYAMLError where it goes beyond a limit."""
+        event = self.parser.peek_event()
+        is_alias = isinstance(event, AliasEvent)
+        fault = self._alias(event.anchor) if is_alias else self._fault(event)
+        if (
+            not fault
+            and index is None
+            and parent is not None
+            and not isinstance(event, (ScalarEvent, AliasEvent))
+        ):
+            fault = "a key that is a list or a mapping"
+        self.nodes += 1
+        if self.nodes > _NODES:
+            fault = f"more than {_NODES} values"
+        if fault:
+            raise _Refused(None, None, fault, event.start_mark)
+        before = self.nodes
+        if event.anchor and not is_alias:
+            self.opened.add(event.anchor)
+        node = super().compose_node(parent, index)
+        if event.anchor and not is_alias:
+            self.sizes[event.anchor] = self.nodes - before
+        return node
+
+    def _alias(self, name: str) -> str:
+        """Count what an alias stands for; what is wrong with it."""
+        if name in self.opened and name not in self.sizes:
+            return f"the anchor {name!r} contains itself"
+        self.nodes += self.sizes.get(name, 0)
+        return ""
+
+    def _fault(self, event: Any) -> str:
+        """What is wrong with a scalar or with the beginning of a list or mapping."""
+        if event.ctag is not None:
+            return f"the tag `{event.tag}`, where only plain values are read"
+        if event.anchor in self.opened:
+            return f"the anchor {event.anchor!r} a second time"
+        if self.depth >= _DEPTH:
+            return f"nested deeper than {_DEPTH} levels"
+        if not isinstance(event, ScalarEvent):
+            return ""
+        if event.implicit[0] and len(event.value) > _DIGITS and _NUMBER.fullmatch(event.value):
+            return f"a number of {len(event.value)} digits, where {_DIGITS} are read at most"
+        return has_control(event.value.replace("\n", " "))
+
+
+class _Resolver(VersionedResolver):
+    """Takes what looks like a date for text, as no key of a config is a date, and so a point alone."""
+
+    def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+        """The tag of a node that has none."""
+        tag = super().resolve(kind, value, implicit)
+        no_number = str(tag) == _FLOAT and not re.search(r"\d|inf|nan", value, re.IGNORECASE)
+        return Tag(suffix=_TEXT) if no_number or str(tag) == _DATE else tag

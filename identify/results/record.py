@@ -1,0 +1,78 @@
+"""A result made of what its file holds: every field of its class has the type that the class says, or the
+file is damaged.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from typing import Any, TypeVar, Union
+
+import numpy as np
+
+from identify.core.errors import InputError
+from identify.core.tree import Group, Unread
+from identify.results.names import ENCODED, key_of
+
+T = TypeVar("T")
+_EXPECTED = "a whole result file"
+_FIX = "transfer it again, or run the fit again"
+
+
+def record_of(group: Group, kind: type[T], where: str) -> T:
+    """The dataclass `kind` from a group; InputError, with the field, where something is missing or of another
+    type.
+    """
+    hints = typing.get_type_hints(kind)
+    fields = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    values = {name: _value(group, name, hints[name], f"{where}, {name}") for name in fields}
+    try:
+        return kind(**values)
+    except ValueError as error:
+        raise InputError(where, f"values that do not fit together ({error})", _EXPECTED, _FIX) from error
+
+
+def _value(group: Group, name: str, hint: Any, where: str) -> Any:
+    if typing.get_origin(hint) in (Union, types.UnionType):
+        if name not in group.members and name not in group.attributes:
+            return None
+        hint = next(option for option in typing.get_args(hint) if option is not type(None))
+    found = group.attributes.get(name) if hint in (int, float, bool) else group.members.get(name)
+    if dataclasses.is_dataclass(hint) or typing.get_origin(hint) is dict:
+        return _nested(_typed(found, Group, "a group", where), hint, where)
+    if typing.get_origin(hint) is tuple:
+        none = isinstance(found, np.ndarray) and not found.size
+        return () if none else _typed(found, tuple, "a list of texts", where)
+    if hint is str:
+        return _typed(found, str, "a text", where)
+    array = _typed(found, np.ndarray, "numbers", where)
+    return array if hint not in (int, float, bool) else _number(array, hint, where)
+
+
+def _nested(group: Group, hint: Any, where: str) -> Any:
+    """A dataclass of its own, or one for every member."""
+    if dataclasses.is_dataclass(hint):
+        return record_of(group, typing.cast(type, hint), where)
+    inner = typing.get_args(hint)[1]
+    members = {key: _typed(item, Group, "a group", f"{where}/{key}") for key, item in group.members.items()}
+    return {
+        key_of(key, ENCODED in member.attributes): record_of(member, inner, f"{where}/{key}")
+        for key, member in members.items()
+    }
+
+
+def _number(array: np.ndarray[Any, Any], hint: Any, where: str) -> Any:
+    """One number, which a whole number or a truth must really be."""
+    kinds = {int: "iu", float: "iuf", bool: "b"}[hint]
+    if array.size != 1 or array.dtype.kind not in kinds:
+        found = f"values of type {array.dtype} and shape {array.shape}"
+        raise InputError(where, found, f"one {hint.__name__}", _FIX)
+    return hint(array.item())
+
+
+def _typed(found: Any, kind: Any, words: str, where: str) -> Any:
+    if isinstance(found, kind):
+        return found
+    held = "nothing" if found is None else found.kind if isinstance(found, Unread) else type(found).__name__
+    raise InputError(where, f"holds {held}", words, _FIX)
