@@ -35,6 +35,8 @@ _DAMAGED = (
 )
 """What h5py, scipy and pymatreader raise on damaged files."""
 
+_WORDS = {"hdf5": "HDF5", "mat": "MATLAB", "none": "nothing"}
+
 
 def main() -> None:
     """Answer requests until there are no more."""
@@ -67,7 +69,7 @@ def _read(request: dict[str, Any]) -> tuple[dict[str, Any], Group | None]:
         return {"place": "", "found": found}, None
     except _DAMAGED as error:
         words = " ".join(str(error).split()) or type(error).__name__
-        return {"place": "", "found": f"it cannot be read ({words[:200]})"}, None
+        return {"place": "", "found": f"it cannot be read as {_WORDS[form]} ({words[:200]})"}, None
 
 
 def _limit(memory: int, seconds: float) -> None:

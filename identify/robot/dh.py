@@ -3,17 +3,15 @@
     name: two-link arm
     convention: standard            # or modified
     gravity_m_s2: [0, 0, -9.81]     # in the axes of the ground; this is the default
-    base_pose: {xyz_m: [0, 0, 0.6], rpy_deg: [0, 0, 0]}   # frame 0 on the ground; default: the ground itself,
-    the frame `ground`
-    base: {name: base, mass_kg: 90, centre_m: [0, 0, 0.1], inertia_kg_m2: [2, 2, 3, 0, 0, 0]}   # the inertia
-    may be left out
+    base_pose: {xyz_m: [0, 0, 0.6], rpy_deg: [0, 0, 0]}   # frame 0 on the frame `ground`; default: there
+    # the inertia of the base may be left out
+    base: {name: base, mass_kg: 90, centre_m: [0, 0, 0.1], inertia_kg_m2: [2, 2, 3, 0, 0, 0]}
     joints:                         # one row of the table each
       - {name: joint1, theta_offset_deg: 0, d_m: 0.5, a_m: 0.2, alpha_deg: -90, limits_deg: [-170, 170]}
       - {name: joint2, theta_offset_deg: -90, d_m: 0, a_m: 0.7, alpha_deg: 0}
     links:                          # link i is moved by joint i; its inertial data are in its frame i
       - {name: shoulder, mass_kg: 60, centre_m: [0, 0.1, 0], inertia_kg_m2: [1.5, 1.2, 1.1, 0, 0, 0]}
-      - {name: arm, mass_kg: 40, centre_m: [-0.3, 0, 0], inertia_kg_m2: [[0.4, 0, 0], [0, 1.9, 0], [0, 0,
-      1.9]]}
+      - {name: arm, mass_kg: 40, centre_m: [-0.3, 0, 0], inertia_kg_m2: [[0.4,0,0], [0,1.9,0], [0,0,1.9]]}
     frames:                         # further frames, each fixed to a link
       - {name: flange, link: arm, xyz_m: [0, 0, 0.1], rpy_deg: [0, 90, 0]}
 

@@ -79,8 +79,8 @@ def test_a_derived_study_keeps_the_rest_of_its_base(folder: Path) -> None:
         ("studies: [a.yaml]\njoint: true\n", "need the base `study`"),
         ("study: base/study.yaml\n", "no measurements, and the batch has none"),
         ("study: base/study.yaml\ntabel: t.csv\n", r"line 3: tabel: unknown key.*did you mean `table`"),
-        ("study: base/nothing.yaml\n", "nothing.yaml: cannot be read"),
-        ("study: base/study.yaml\ntable: none.csv\n", "none.csv: cannot be read"),
+        ("study: base/nothing.yaml\n", "nothing.yaml: the file cannot be read"),
+        ("study: base/study.yaml\ntable: none.csv\n", "none.csv: the file cannot be read"),
         ("study: base/study.yaml\ntime_limit_s: 0\n", "time_limit_s"),
     ],
 )

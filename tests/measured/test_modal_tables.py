@@ -137,7 +137,7 @@ def test_what_is_written_is_read_bit_by_bit(
         (', shape: {"1:+X": 1, "2:-Z": 0.5-0.25j}', "", "line 3: a mode without shape"),
         ("modes:", "mode:", "no list under the key modes"),
         ("modes:\n", "modes: 3\nx:\n", "no list under the key modes"),
-        ("  - {", "  - {{", "broken YAML"),
+        ("  - {", "  - {{", "a key that is a list or a mapping"),
         ("  - {frequency_hz: 16.66", "  - 5\n  - {frequency_hz: 16.66", "line 3: mode 5"),
     ],
 )

@@ -270,5 +270,5 @@ def test_a_file_that_is_no_table_is_refused(tmp_path: Path, text: str) -> None:
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"nothing\.yaml: cannot be read"):
+    with pytest.raises(InputError, match=r"nothing\.yaml: the file cannot be read"):
         read_dh(tmp_path / "nothing.yaml")

@@ -12,7 +12,7 @@ from identify.vibration.study import read_study
 from tests.shared import ROOT as SHARED
 from tests.shared import shared
 
-CONFIG = Path(__file__).parents[1] / "configs" / "umons_tx200.yaml"
+CONFIG = Path(__file__).parents[2] / "configs" / "umons_tx200.yaml"
 _FOLDER = SHARED / "hostile"
 FILES = sorted(path.name for path in _FOLDER.glob("*.*") if path.suffix != ".md") or ["README.md"]
 
