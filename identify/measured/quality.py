@@ -37,6 +37,7 @@ def check(
         sentence = f"No line lies in the band from {low:.4g} to {high:.4g} Hz: the data have {span}."
         return [Finding("fail", "no-data-in-band", (), sentence, 0)]
     findings = [
+        *(Finding("warn", "not-read", (), f"In the file, {note}.") for note in frf_set.notes),
         *channels.points_explain(chosen, points),
         *channels.frequency_axis(chosen),
         *channels.pairs_complete(chosen),

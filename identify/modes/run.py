@@ -194,7 +194,7 @@ def _of_file(
         )
     return (
         Measured(data.stem, str(data), frf_set, (), sensors, None if sensors is None else _drawn(sensors)),
-        notes,
+        [*notes, *(f"{data}: {note}" for note in frf_set.notes)],
     )
 
 

@@ -55,7 +55,7 @@ def test_rounded_frequencies_stay_as_the_file_says(tmp_path: Path) -> None:
         ((12, "mm/s^2"), (13, "kN"), "accelerance", 1e-6),
         ((11, "m/s"), (13, "N"), "mobility", 1),
         ((8, "um"), (13, "N"), "receptance", 1e-6),
-        ((8, "g"), (13, "N"), "accelerance", G),
+        ((0, "g"), (13, "N"), "accelerance", G),
         ((0, "m/s"), (0, "lbf"), "mobility", 1 / 4.4482216152605),
         ((12, "g/N"), (13, "N"), "accelerance", G),
         ((12, "(m/s2)/N"), (0, "NONE"), "accelerance", 1),
@@ -68,6 +68,22 @@ def test_labels_win_over_type_codes(
     read = load(tmp_path, text([Dataset58(some_frf(), ordinate=ordinate, denominator=denominator)]))
     assert read.quantity == quantity
     np.testing.assert_allclose(read.frf[:, 0, 0], factor * some_frf(), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ordinate", "denominator", "found"),
+    [
+        ((8, "m/s^2"), (13, "N"), r"type code 8 \(receptance\) with the unit 'm/s\^2' \(accelerance\)"),
+        ((12, "um/N"), (0, "NONE"), r"type code 12 \(accelerance\) with the unit 'um/N' \(receptance\)"),
+        ((12, "m/s^2/kN"), (13, "N"), "unit 'm/s\\^2/kN' with the denominator 'N'"),
+    ],
+    ids=str,
+)
+def test_an_axis_that_contradicts_itself_is_refused(
+    tmp_path: Path, ordinate: tuple[int, str], denominator: tuple[int, str], found: str
+) -> None:
+    with pytest.raises(InputError, match=found):
+        load(tmp_path, text([Dataset58(some_frf(), ordinate=ordinate, denominator=denominator)]))
 
 
 @pytest.mark.parametrize(

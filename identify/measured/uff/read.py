@@ -1,8 +1,8 @@
 """Universal files (58, 58b) read as FRFs with their coherences, or as time histories.
 
-Function type 4 is an FRF, 6 its coherence, 1 a time response; other functions and datasets are passed over.
-Axis-unit labels win over type codes; where there is no label, dataset 164 says the units, and where there is
-none either, the user is asked.
+Function type 4 is an FRF, 6 its coherence, 1 a time response; other functions and datasets are passed
+over, and `FrfRecords.notes` says so.  Axis-unit labels say the unit, which the type code must not contradict;
+where there is no label, dataset 164 says the units, and where there is none either, the user is asked.
 """
 
 from __future__ import annotations
