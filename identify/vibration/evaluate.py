@@ -29,6 +29,7 @@ from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.results import fit as results
 from identify.results import tables
+from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
@@ -56,7 +57,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
             *_verdict(fit, trusted, gaps, together, trusted.count),
             *filter(None, (at_bounds(trusted, scale), _what_next(problem, gaps[0]))),
         ),
-        notes=(*trusted.notes, *_start_notes(fit)),
+        notes=(*trusted.notes, *fault_notes(targets.frf, fit.values), *_start_notes(fit)),
         effects=tuple(effect.sentence() for effect in study.effects),
         cost_kind=study.cost.kind,
         cost=fit.cost,
