@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Self
 
-from pydantic import GetJsonSchemaHandler, ValidationError
+from pydantic import BaseModel, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, InitErrorDetails
 
 from identify.core.config import Settings
 
 
-class FlatSettings(Settings):
+class FlatSettings(BaseModel):
     """Settings whose keys stand beside those of the settings in their field `INNER`, as a stage beside its
     optimizer.
     """
 
+    model_config = Settings.model_config
     INNER: ClassVar[str]
 
     @classmethod

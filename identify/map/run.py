@@ -10,10 +10,11 @@ import io
 import itertools
 import shutil
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -94,29 +95,15 @@ def run_map(
     line_hz = _lines(fitted, options)
     tool_point(fitted, options.tool)  # an unknown point is refused now
     folder = path.with_name(f"{path.stem}_parts")
-    asked = {
+    asked: dict[str, object] = {
         "model": str(model.resolve()),
         "tool": options.tool,
         "lines": line_hz.tolist(),
         "modes": options.modes,
     }
-    parts = [slice(first, first + PART) for first in range(0, len(names), PART)]
-    files = [folder / f"part{number:05d}.h5" for number in range(1, len(parts) + 1)]
     key = _key(sha256(model), names, postures, asked)
-    jobs = (
-        Job(
-            file.stem,
-            _PART,
-            {
-                **asked,
-                "names": names[part],
-                "postures": postures[part].tolist(),
-                "key": key,
-                "out": str(file.resolve()),
-            },
-        )
-        for file, part in zip(files, parts, strict=True)
-    )
+    files = [folder / f"part{number:05d}.h5" for number in range(1, -(-len(names) // PART) + 1)]
+    jobs = _jobs(asked, names, postures, key, files)
     with held(path):
         if not resume:
             shutil.rmtree(folder, ignore_errors=True)
@@ -139,6 +126,16 @@ def run_map(
         )
         shutil.rmtree(folder, ignore_errors=True)
     return result, [path, path.with_suffix(".csv")]
+
+
+def _jobs(
+    asked: dict[str, object], names: Sequence[str], postures: Array, key: str, files: Sequence[Path]
+) -> Iterator[Job]:
+    """The parts of a map, each with the file that it is written to."""
+    for number, file in enumerate(files):
+        part = slice(number * PART, (number + 1) * PART)
+        given = {"asked": asked, "names": names[part], "postures": postures[part].tolist(), "key": key}
+        yield Job(file.stem, _PART, {**given, "out": str(file.resolve())})
 
 
 def _check_out(path: Path, model: Path) -> None:
@@ -175,25 +172,24 @@ def _result(
 
 
 def map_part(
-    model: str,
-    tool: int | None,
-    lines: Sequence[float],
-    modes: int,
+    asked: Mapping[str, Any],
     names: Sequence[str],
     postures: Sequence[Sequence[float]],
     key: str,
     out: str,
     attempt: int,
 ) -> dict[str, bool]:
-    """Map some postures (rad) and write them; a part of the same map that is there is kept."""
-    path = Path(out)
+    """Map some postures (rad) and write them; a part of the same map that is there is kept.
+
+    asked: the file of the `model`, the node of the `tool`, `lines` (Hz), and how many `modes`.
+    """
+    path, model = Path(out), str(asked["model"])
     if result_file.kind_of(path) == MapPart.KIND and result_file.read(path, MapPart).key == key:
         return {"kept": True}
     with threadpool_limits(1):
         fitted = _model(model, Path(model).stat().st_mtime_ns)
-        rows = map_postures(
-            fitted, tool_point(fitted, tool), names, np.array(postures), np.array(lines), modes
-        )
+        point, lines = tool_point(fitted, asked["tool"]), np.array(asked["lines"])
+        rows = map_postures(fitted, point, names, np.array(postures), lines, asked["modes"])
     result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows), path)
     return {"kept": False}
 

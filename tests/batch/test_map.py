@@ -157,10 +157,7 @@ def test_a_table_of_postures(at_once: None, model: Path, mapped: MapResult, tmp_
 
 def test_a_part_that_is_there_is_kept(model: Path, tmp_path: Path) -> None:
     arguments = {
-        "model": str(model),
-        "tool": None,
-        "lines": [5.0, 6.0],
-        "modes": 2,
+        "asked": {"model": str(model), "tool": None, "lines": [5.0, 6.0], "modes": 2},
         "names": ["a"],
         "postures": [[0.0, 1.0, 0.3]],
         "out": str(tmp_path / "p.h5"),
