@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 from identify.core.arrays import Array, Complex
 from identify.model.modes import state_eigen
 from identify.model.system import Factors
-from identify.model.truncation import Missing, ending, lasting, rest_by_exponential
+from identify.model.truncation import (
+    TruncationCorrection,
+    end_of_record,
+    outlasts_record,
+    rest_by_exponential,
+)
 
 _TOLERANCE = 1e-9
 """Largest relative residual |Z x - B| / |B| of the modal route before every line is solved instead."""
@@ -63,7 +68,7 @@ def frf(
         )
         return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
     h = (s**power)[..., None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
-    if record is None or not (lasts := lasting(eigenvalues, s, record)[..., None]).any():
+    if record is None or not (lasts := outlasts_record(eigenvalues, s, record)[..., None]).any():
         return h
     left = participation * (lasts * eigenvalues**power * np.exp(lasts * eigenvalues * record))[..., None]
     return h - np.exp(-s * record)[..., None, None] * _superpose(out @ shapes, eigenvalues, left, s, paired)
@@ -158,12 +163,12 @@ def frf_and_gradient(
     One solve a line for [B, S'] serves all where Z is symmetric, as it is unless the robot moves.  record as
     for `frf`.
     """
-    end = None if record is None else ending(matrices, factors, s, force, record, parameters)
+    end = None if record is None else end_of_record(matrices, factors, s, force, record, parameters)
     return gradient_with(end, matrices, factors, s, out, force, power, parameters)
 
 
 def gradient_with(
-    end: Missing | None,
+    end: TruncationCorrection | None,
     matrices: tuple[Array, Array, Array],
     factors: Factors,
     s: Complex,
@@ -198,7 +203,9 @@ def frf_slope(
     """dH/ds (lines, outputs, inputs) at s (lines,): what another decay of the window would change."""
     mass, damping, _ = matrices
     nothing = Factors(np.zeros((len(mass), 0)), np.zeros(0, int), np.zeros(0), np.zeros(0, int))
-    end = None if record is None else ending(matrices, nothing, s, force, record, np.zeros(0, dtype=int))
+    end = (
+        None if record is None else end_of_record(matrices, nothing, s, force, record, np.zeros(0, dtype=int))
+    )
     moved, to_out = _solve_both(matrices, s, out, force, end)
     line = s[:, None, None]
     change = -to_out @ (damping + 2 * line * mass) @ moved
@@ -207,7 +214,11 @@ def frf_slope(
 
 
 def _solve_both(
-    matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, end: Missing | None
+    matrices: tuple[Array, Array, Array],
+    s: Complex,
+    out: Array,
+    force: Array,
+    end: TruncationCorrection | None,
 ) -> tuple[Complex, Complex]:
     """X (lines, n, inputs), the transform of the displacements, and S Z^-1 (lines, outputs, n), by one solve
     a line if Z is symmetric.

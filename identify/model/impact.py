@@ -1,4 +1,4 @@
-"""The blow of a hammer: a half-sine of force, in time and in the transform."""
+"""The impact of a hammer: a half-sine of force, in time and in the transform."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""FRFs of a system with nonlinear joint torques as the blow of a hammer measures them, and their
+"""FRFs of a system with nonlinear joint torques as a hammer impact measures them, and their
 sensitivities.
 
-The torques T(t) of the simulated blow (`identify.model.transient`) are forces like others, so with F the
-transform of the blow
+The torques T(t) of the simulated impact (`identify.model.transient`) are forces like others, so with F the
+transform of the impact
 
     Z(s) X = B F - E T(s) - e^(-s R) ((s M + C) x(R) + M v(R)),   H_k = (s^k X + e^(-s R) (s^(k-1) x(R) +
     s^(k-2) v(R))) / F
@@ -20,21 +20,21 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.model.frf import dynamic_stiffness
-from identify.model.truncation import Ending
+from identify.model.truncation import EndOfRecord
 
 Matrices = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True)
-class Struck:
-    """What nonlinear torques and the end of the record take off a unit force: used like an `Ending`.
+class ImpactedFrf:
+    """What nonlinear torques and the end of the record take off a unit force: used like an `EndOfRecord`.
 
-    ending: of the whole blow; blow (lines,): its transform F, N s; coordinates (n, J): what the torques turn;
-    torque (lines, J, inputs): T(s) / F(s); slopes (lines, J, inputs, p): its derivatives by parameters.
+    end: of the whole impact; impulse (lines,): its transform F, N s; coordinates (n, J): what the torques
+    turn; torque (lines, J, inputs): T(s) / F(s); slopes (lines, J, inputs, p): its derivatives by parameters.
     """
 
-    ending: Ending
-    blow: Complex
+    end: EndOfRecord
+    impulse: Complex
     coordinates: Array
     torque: Complex
     slopes: Complex
@@ -42,12 +42,12 @@ class Struck:
     def load(self, mass: Array, damping: Array, s: Complex) -> Complex:
         """(lines, n, inputs): what is taken off the force."""
         return np.asarray(
-            self.coordinates @ self.torque + self.ending.load(mass, damping, s) / self.blow[:, None, None]
+            self.coordinates @ self.torque + self.end.load(mass, damping, s) / self.impulse[:, None, None]
         )
 
     def motion(self, s: Complex, power: int) -> Complex | float:
         """(lines, n, inputs): what is added to s^power X."""
-        return self.ending.motion(s, power) / self.blow[:, None, None]
+        return self.end.motion(s, power) / self.impulse[:, None, None]
 
     def gradient(
         self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
@@ -59,14 +59,14 @@ class Struck:
         moved = (seen @ self.slopes.reshape(*self.slopes.shape[:2], -1)).reshape(
             *seen.shape[:2], *self.slopes.shape[2:]
         )
-        end = self.ending.gradient(mass, damping, s, out, to_out, power)
-        return np.asarray(end / self.blow[:, None, None, None] - (s**power)[:, None, None, None] * moved)
+        end = self.end.gradient(mass, damping, s, out, to_out, power)
+        return np.asarray(end / self.impulse[:, None, None, None] - (s**power)[:, None, None, None] * moved)
 
 
-def frf_struck(
-    matrices: Matrices, s: Complex, out: Array, force: Array, power: int, struck: Struck
+def impacted_frf(
+    matrices: Matrices, s: Complex, out: Array, force: Array, power: int, impacted: ImpactedFrf
 ) -> Complex:
     """H (lines, outputs, inputs) at s (lines,); out (outputs, n), force (n, inputs)."""
     mass, damping, _ = matrices
-    moved = np.linalg.solve(dynamic_stiffness(*matrices, s), force - struck.load(mass, damping, s))
-    return np.asarray(out @ ((s**power)[:, None, None] * moved + struck.motion(s, power)))
+    moved = np.linalg.solve(dynamic_stiffness(*matrices, s), force - impacted.load(mass, damping, s))
+    return np.asarray(out @ ((s**power)[:, None, None] * moved + impacted.motion(s, power)))

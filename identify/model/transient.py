@@ -1,5 +1,5 @@
-"""What nonlinear joint torques do after the blow of a hammer: time steps in modal coordinates, for many
-models and blows at once.
+"""What nonlinear joint torques do after a hammer impact: time steps in modal coordinates, for many
+models and impacts at once.
 
 The modes of the linear model advance exactly under forces that are constant within a step.  The torque of a
 step is that of its law at a share _AT of the step, solved together with what the torque itself does to the
@@ -29,8 +29,8 @@ before.
 
 @dataclass(frozen=True)
 class Models:
-    """S linear models: mass, damping, stiffness (S, n, n), force (S, n, inputs), and the blow that each gets
-    at each input.
+    """S linear models: mass, damping, stiffness (S, n, n), force (S, n, inputs), and the impact that each
+    gets at each input.
     """
 
     mass: Array
@@ -88,22 +88,22 @@ class _Modal:
 
 
 def simulate(models: Models, attached: Sequence[AttachedTorque], record: float, steps: int) -> Response:
-    """All models from rest through the blow to the end of the record (s); a model that grows without bound
+    """All models from rest through the impact to the end of the record (s); a model that grows without bound
     gives NaN.
     """
     step, inputs = record / steps, models.force.shape[2]
     modal = _modal(models)
     count, size = modal.eigenvalues.shape
     loop = _Loop(modal, models, attached, step)
-    blows = np.repeat(
+    impacts = np.repeat(
         np.stack([impact.means(step, steps) for impact in models.impacts], axis=1), inputs, axis=1
     )
-    struck = int(np.flatnonzero(blows.any(axis=1)).max(initial=-1)) + 1
+    during = int(np.flatnonzero(impacts.any(axis=1)).max(initial=-1)) + 1
     torque = np.zeros((steps, len(attached), count * inputs))
     state = np.zeros((size, count * inputs), dtype=complex)
     for number in range(steps):
-        blow = blows[number] if number < struck else None
-        state = loop.advance(state, torque[number], torque[number - 1], blow)
+        impact = impacts[number] if number < during else None
+        state = loop.advance(state, torque[number], torque[number - 1], impact)
     moved = np.moveaxis(state.reshape(size, count, inputs), 0, 1)
     x = (modal.shapes @ moved).real
     v = (modal.shapes @ (modal.eigenvalues[:, :, None] * moved)).real
@@ -153,13 +153,13 @@ class _Loop:
             self.kick.append(np.sum((row * part + at_once) * hit, axis=0).real)
             self.gain.append([np.sum((row * part + at_once) * push, axis=0).real for push in pushes])
 
-    def advance(self, state: Complex, torque: Array, before: Array, blow: Array | None) -> Complex:
+    def advance(self, state: Complex, torque: Array, before: Array, impact: Array | None) -> Complex:
         """The state (modes, columns) a step later; torque (J, columns) of the step is filled in; before: that
         of the last step.
         """
         free = [np.einsum("mc,mc->c", row, state).real for row in self.rows]
-        if blow is not None:
-            free = [one + kick * blow for one, kick in zip(free, self.kick, strict=True)]
+        if impact is not None:
+            free = [one + kick * impact for one, kick in zip(free, self.kick, strict=True)]
         torque[:] = before
         for _ in range(_SWEEPS if len(free) > 1 else 1):
             for j, law in enumerate(self.laws):
@@ -168,7 +168,7 @@ class _Loop:
         state = self.decay * state
         for push, one in zip(self.push, torque, strict=True):
             state += push * one
-        return state if blow is None else state + self.hit * blow
+        return state if impact is None else state + self.hit * impact
 
 
 def _growth(rate: Complex, time: float) -> Complex:

@@ -1,7 +1,7 @@
 """What FRFs look like whose records ended before the response had died out, and the exact sensitivities of
 that.
 
-A record of length T, begun by the blow, sees the impulse response only up to T.  What it ends with, the
+A record of length T, begun by the impact, sees the impulse response only up to T.  What it ends with, the
 displacement x(T) and velocity v(T), is missing from the transform:
 
     Z(s) X = F - e^(-sT) ((s M + C) x(T) + M v(T)),   H_k = s^k X + e^(-sT) (s^(k-1) x(T) + s^(k-2) v(T))
@@ -29,7 +29,7 @@ NEGLIGIBLE = 1e-4
 """Size of what is missing relative to H, at a resonance, below which it is not computed."""
 
 
-class Missing(Protocol):
+class TruncationCorrection(Protocol):
     """What a model's force lacks of a unit force and its motion has besides, line by line, and what both do
     to derivatives.
     """
@@ -49,9 +49,9 @@ class Missing(Protocol):
 
 
 @dataclass(frozen=True)
-class Ending:
-    """Where a unit blow at each input has led after `record` seconds: x, v (n, inputs); slopes (2, n, inputs,
-    p) of both by parameters.
+class EndOfRecord:
+    """Where a unit impact at each input has led after `record` seconds: x, v (n, inputs); slopes (2, n,
+    inputs, p) of both by parameters.
     """
 
     record: float
@@ -104,7 +104,7 @@ class Ending:
         return np.asarray(product.reshape(*to_out.shape[:2], *self.slopes.shape[2:]))
 
 
-def lasting(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_]:
+def outlasts_record(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_]:
     """Whether motions with eigenvalues (..., r) last beyond the record as seen through the window that s
     (..., lines) implies, (...).
     """
@@ -112,20 +112,20 @@ def lasting(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_
     return np.asarray((growth < 0) & (growth * record > np.log(NEGLIGIBLE)))
 
 
-def ending(
+def end_of_record(
     matrices: tuple[Array, Array, Array],
     factors: Factors,
     s: Complex,
     force: Array,
     record: float,
     parameters: NDArray[np.intp],
-) -> Ending | None:
+) -> EndOfRecord | None:
     """The ending with its slopes for the parameters whose numbers are given; None where the response has died
     out.
     """
     mass, damping, _ = matrices
     eigenvalues, shapes = state_eigen(*matrices)
-    if not lasting(eigenvalues, s, record):
+    if not outlasts_record(eigenvalues, s, record):
         return None
     norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
     participation = shapes.T @ force / norm[:, None]
@@ -137,7 +137,7 @@ def ending(
     ]
     moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
     x, v = np.split(moved.real, 2, axis=1)
-    return Ending(
+    return EndOfRecord(
         record, x, v, np.array([(shapes @ slope).real.reshape(*x.shape, -1) @ owned for slope in slopes])
     )
 
@@ -193,7 +193,7 @@ def rest_by_exponential(
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
     state = np.concatenate([upper, lower], axis=-2)
-    lasts = lasting(np.linalg.eigvals(state), s, record)[..., None, None]
+    lasts = outlasts_record(np.linalg.eigvals(state), s, record)[..., None, None]
     moved = lasts * scipy.linalg.expm(record * lasts * state)[..., size:] @ np.linalg.solve(mass, force)
     x, v = moved[..., :size, :], moved[..., size:, :]
     line = s[..., None, None]

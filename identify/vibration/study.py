@@ -38,13 +38,13 @@ class RelativeNoise(Settings):
 
 
 class ImpactSettings(Settings):
-    """The blows of a hammer test, half-sines: what amplitude-dependent effects depend on."""
+    """The impacts of a hammer test, half-sines: what amplitude-dependent effects depend on."""
 
-    peak_n: float = Field(gt=0, description="mean peak force of the blows, N")
+    peak_n: float = Field(gt=0, description="mean peak force of the impacts, N")
     width_ms: float = Field(
         6.5,
         gt=0,
-        description="how long a blow lasts, ms; friction torques found are in proportion to peak times width",
+        description="how long an impact lasts, ms; friction torques found are in proportion to peak x width",
     )
 
 
@@ -72,7 +72,7 @@ class MeasurementSettings(FrfFileOptions):
     )
     inputs: list[str] | None = Field(None, description="force channels to use; default: all")
     impact: ImpactSettings | None = Field(
-        None, description="the blows of a hammer test; needed by amplitude-dependent effects only"
+        None, description="the impacts of a hammer test; needed by amplitude-dependent effects only"
     )
     noise: Literal["coherence"] | RelativeNoise = Field(
         "coherence", description="`coherence` (with `averages`), or {relative: 0.02}"

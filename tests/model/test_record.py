@@ -10,7 +10,7 @@ import pytest
 
 from identify.model.effects.base import parse_effect
 from identify.model.frf import frf, frf_and_gradient, frf_by_solve, frf_slope
-from identify.model.truncation import ending, rest_by_exponential
+from identify.model.truncation import end_of_record, rest_by_exponential
 from tests.arms import ALL_EFFECTS, arm, initial, system
 from tests.targets import model, predictor
 
@@ -98,7 +98,7 @@ def test_gradients_are_exact(power: int, tmp_path: Path) -> None:
 def test_a_response_that_dies_out_is_left_alone(tmp_path: Path) -> None:
     arm_model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
     matrices, unit = arm_model.matrices(initial(parameters)), np.eye(len(arm_model.coordinates))
-    assert ending(matrices, arm_model.factors, S + 40.0, unit, 2.0, np.arange(3)) is None
+    assert end_of_record(matrices, arm_model.factors, S + 40.0, unit, 2.0, np.arange(3)) is None
     assert np.array_equal(
         frf(*matrices, S + 40.0, unit, unit, 2, 2.0), frf(*matrices, S + 40.0, unit, unit, 2)
     )

@@ -45,7 +45,7 @@ def discovery_result() -> DiscoveryResult:
         key="key",
         name="made_up_arm",
         verdict=(
-            f"Missing from the model: {TILT}. With it, the gap goes from 12.35 to 1.03.",
+            f"TruncationCorrection from the model: {TILT}. With it, the gap goes from 12.35 to 1.03.",
             "What is left is noise.",
         ),
         notes=("only one start found the best minimum, 1 < 2 & more `starts` would tell",),

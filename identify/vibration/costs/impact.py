@@ -1,8 +1,8 @@
-"""Blows on systems with nonlinear joint torques: what is simulated for an FRF set, together with those of
+"""Impacts on systems with nonlinear joint torques: what is simulated for an FRF set, together with those of
 other sets, and remembered.
 
-Simulating takes about as long for many models as for one, so all sets of a cost share a `Bench`, and the
-models with parameters moved a little, from which derivatives come, run along.
+Simulating takes about as long for many models as for one, so all sets of a cost share an `ImpactSimulator`,
+and the models with parameters moved a little, from which derivatives come, run along.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
 from identify.model.effects.torque_law import TorqueLaw
 from identify.model.impact import Impact
-from identify.model.impacted import Struck
+from identify.model.impacted import ImpactedFrf
 from identify.model.system import System
 from identify.model.transient import AttachedTorque, Models, Response, simulate
-from identify.model.truncation import Ending
+from identify.model.truncation import EndOfRecord
 
 _STEPS_PER_PERIOD = 16
 """Time steps in a period of the highest line."""
@@ -29,7 +29,7 @@ _MOVED = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Blow:
+class SimulatedImpact:
     """What is simulated for one set.
 
     force (n, inputs); laws: each with the coordinate (n,) that it turns and the numbers of its parameters;
@@ -44,7 +44,7 @@ class Blow:
 
     @property
     def alike(self) -> tuple[object, ...]:
-        """Blows for which this is the same can be simulated side by side."""
+        """Impacts for which this is the same can be simulated side by side."""
         laws = tuple((law, *numbers) for law, _, numbers in self.laws)
         return (len(self.system.coordinates), self.force.shape[1], self.impact.record, self.steps, laws)
 
@@ -66,7 +66,9 @@ class Blow:
         return result
 
 
-def blow_on(name: str, data: FrfSet, system: System, force: Array, impact: Impact | None) -> Blow | None:
+def simulated_impact(
+    name: str, data: FrfSet, system: System, force: Array, impact: Impact | None
+) -> SimulatedImpact | None:
     """What to simulate for a set (force (n, inputs)); None for a linear system.
 
     Raises InputError where a law acts on what no compliance releases, or the measurement does not say its
@@ -81,12 +83,15 @@ def blow_on(name: str, data: FrfSet, system: System, force: Array, impact: Impac
     if impact is None:
         found = "no `impact`, on which a nonlinear effect depends"
         raise InputError(
-            name, found, "the mean peak force of the blows", "add `impact: {peak_n: 180}` to the measurement"
+            name,
+            found,
+            "the mean peak force of the impacts",
+            "add `impact: {peak_n: 180}` to the measurement",
         )
     laws = tuple(
         (one.law, system.site.vector(one.coordinate)[system.free], one.numbers) for one in system.laws
     )
-    return Blow(
+    return SimulatedImpact(
         system,
         force,
         impact,
@@ -96,32 +101,34 @@ def blow_on(name: str, data: FrfSet, system: System, force: Array, impact: Impac
 
 
 class ImpactSimulator:
-    """Simulates blows that are alike side by side, and remembers the last values that it was asked for."""
+    """Simulates impacts that are alike side by side, and remembers the last values that it was asked for."""
 
-    def __init__(self, blows: Sequence[Blow]) -> None:
-        self._blows = tuple(blows)
-        self._last = np.zeros((0, len(blows[0].system.terms["stiffness"])))
-        self._known: dict[Blow, Response] = {}
+    def __init__(self, simulations: Sequence[SimulatedImpact]) -> None:
+        self._simulations = tuple(simulations)
+        self._last = np.zeros((0, len(simulations[0].system.terms["stiffness"])))
+        self._known: dict[SimulatedImpact, Response] = {}
 
-    def responses(self, blow: Blow, values: Array) -> Response:
-        """What follows the blow at values (S, parameters), S models."""
+    def responses(self, simulated: SimulatedImpact, values: Array) -> Response:
+        """What follows the impact at values (S, parameters), S models."""
         count = len(values)
         if not np.array_equal(self._last[:count], values):
             self._last, self._known = values.copy(), {}
         known = self._known
-        if blow not in known:
-            group = [one for one in self._blows if one.alike == blow.alike]
-            together = _simulate(group, self._last)
+        if simulated not in known:
+            group = [one for one in self._simulations if one.alike == simulated.alike]
+            side_by_side = _simulate(group, self._last)
             size = len(self._last)
-            known.update((one, together.of(slice(n * size, (n + 1) * size))) for n, one in enumerate(group))
-        return known[blow].of(slice(count))
+            known.update(
+                (one, side_by_side.of(slice(n * size, (n + 1) * size))) for n, one in enumerate(group)
+            )
+        return known[simulated].of(slice(count))
 
-    def struck(self, blow: Blow, values: Array, s: Complex, free: Index) -> Struck:
+    def impacted(self, simulated: SimulatedImpact, values: Array, s: Complex, free: Index) -> ImpactedFrf:
         """What the torques do to FRFs at s (lines,) and values (parameters,), with derivatives by parameters
         `free`.
         """
-        own = np.concatenate([numbers for _, _, numbers in blow.laws])
-        shares = np.max([one.shares(values) for one in self._blows], axis=0)
+        own = np.concatenate([numbers for _, _, numbers in simulated.laws])
+        shares = np.max([one.shares(values) for one in self._simulations], axis=0)
         columns = np.flatnonzero((shares[free] > 0) | np.isin(free, own))
         moving, moved = free[columns], np.tile(values, (len(columns) + 1, 1))
         share = shares[moving]
@@ -129,8 +136,8 @@ class ImpactSimulator:
             share > 0, share, 1 / np.maximum(np.abs(values[moving]), np.finfo(float).tiny)
         )
         moved[np.arange(1, len(moved)), moving] += steps
-        response = self.responses(blow, moved)
-        force, torque = blow.impact.transform(s), response.transform(s)
+        response = self.responses(simulated, moved)
+        force, torque = simulated.impact.transform(s), response.transform(s)
         ends = np.array([response.x, response.v])
         slopes = np.zeros((*torque[:, :, 0].shape, len(free)), dtype=complex)
         slopes[..., columns] = (
@@ -138,38 +145,45 @@ class ImpactSimulator:
         )
         rates = np.zeros((*ends[:, 0].shape, len(free)))
         rates[..., columns] = np.moveaxis(ends[:, 1:] - ends[:, :1], 1, 3) / steps
-        ending = Ending(blow.impact.record, response.x[0], response.v[0], rates)
-        return Struck(ending, force, blow.coordinates, torque[:, :, 0] / force[:, None, None], slopes)
+        end = EndOfRecord(simulated.impact.record, response.x[0], response.v[0], rates)
+        return ImpactedFrf(end, force, simulated.coordinates, torque[:, :, 0] / force[:, None, None], slopes)
 
-    def each(self, blow: Blow, values: Array, s: Complex) -> list[Struck]:
+    def each(self, simulated: SimulatedImpact, values: Array, s: Complex) -> list[ImpactedFrf]:
         """What the torques do at values (S, parameters), for each of S models, without derivatives; s
         (lines,) or (S, lines).
         """
-        response = self.responses(blow, values)
+        response = self.responses(simulated, values)
         result = []
         for number, line in enumerate(np.broadcast_to(s, (len(values), s.shape[-1]))):
-            one, force = response.of(slice(number, number + 1)), blow.impact.transform(line)
+            one, force = response.of(slice(number, number + 1)), simulated.impact.transform(line)
             torque = one.transform(line)[:, :, 0] / force[:, None, None]
-            ending = Ending(blow.impact.record, one.x[0], one.v[0], np.zeros((2, *one.x[0].shape, 0)))
+            end = EndOfRecord(simulated.impact.record, one.x[0], one.v[0], np.zeros((2, *one.x[0].shape, 0)))
             result.append(
-                Struck(ending, force, blow.coordinates, torque, np.zeros((*torque.shape, 0), dtype=complex))
+                ImpactedFrf(
+                    end, force, simulated.coordinates, torque, np.zeros((*torque.shape, 0), dtype=complex)
+                )
             )
         return result
 
 
-def _simulate(blows: Sequence[Blow], values: Array) -> Response:
-    """What follows blows that are alike at values (S, parameters): the models of the first blow, then those
+def _simulate(simulations: Sequence[SimulatedImpact], values: Array) -> Response:
+    """What follows impacts that are alike at values (S, parameters): the models of the first, then those
     of the second, and so on.
     """
-    matrices = [blow.system.matrices(values) for blow in blows]
+    matrices = [simulated.system.matrices(values) for simulated in simulations]
     mass, damping, stiffness = (np.concatenate(parts) for parts in zip(*matrices, strict=True))
-    force = np.concatenate([np.broadcast_to(blow.force, (len(values), *blow.force.shape)) for blow in blows])
-    impacts = tuple(blow.impact for blow in blows for _ in values)
+    force = np.concatenate(
+        [np.broadcast_to(simulated.force, (len(values), *simulated.force.shape)) for simulated in simulations]
+    )
+    impacts = tuple(simulated.impact for simulated in simulations for _ in values)
     attached = []
-    for number, (law, _, numbers) in enumerate(blows[0].laws):
-        turned = np.repeat([blow.laws[number][1] for blow in blows], len(values), axis=0)
-        attached.append(AttachedTorque(law, turned, np.tile(values[:, numbers], (len(blows), 1))))
+    for number, (law, _, numbers) in enumerate(simulations[0].laws):
+        turned = np.repeat([simulated.laws[number][1] for simulated in simulations], len(values), axis=0)
+        attached.append(AttachedTorque(law, turned, np.tile(values[:, numbers], (len(simulations), 1))))
     with np.errstate(all="ignore"):  # a model that grows without bound ends in NaN, which costs infinity
         return simulate(
-            Models(mass, damping, stiffness, force, impacts), attached, blows[0].impact.record, blows[0].steps
+            Models(mass, damping, stiffness, force, impacts),
+            attached,
+            simulations[0].impact.record,
+            simulations[0].steps,
         )

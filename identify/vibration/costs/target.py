@@ -17,10 +17,10 @@ from identify.measured.modal_table import ModalTable
 from identify.model.effects.measurement import MeasurementEffect, Reading
 from identify.model.frf import frf, frf_and_gradient, frf_slope, gradient_with
 from identify.model.impact import Impact
-from identify.model.impacted import frf_struck
+from identify.model.impacted import impacted_frf
 from identify.model.system import System
 from identify.robot.points import Point
-from identify.vibration.costs.impact import Blow, ImpactSimulator, blow_on
+from identify.vibration.costs.impact import ImpactSimulator, SimulatedImpact, simulated_impact
 
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
@@ -58,8 +58,8 @@ class FrfTarget:
     out (channels, n), force (n, inputs): the channels in the system's coordinates; those of out are the set's
     outputs, then what readings need besides.  readings: what effects of the measurement do to the FRFs, with
     the numbers of their parameters. record: length of the records behind the FRFs, s, where the response may
-    not have died out (`identify.model.truncation`), or None. blow: what must be simulated of a nonlinear
-    system, on a bench that may serve other sets too.
+    not have died out (`identify.model.truncation`), or None. simulated: what must be simulated of a nonlinear
+    system, by a simulator that may serve other sets too.
     """
 
     name: str
@@ -70,8 +70,8 @@ class FrfTarget:
     noise: Array | None = None
     readings: tuple[tuple[Reading, NDArray[np.intp]], ...] = ()
     record: float | None = None
-    blow: Blow | None = None
-    bench: ImpactSimulator | None = None
+    simulated: SimulatedImpact | None = None
+    simulator: ImpactSimulator | None = None
 
     @cached_property
     def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -110,7 +110,7 @@ class FrfTarget:
     def predict(self, values: Array) -> Complex:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
         s = self.s_at(values)
-        h = self._linear(values, s) if self.blow is None else self._struck(self.blow, values)
+        h = self._linear(values, s) if self.simulated is None else self._impacted(self.simulated, values)
         for reading, numbers in self.readings:
             h = reading.apply(h, values[..., numbers], s)
         return self._at_once(h[..., : len(self.data.outputs), :])
@@ -128,23 +128,25 @@ class FrfTarget:
             *self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self._ends
         )
 
-    def _struck(self, blow: Blow, values: Array) -> Complex:
-        """What the blow of a hammer measures of a nonlinear system."""
+    def _impacted(self, simulated: SimulatedImpact, values: Array) -> Complex:
+        """What a hammer impact measures of a nonlinear system."""
         flat = values.reshape(-1, values.shape[-1])
         s = self.s_at(flat)
-        struck = self._simulated.each(blow, flat, s)
+        impacted = self._simulator.each(simulated, flat, s)
         lines = np.broadcast_to(s, (len(flat), s.shape[-1]))
-        models = zip(*self.system.matrices(flat), lines, struck, strict=True)
+        models = zip(*self.system.matrices(flat), lines, impacted, strict=True)
         h = [
-            frf_struck((m, c, k), line, self.out, self.force, POWER[self.data.quantity], one)
+            impacted_frf((m, c, k), line, self.out, self.force, POWER[self.data.quantity], one)
             for m, c, k, line, one in models
         ]
         return np.array(h).reshape(*values.shape[:-1], *h[0].shape)
 
     @cached_property
-    def _simulated(self) -> ImpactSimulator:
-        """The bench that it shares, or one of its own."""
-        return self.bench or ImpactSimulator([blow for blow in (self.blow,) if blow is not None])
+    def _simulator(self) -> ImpactSimulator:
+        """The simulator that it shares, or one of its own."""
+        return self.simulator or ImpactSimulator(
+            [simulated for simulated in (self.simulated,) if simulated is not None]
+        )
 
     def s_at(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect
@@ -182,11 +184,11 @@ class FrfTarget:
         """
         s, decay = self.s_at(values), self._decay[free]
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
-        if self.blow is None:
+        if self.simulated is None:
             h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self._ends)
         else:
-            struck = self._simulated.struck(self.blow, values, s, free)
-            h, gradient = gradient_with(struck, matrices, self.system.factors, *at, free)
+            impacted = self._simulator.impacted(self.simulated, values, s, free)
+            h, gradient = gradient_with(impacted, matrices, self.system.factors, *at, free)
         if np.any(decay):
             gradient = gradient + self._slope(values)[..., None] * decay
         for reading, numbers in self.readings:
@@ -204,13 +206,13 @@ class FrfTarget:
     def _slope(self, values: Array) -> Complex:
         """(lines, outputs, inputs): dH/ds."""
         matrices, power = self.system.matrices(values), POWER[self.data.quantity]
-        if self.blow is None:
+        if self.simulated is None:
             return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self._ends)
         either = [self.s_at(values) + change for change in (_CHANGE, -_CHANGE)]
-        struck = [self._simulated.each(self.blow, values[None], s)[0] for s in either]
+        impacted = [self._simulator.each(self.simulated, values[None], s)[0] for s in either]
         up, down = (
-            frf_struck(matrices, s, self.out, self.force, power, one)
-            for s, one in zip(either, struck, strict=True)
+            impacted_frf(matrices, s, self.out, self.force, power, one)
+            for s, one in zip(either, impacted, strict=True)
         )
         return np.asarray((up - down) / (2 * _CHANGE))
 
@@ -229,13 +231,13 @@ class FrfTarget:
         return [slice(first, first + step) for first in range(0, candidates, step)]
 
 
-def share_bench(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
-    """The same targets; the blows on nonlinear systems are simulated together."""
-    blows = [target.blow for target in targets if target.blow is not None]
-    if not blows:
+def share_simulator(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
+    """The same targets; the impacts on nonlinear systems are simulated together."""
+    simulations = [target.simulated for target in targets if target.simulated is not None]
+    if not simulations:
         return tuple(targets)
-    bench = ImpactSimulator(blows)
-    return tuple(replace(target, bench=bench) for target in targets)
+    simulator = ImpactSimulator(simulations)
+    return tuple(replace(target, simulator=simulator) for target in targets)
 
 
 def frf_target(
@@ -258,12 +260,12 @@ def frf_target(
         channels += effect.needed(channels, points)
     readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
     out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
-    blow = blow_on(name, data, system, force.T, impact)
-    return FrfTarget(name, data, system, out, force.T, noise, readings, record, blow)
+    simulated = simulated_impact(name, data, system, force.T, impact)
+    return FrfTarget(name, data, system, out, force.T, noise, readings, record, simulated)
 
 
 def record_length(data: FrfSet) -> float | None:
-    """One over the spacing of lines where an exponential window says that the FRFs are those of blows."""
+    """One over the spacing of lines where an exponential window says that the FRFs are those of impacts."""
     if data.window_decay_per_s <= 0 or len(data.frequency_hz) < 2:
         return None
     return float(1 / np.diff(data.frequency_hz).min())

@@ -48,8 +48,10 @@ def _target(
     """
     system, parameters = model(arm(folder), [parse_effect(effect) for effect in (DRIVES, *effects)])
     target = predictor(system, lines=40, band=(3.0, top))
-    if target.blow is not None:
-        target = replace(target, blow=replace(target.blow, impact=replace(target.blow.impact, peak=peak)))
+    if target.simulated is not None:
+        target = replace(
+            target, simulated=replace(target.simulated, impact=replace(target.simulated.impact, peak=peak))
+        )
     return target, initial(parameters)
 
 
@@ -123,8 +125,8 @@ def test_derivatives_are_those_of_the_prediction(effects: list[dict[str, Any]], 
 
 def test_sets_that_share_a_bench_are_predicted_as_each_alone(tmp_path: Path) -> None:
     target, values = _target(tmp_path, FRICTION)
-    assert target.blow is not None
-    harder = replace(target, blow=replace(target.blow, impact=Impact(700.0, 6.5e-3, 1.0)))
+    assert target.simulated is not None
+    harder = replace(target, simulated=replace(target.simulated, impact=Impact(700.0, 6.5e-3, 1.0)))
     noise = np.ones(target.data.frf.shape)
     both = [replace(one, noise=noise) for one in (target, harder)]
     objective = parse_cost("frf-least-squares").objective(Targets(tuple(both)))
