@@ -63,7 +63,6 @@ _OPTIMIZERS = "identify.fitting.optimizers.base:OPTIMIZERS"
 _EFFECTS = "identify.model.effects.base:EFFECTS"
 _BAR = "identify.reports.progress:progress_bar"
 _STORY = "identify.reports.progress:story"
-_LINES = "identify.reports.progress:search_lines"
 _JOBS = "identify.reports.progress:batch_bar"
 
 ANALYSES = (
@@ -123,8 +122,8 @@ ANALYSES = (
         study="identify.explain.study:ExplainStudy",
         plugs={"effects": "identify.explain.effects.base:MOTION_EFFECTS"},
         runs={
-            "explain": Run("identify.explain.run:run_explain", progress=_LINES),
-            "discover": Run("identify.explain.run:run_explain", progress=_LINES),
+            "explain": Run("identify.explain.run:run_explain", (), ("resume",), _STORY),
+            "discover": Run("identify.explain.run:run_explain", (), ("resume",), _STORY),
         },
     ),
     Analysis(

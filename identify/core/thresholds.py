@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-CONVINCING = 10.0
-"""Difference of BIC that speaks very strongly for a model: Kass and Raftery 1995, section 3.2."""
+CONVINCING = 5.0
+"""Log odds that speak very strongly for a model, which is a difference of BIC of 10: Kass and Raftery 1995,
+section 3.2.
+"""
 
 
 MISSING = 2.0

@@ -12,7 +12,6 @@ import numpy as np
 from identify.core.thresholds import QUIET
 from identify.discovery.amplitude import level_gap, torque_gaps
 from identify.model.effects.base import EFFECTS, Effect
-from identify.model.effects.nonlinear import NonlinearEffect
 from identify.vibration.problem import Problem
 
 _NEAREST = 2
@@ -41,7 +40,7 @@ def plausible(problem: Problem, values: Mapping[str, float], found: Sequence[Eff
 
     problem has the present model, and values are its parameters.
     """
-    simulated = [effect for effect in found if isinstance(effect, NonlinearEffect)]
+    simulated = [effect for effect in found if effect.of_amplitude]
     if not simulated:
         return list(found)
     gaps = torque_gaps(problem.targets().frf, problem.at(values))
@@ -50,9 +49,7 @@ def plausible(problem: Problem, values: Mapping[str, float], found: Sequence[Eff
         key=lambda names: min(gaps.get(n, np.inf) for n in names),
     )
     return [
-        e
-        for e in found
-        if not isinstance(e, NonlinearEffect) or tuple(e.coordinates(problem.robot)) in places[:_NEAREST]
+        e for e in found if not e.of_amplitude or tuple(e.coordinates(problem.robot)) in places[:_NEAREST]
     ]
 
 

@@ -2,9 +2,10 @@
 that were not fitted.
 
 The residuals are not independent (a window smears noise over lines, noise on the force is common to all
-responses of a blow) and the best model may be wrong by more than noise.  So chi-square counts for less, by
+responses of an impact) and the best model may be wrong by more than noise.  So chi-square counts for less, by
 how much wider than the naive covariance the sandwich covariance of the best model is (Huber 1967;
-`identify.fitting.uncertainty`); the price of a parameter is that of Schwarz 1978.
+`identify.fitting.uncertainty`); the price of a parameter is that of Schwarz 1978.  Half a difference of this
+criterion is the natural logarithm of the odds (Kass and Raftery 1995, section 4.1.3).
 """
 
 from __future__ import annotations
@@ -13,35 +14,70 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING
 from identify.discovery.trial import Trial
+from identify.fitting.selection.gain import Gain, Rule
+from identify.fitting.selection.policy import Policy
+from identify.fitting.uncertainty import statuses
+from identify.vibration.problem import Problem, with_effects
+from identify.vibration.uncertainty import uncertainty
 
-HALF, MOST = 0.5, 0.8
-"""Share of what is above noise that an addition must remove, and that several must remove together which do
-not explain enough one by one: less is a patch on something else that is missing."""
-_PARTLY = 0.3
-"""The same on data that were not fitted, whose own noise level is not known as well."""
+_CONFIRMED_FRACTION = 0.3
+"""Fraction of what is above noise that an addition must remove from data that were not fitted, whose own
+noise level is not known as well."""
 _MATERIAL = 0.015
 """A smaller fall of the gap than this is within what estimators and noise models get wrong."""
+
+POLICY = Policy(
+    admit=Rule(CONVINCING),
+    retain=(Rule(CONVINCING, explained=1 / 11),),
+    settle=Rule(CONVINCING, explained=0.5, material=True),
+    settle_several=Rule(CONVINCING, explained=0.8, material=True),
+    rival_log_odds=CONVINCING,
+    pair_below=0.9,
+    most=6,
+    patience=2,
+    tentative=0.2,
+    nearly=0.9,
+    many=8,
+)
+"""Half of what is above noise must go with an addition, and 80 % with several that do not explain enough one
+by one: less is compensating for something else that is missing."""
 
 
 @dataclass(frozen=True)
 class EvidenceCriterion:
-    """What evidence is measured with; inflation: how many times too high chi-square counts."""
+    """What evidence is measured with; variance_inflation: how many times too high chi-square counts."""
 
-    inflation: float
+    variance_inflation: float
 
     def score(self, trial: Trial) -> float:
         """Quasi-BIC: less is better.  Data that were not fitted count as those that were: many parameters fit
         what one part has alone.
         """
-        worth = max(self.inflation, 1.0)
+        inflation = max(self.variance_inflation, 1.0)
         squares = trial.squares + (trial.squares_validation if trial.count_validation else 0.0)
-        return squares / worth + trial.free * float(np.log(max(trial.count / worth, 2.0)))
+        return squares / inflation + trial.free * float(np.log(max(trial.count / inflation, 2.0)))
 
-    def evidence(self, before: Trial, after: Trial) -> float:
-        """By how much `after` is better than `before`."""
-        return self.score(before) - self.score(after)
+    def log_odds(self, before: Trial, after: Trial) -> float:
+        """Natural logarithm of the odds for `after` over `before`."""
+        return (self.score(before) - self.score(after)) / 2
+
+    def gain(self, before: Trial, after: Trial) -> Gain:
+        """What `after` gains: material where the gap falls by more than noise models get wrong, on data that
+        were not fitted too.
+        """
+        elsewhere = (
+            not after.count_validation
+            or removed(before.gap_validation, after.gap_validation) >= _CONFIRMED_FRACTION
+        )
+        return Gain(
+            self.log_odds(before, after),
+            removed(before.gap, after.gap),
+            confirmed(before, after),
+            before.gap - after.gap >= _MATERIAL and elsewhere,
+        )
 
 
 def confirmed(before: Trial, after: Trial) -> bool:
@@ -50,19 +86,17 @@ def confirmed(before: Trial, after: Trial) -> bool:
 
 
 def removed(before: float, after: float) -> float:
-    """Share of the gap above noise that is gone: 1 - (after - 1) / (before - 1)."""
+    """Fraction of the gap above noise that is gone: 1 - (after - 1) / (before - 1)."""
     return 1.0 - max(after - 1.0, 0.0) / max(before - 1.0, 1e-9)
 
 
-def convinces(judge: EvidenceCriterion, before: Trial, after: Trial, share: float = HALF) -> bool:
-    """Whether `after` is not only better but explains: most of what was above noise is gone, on fitted and on
-    other data.
+def variance_inflation(problem: Problem, trial: Trial) -> float:
+    """How many times too small the naive variance of the parameters is, for the worst of those that the data
+    determine.
     """
-    if (
-        judge.evidence(before, after) <= CONVINCING
-        or not confirmed(before, after)
-        or before.gap - after.gap < _MATERIAL
-    ):
-        return False
-    elsewhere = not after.count_validation or removed(before.gap_validation, after.gap_validation) >= _PARTLY
-    return removed(before.gap, after.gap) >= share and elsewhere
+    model = with_effects(problem, trial.task.effects, trial.values)
+    scale = Scale(model.parameters)
+    found = uncertainty(model.targets(), scale, model.initial)
+    ratio = (found.std / found.independent_std) ** 2
+    known = np.array([status != "not determined" for status in statuses(scale, model.initial, found.std)])
+    return float(np.max(ratio, where=known, initial=1.0))

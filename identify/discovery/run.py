@@ -20,14 +20,14 @@ from identify.core.part_file import PartFile
 from identify.discovery import sentences as told
 from identify.discovery.advise import advise
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
-from identify.discovery.loop import Discovery, Story, check_data, discover
+from identify.discovery.loop import Discovery, Step, check_data, discover
 from identify.discovery.new_config import config_text, entry_of, write_config
-from identify.discovery.search import Step
 from identify.discovery.trial import Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import Fit, Start
 from identify.fitting.memory import Memory
 from identify.fitting.resume import override, resumable, run_key
+from identify.fitting.selection.workbench import Story
 from identify.results import fit as results
 from identify.results.discovery import (
     AddedEffects,
@@ -83,7 +83,7 @@ def _remarks(found: Discovery) -> list[tuple[Any, str]]:
     before, remarks = found.first.gap, []
     for option in found.added:
         remarks.append((option.effect, told.remark(option, before)))
-        before = option.trial.gap
+        before = option.model.gap
     return remarks
 
 
@@ -138,9 +138,9 @@ def _added(after: Problem, found: Discovery, fitted: results.FitResult) -> Added
             for o, numbers in zip(found.added, by_effect, strict=True)
         ),
         parameters=tuple(", ".join(names[n] for n in numbers) for numbers in by_effect),
-        evidence=np.array([option.evidence for option in found.added]),
-        gap=np.array([option.trial.gap for option in found.added]),
-        gap_validation=np.array([option.trial.gap_validation for option in found.added]),
+        log_odds=np.array([option.gain.log_odds for option in found.added]),
+        gap=np.array([option.model.gap for option in found.added]),
+        gap_validation=np.array([option.model.gap_validation for option in found.added]),
     )
 
 
@@ -174,17 +174,17 @@ def _options(step: Step) -> OptionTable:
     return OptionTable(
         sentence=tuple(option.effect.sentence() for option in options),
         kind=tuple(option.effect.kind for option in options),
-        gap=np.array([option.trial.gap for option in options]),
-        gap_validation=np.array([option.trial.gap_validation for option in options]),
-        parameters=np.array([option.trial.free - step.before.free for option in options], dtype=int),
-        evidence=np.array([option.evidence for option in options]),
+        gap=np.array([option.model.gap for option in options]),
+        gap_validation=np.array([option.model.gap_validation for option in options]),
+        parameters=np.array([option.model.free - step.before.free for option in options], dtype=int),
+        log_odds=np.array([option.gain.log_odds for option in options]),
         verdict=tuple(told.verdict_of(option, step) for option in options),
     )
 
 
 def _advice(problem: Problem, step: Step) -> str:
     """What would tell the best candidate from the first that is alike; empty where nothing is."""
-    if step.best is None or not step.alike:
+    if step.best is None or not step.rivals:
         return ""
-    one, other = ((option.trial.task.effects, option.trial.values) for option in (step.best, step.alike[0]))
+    one, other = ((option.model.task.effects, option.model.values) for option in (step.best, step.rivals[0]))
     return advise(problem, one, other)

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 
 from identify.core.text import listed
 from identify.core.thresholds import CONVINCING, QUIET
-from identify.discovery.evidence import confirmed, removed
-from identify.discovery.loop import Discovery
-from identify.discovery.search import Option, Step
+from identify.discovery.evidence import removed
+from identify.discovery.loop import Discovery, Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable
@@ -45,14 +44,14 @@ def verdict_of(option: Option, step: Step) -> str:
     """A phrase on one candidate of a step."""
     said = (
         (step.best is option, "best"),
-        (option in step.alike, "the data cannot tell it from the best"),
+        (option in step.rivals, "the data cannot tell it from the best"),
         (
-            math.isinf(option.trial.squares),
-            f"no solution: {option.trial.failure or 'it does not fit the model'}",
+            math.isinf(option.model.squares),
+            f"no solution: {option.model.failure or 'it does not fit the model'}",
         ),
-        (not option.thorough, "ruled out by a look at few lines"),
-        (option.evidence <= 0, "not worth its parameters"),
-        (not confirmed(step.before, option.trial), "worse on data that were not fitted"),
+        (not option.gain.refitted, "ruled out by a look at few lines"),
+        (option.gain.log_odds <= 0, "not worth its parameters"),
+        (not option.gain.confirmed, "worse on data that were not fitted"),
         (step.best is not None, "explains less"),
     )
     return next((phrase for holds, phrase in said if holds), "not convincing")
@@ -64,7 +63,7 @@ def decision(step: Step, kept: bool) -> str:
     if best is None:
         why = "none improves fitted and other data by more than its parameters are worth"
         return f"None of {len(step.options)} candidates is supported by the data: {why}."
-    trial, share = best.trial, removed(before.gap, best.trial.gap)
+    trial, share = best.model, removed(before.gap, best.model.gap)
     fell = (
         f"the gap goes from {gaps(before.gap, before.gap_validation)} to"
         f" {gaps(trial.gap, trial.gap_validation)}"
@@ -105,17 +104,17 @@ def verdict(found: Discovery) -> tuple[str, ...]:
 
 def alike(step: Step) -> tuple[str, ...]:
     """What the data of a step cannot tell from its best candidate."""
-    return tuple(option.effect.sentence() for option in step.alike)
+    return tuple(option.effect.sentence() for option in step.rivals)
 
 
 def remark(option: Option, before: float) -> str:
     """A comment for the config."""
     strength = (
         ""
-        if option.evidence > 1e6
-        else f", evidence {option.evidence:.0f} (above {CONVINCING:.0f} convinces)"
+        if option.gain.log_odds > 5e5
+        else f", log odds {option.gain.log_odds:.0f} (above {CONVINCING:.0f} convinces)"
     )
-    return f"found by identify discover: gap {before:.2f} -> {option.trial.gap:.2f}{strength}"
+    return f"found by identify discover: gap {before:.2f} -> {option.model.gap:.2f}{strength}"
 
 
 def _capital(text: str) -> str:

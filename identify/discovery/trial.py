@@ -21,7 +21,6 @@ from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.model.effects.base import Effect
-from identify.model.effects.nonlinear import NonlinearEffect
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Measurement, Problem, with_effects
@@ -95,7 +94,7 @@ class Trial:
         )
 
 
-class Bench:
+class TrialRunner:
     """Where models are tried: a problem with all its lines and with few of them."""
 
     def __init__(self, problem: Problem) -> None:
@@ -156,7 +155,7 @@ class Bench:
         given = problem.initial[None]
         ends = [_descend(problem, given, _QUICK)]
         simulated = any(
-            isinstance(effect, NonlinearEffect) for effect in task.effects
+            effect.of_amplitude for effect in task.effects
         )  # which takes too long for more than one start
         for fresh in self._others(problem, given):
             if simulated or min(cost for _, cost in ends) <= QUIET:
@@ -219,7 +218,7 @@ class Bench:
         """The problem without the known effects that depend on amplitude, their part at the anchor taken off
         the data.
         """
-        linear = [effect for effect in task.known if not isinstance(effect, NonlinearEffect)]
+        linear = [effect for effect in task.known if not effect.of_amplitude]
         if self._corrected is None or self._corrected[0] != (task.known, task.anchor):
             simulated, without = (
                 with_effects(self.thin, effects, task.anchor) for effects in (task.known, linear)

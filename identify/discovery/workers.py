@@ -21,12 +21,12 @@ from threadpoolctl import threadpool_limits
 
 from identify.core.errors import InputError
 from identify.core.interruption import ask, check, children_unasked
-from identify.discovery.trial import Bench, Task, Trial
+from identify.discovery.trial import Task, Trial, TrialRunner
 from identify.fitting.memory import Memory
 from identify.vibration.problem import Problem
 
 _LOOK_S = 0.2
-_bench: list[Bench] = []
+_runner: list[TrialRunner] = []
 
 
 class Workers(AbstractContextManager["Workers"]):
@@ -40,7 +40,7 @@ class Workers(AbstractContextManager["Workers"]):
         self.memory = Memory() if memory is None else memory
         context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
         self._end = context.Event()
-        self._bench = Bench(problem) if count == 1 else None
+        self._runner = TrialRunner(problem) if count == 1 else None
         self._pool = None
         if count > 1:
             self._pool = ProcessPoolExecutor(count, context, _start, (problem, self._end))
@@ -65,10 +65,10 @@ class Workers(AbstractContextManager["Workers"]):
 
     def _tried(self, tasks: Mapping[str, Task]) -> Iterator[tuple[str, Trial]]:
         """Each task's key with its trial, as they come."""
-        if self._bench is not None:
+        if self._runner is not None:
             for key, task in tasks.items():
                 check()
-                yield key, self._bench.run(task)
+                yield key, self._runner.run(task)
         if self._pool is None:
             return
         with children_unasked():
@@ -101,7 +101,7 @@ def _start(problem: Problem, end: Event) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
     threadpool_limits(1)
-    _bench[:] = [Bench(problem)]
+    _runner[:] = [TrialRunner(problem)]
 
 
 def _end_with_parent() -> None:
@@ -119,7 +119,7 @@ def _end_when_told(end: Event) -> None:
 
 
 def _run(task: Task) -> Trial:
-    return _bench[0].run(task)
+    return _runner[0].run(task)
 
 
 def _key(task: Task) -> str:

@@ -12,9 +12,10 @@ from scipy.special import stdtrit
 from identify.core.arrays import Array
 from identify.core.correlated import covariance, white_level
 from identify.explain.effects.base import MotionEffect, Target
-from identify.explain.loop import Explanation, rms
+from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
 from identify.explain.regression import Case, Fit, aligned, at_edge, jacobian, solve
+from identify.explain.workbench import rms
 from identify.results.explain import BoundTable, Curves, EffectTable, StepTable, TargetResult, ValueTable
 
 
@@ -41,9 +42,9 @@ def evaluated(
         tried=found.tried,
         effects=_effect_table(found),
         steps=StepTable(
-            tuple(step.effect.name for step in found.steps),
-            np.array([step.worth.evidence for step in found.steps]),
-            _rows([step.worth.share for step in found.steps], fitted),
+            tuple(step.option.effect.name for step in found.steps),
+            np.array([step.option.gain.log_odds for step in found.steps]),
+            _rows([step.option.gain.parts for step in found.steps], fitted),
             _rows([step.rms_fit for step in found.steps], fitted),
             _rows([step.rms_judge for step in found.steps], fitted),
         ),
@@ -57,15 +58,15 @@ def evaluated(
 
 
 def _effect_table(found: Explanation) -> EffectTable:
-    order = np.argsort([-worth.evidence for worth in found.worths], kind="stable").tolist()
-    effects, worths = [found.fit.effects[n] for n in order], [found.worths[n] for n in order]
+    order = np.argsort([-gain.log_odds for gain in found.gains], kind="stable").tolist()
+    effects, gains = [found.fit.effects[n] for n in order], [found.gains[n] for n in order]
     return EffectTable(
         name=tuple(effect.name for effect in effects),
         kind=tuple(effect.kind for effect in effects),
         sentence=tuple(effect.sentence() for effect in effects),
-        evidence=np.array([worth.evidence for worth in worths]),
-        chance=np.array([worth.chance for worth in worths]),
-        share=np.array([worth.share for worth in worths]).reshape(len(worths), len(found.fit.weights)),
+        evidence=np.array([gain.log_odds for gain in gains]),
+        chance=np.array([gain.chance for gain in gains]),
+        share=np.array([gain.parts for gain in gains]).reshape(len(gains), len(found.fit.weights)),
         rivals=tuple(", ".join(found.rivals[n]) for n in order),
         reading=tuple(effect.reading(found.fit.of(effect)) for effect in effects),
     )

@@ -13,6 +13,7 @@ from scipy.optimize import least_squares
 from identify.core.arrays import Array, Mask
 from identify.explain.effects.base import MotionEffect, Shape
 from identify.explain.recorded_motion import RecordedMotion
+from identify.fitting.memory import Memory, digest
 
 _RANK = 1e-11
 """Share of the largest eigenvalue of normalised normal equations below which a combination of columns is not
@@ -159,7 +160,10 @@ class Screen:
     explained.
     """
 
-    def __init__(self, case: Case, fit: Fit, without: str = "") -> None:
+    def __init__(
+        self, case: Case, fit: Fit, without: str = "", memory: Memory | None = None, label: str = ""
+    ) -> None:
+        self._memory, self._label = memory or Memory(), label
         kept = [number for number, other in enumerate(fit.effects) if other.name != without]
         self.case = case
         self.effects, self.shapes = [fit.effects[n] for n in kept], [fit.shapes[n] for n in kept]
@@ -190,7 +194,10 @@ class Screen:
         """
         key = effect.name, frozenset(other.name for other in self.effects if other.axis == effect.axis)
         if key not in self.case.searched:
-            self.case.searched[key] = self._search(effect)
+            kept = self._memory.recall(
+                digest("search", self._label, key[0], sorted(key[1])), lambda: _as_list(self._search(effect))
+            )
+            self.case.searched[key] = np.array(kept[0]) if kept else None
         return self.case.searched[key]
 
     def _search(self, effect: MotionEffect) -> Array | None:
@@ -218,6 +225,10 @@ class Screen:
             return None
         found = solve(self.case, [*self.effects, effect], [*self.shapes, shape], self.weights)
         return None if effect.positive and found.of(effect)[0] < 0 else found
+
+
+def _as_list(shape: Array | None) -> list[list[float]]:
+    return [] if shape is None else [shape.tolist()]
 
 
 def without(case: Case, fit: Fit, name: str) -> Fit:

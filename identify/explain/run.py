@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,10 +12,11 @@ from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.part_file import PartFile
 from identify.explain.candidates import candidates
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.evaluate import evaluated
-from identify.explain.loop import Explanation, Report, conclude, grow
+from identify.explain.loop import Explanation, conclude, grow
 from identify.explain.problem import (
     Known,
     curved,
@@ -29,16 +30,18 @@ from identify.explain.recorded_motion import RecordedMotion
 from identify.explain.regression import Case, Fit
 from identify.explain.sentences import notes, unknown, verdict
 from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
-from identify.fitting.resume import held
+from identify.explain.workbench import RecordWorkbench
+from identify.fitting.memory import Memory
+from identify.fitting.resume import resumable, run_key
+from identify.fitting.selection.workbench import Story
 from identify.measured.conditioning import ConditionedMotion, condition
 from identify.measured.records import MotionRecord, read_record
-from identify.results import file as result_file
 from identify.results.explain import ExplainResult, TargetResult
 from identify.results.provenance import provenance, sha256
+from identify.results.tables import Provenance
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
 
-Progress = Callable[[str], None]
 _ROUNDS = 4
 """How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each
 time.
@@ -58,37 +61,45 @@ class _Pair:
 
 
 def run_explain(
-    config: Path, out: Path | None = None, progress: Progress | None = None
+    config: Path, out: Path | None = None, story: Story | None = None, *, resume: bool = False
 ) -> tuple[ExplainResult, Path]:
-    """Explain the records of a study, write the result and return it with its path; progress: told what was
-    just found.
+    """Explain the records of a study, write the result and return it with its path; story: told what was just
+    found.
 
-    InputError or InputErrors for whatever cannot be read, does not fit together or cannot be written.
+    While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
+    is not run again by it.  InputError or InputErrors for whatever cannot be read, does not fit together or
+    cannot be written.
     """
     begun = time.perf_counter()
     file = read_explain_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    with threadpool_limits(1), held(path):
-        result = _explanation(file, progress, begun)
-        result_file.write(result, path)
-    return result, path
+    with threadpool_limits(1):
+        robot = read_robot(file.study.robot, file.path.parent)
+        known = known_of(file.study, robot)
+        records = read_records(file, robot)
+        motions = [_conditioned(record, file.study) for record in records]
+        origin = _provenance(file, records)
+        key = run_key(origin, file)
+
+        def compute(part: PartFile) -> ExplainResult:
+            targets = explained(file.study, motions, known, story, Memory(part))
+            return _result(file.study.name, motions, targets, begun, origin, key)
+
+        return resumable(path, key, ExplainResult, compute, resume=resume), path
 
 
-def _explanation(file: ExplainFile, progress: Progress | None, begun: float) -> ExplainResult:
-    robot = read_robot(file.study.robot, file.path.parent)
-    known = known_of(file.study, robot)
-    records = read_records(file, robot)
-    motions = [_conditioned(record, file.study) for record in records]
-    targets = explained(file.study, motions, known, progress)
+def _result(
+    name: str,
+    motions: list[ConditionedMotion],
+    targets: dict[str, TargetResult],
+    begun: float,
+    origin: Provenance,
+    key: str,
+) -> ExplainResult:
     judge = motions[1].name
-    inputs = [
-        (
-            str(file.study.robot.urdf or file.study.robot.dh),
-            sha256(file.resolve(file.study.robot.urdf or file.study.robot.dh or Path())),
-        )
-    ]
     return ExplainResult(
-        name=file.study.name,
+        name=name,
+        key=key,
         verdict=tuple(sentence for found in targets.values() for sentence in verdict(found, judge)),
         notes=tuple(sentence for found in targets.values() for sentence in notes(found)),
         unknown=tuple(sentence for found in targets.values() for sentence in unknown(found)),
@@ -97,8 +108,14 @@ def _explanation(file: ExplainFile, progress: Progress | None, begun: float) -> 
         ),
         seconds=time.perf_counter() - begun,
         targets=targets,
-        provenance=provenance(file.path.name, file.text, inputs + [(r.source, r.sha256) for r in records]),
+        provenance=origin,
     )
+
+
+def _provenance(file: ExplainFile, records: Sequence[MotionRecord]) -> Provenance:
+    robot = file.study.robot.urdf or file.study.robot.dh or Path()
+    inputs = [(str(robot), sha256(file.resolve(robot))), *((r.source, r.sha256) for r in records)]
+    return provenance(file.path.name, file.text, inputs)
 
 
 def known_of(study: ExplainStudy, robot: Robot) -> Known:
@@ -150,14 +167,18 @@ def read_records(file: ExplainFile, robot: Robot) -> list[MotionRecord]:
 
 
 def explained(
-    study: ExplainStudy, motions: list[ConditionedMotion], known: Known, progress: Progress | None = None
+    study: ExplainStudy,
+    motions: list[ConditionedMotion],
+    known: Known,
+    story: Story | None = None,
+    memory: Memory | None = None,
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
+    story, memory = story or Story(), memory or Memory()
     scenes = [scene_of(motion, known) for motion in motions]
     pair = _Pair(*(torque_case(motion, scene, known) for motion, scene in zip(motions, scenes, strict=True)))
-    tell = _teller(progress)
     tried = candidates("torque", scenes[0], study.effects)
-    pair, found = _torque_explained(pair, tried, tell("torque"))
+    pair, found = _torque_explained(pair, tried, _of(story, "torque"), memory)
     done = {"torque": evaluated("torque", pair.fitted, pair.judge, found, tried)}
     for target, case in _CASE.items():
         if all(_recorded(motion, target) for motion in motions):
@@ -165,12 +186,12 @@ def explained(
                 case(motion, one.scene, known)
                 for motion, one in zip(motions, (pair.fitted, pair.judge), strict=True)
             ]
-            done[target] = _explained(target, _Pair(*cases), study, tell(target))
+            done[target] = _explained(target, _Pair(*cases), study, _of(story, target), memory)
     return done
 
 
 def _torque_explained(
-    pair: _Pair, tried: list[MotionEffect], report: Report | None
+    pair: _Pair, tried: list[MotionEffect], story: Story, memory: Memory
 ) -> tuple[_Pair, Explanation]:
     """Torques with the loads of the gears as they are known at the end, and their explanation.
 
@@ -178,24 +199,32 @@ def _torque_explained(
     first looks like a balancer, whose torque is then taken for load.  So they are looked for in turn, until
     no effect depends on loads that have changed.
     """
-    found = grow(pair.fitted, pair.judge, [effect for effect in tried if not effect.of_load], None, report)
-    for _ in range(_ROUNDS):
-        before, pair = found.fit, _with_loads(pair, found.fit)
-        found = grow(pair.fitted, pair.judge, tried, found, report)
-        moved = any(effect.in_gear for effect in before.effects + found.fit.effects)
-        if not (moved and any(effect.of_load for effect in found.fit.effects)):
+    first = [effect for effect in tried if not effect.of_load]
+    fit, steps = grow(RecordWorkbench(pair.fitted, pair.judge, first, "torque", memory), story)
+    for number in range(1, _ROUNDS + 1):
+        before, pair = fit, _with_loads(pair, fit)
+        label = f"torque, loads {number}"
+        fit, more = grow(RecordWorkbench(pair.fitted, pair.judge, tried, label, memory, before), story)
+        steps += more
+        moved = any(effect.in_gear for effect in before.effects + fit.effects)
+        if not (moved and any(effect.of_load for effect in fit.effects)):
             break
-    pair = _with_loads(pair, found.fit)
-    return pair, conclude(pair.fitted, pair.judge, tried, found)
+    pair = _with_loads(pair, fit)
+    bench = RecordWorkbench(pair.fitted, pair.judge, tried, "torque, final loads", memory, fit)
+    return pair, conclude(bench, fit, steps)
 
 
-def _explained(target: Target, pair: _Pair, study: ExplainStudy, report: Report | None) -> TargetResult:
+def _explained(
+    target: Target, pair: _Pair, study: ExplainStudy, story: Story, memory: Memory
+) -> TargetResult:
     """A target that is linear in what the torque's explanation left behind; latencies to second order."""
     tried = candidates(target, pair.fitted.scene, study.effects)
-    first = grow(pair.fitted, pair.judge, tried, None, report)
-    pair = _Pair(curved(pair.fitted, first.fit), curved(pair.judge, first.fit))
-    grown = grow(pair.fitted, pair.judge, tried, first, report)
-    return evaluated(target, pair.fitted, pair.judge, conclude(pair.fitted, pair.judge, tried, grown), tried)
+    first, steps = grow(RecordWorkbench(pair.fitted, pair.judge, tried, target, memory), story)
+    pair = _Pair(curved(pair.fitted, first), curved(pair.judge, first))
+    bench = RecordWorkbench(pair.fitted, pair.judge, tried, f"{target}, second order", memory, first)
+    fit, more = grow(bench, story)
+    found = conclude(bench, fit, [*steps, *more])
+    return evaluated(target, pair.fitted, pair.judge, found, tried)
 
 
 def _with_loads(pair: _Pair, fit: Fit) -> _Pair:
@@ -213,10 +242,6 @@ def _conditioned(record: MotionRecord, study: ExplainStudy) -> ConditionedMotion
     return condition(record, study.lowpass_hz, study.resample_hz, constant)
 
 
-def _teller(progress: Progress | None) -> Callable[[str], Report | None]:
-    def of(target: str) -> Report | None:
-        if progress is None:
-            return None
-        return lambda number, name: progress(f"{target}: {number} found, {name}")
-
-    return of
+def _of(story: Story, target: str) -> Story:
+    """A story of one target."""
+    return Story(lambda sentence: story.say(f"{target}: {sentence}"), story.done)

@@ -4,7 +4,9 @@ also after a restart.
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Callable
 from typing import Any
 
 from identify.core.part_file import PartFile
@@ -30,3 +32,14 @@ class Memory:
         self._known[key] = value
         if self._part is not None:
             self._part.append(json.dumps([key, value]).encode())
+
+    def recall(self, key: str, compute: Callable[[], Any]) -> Any:
+        """The value of a key, computed if it is not there yet."""
+        if key not in self:
+            self[key] = compute()
+        return self[key]
+
+
+def digest(*parts: Any) -> str:
+    """Key of what is computed from these parts, which JSON can hold."""
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from identify.reports.batch.terminal import batch_bar
-from identify.reports.explain.terminal import story as search_lines
 from identify.reports.fit.terminal import progress_bar, story
 
-__all__ = ["batch_bar", "progress_bar", "search_lines", "story"]
+__all__ = ["batch_bar", "progress_bar", "story"]

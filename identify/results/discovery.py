@@ -12,22 +12,26 @@ from identify.core.arrays import Array, Texts
 from identify.results.fit import FitResult
 from identify.results.header import KeyedHeader
 
+_FORMERLY = {"log_odds": ("evidence", 0.5)}
+"""Files of old hold a difference of an information criterion, which is twice the log odds."""
+
 
 @dataclass(frozen=True)
 class OptionTable:
     """What was tried in a step (n), best first; gap after refitting on fitted and on other data (NaN: not
     looked at).
 
-    parameters: how many it adds; evidence: over the model without it, NaN where a look at few lines was
-    enough; verdict: a phrase.
+    parameters: how many it adds; log_odds: for it over the model without it, NaN where a look at few
+    lines was enough; verdict: a phrase.
     """
 
+    FORMERLY: ClassVar[dict[str, tuple[str, float]]] = _FORMERLY
     sentence: Texts
     kind: Texts
     gap: Array
     gap_validation: Array
     parameters: NDArray[np.int_]
-    evidence: Array
+    log_odds: Array
     verdict: Texts
 
 
@@ -85,12 +89,13 @@ class AddedEffects:
     parameters: the names of its parameters, with commas between them.
     """
 
+    FORMERLY: ClassVar[dict[str, tuple[str, float]]] = _FORMERLY
     sentence: Texts
     kind: Texts
     config: Texts
     named: Texts
     parameters: Texts
-    evidence: Array
+    log_odds: Array
     gap: Array
     gap_validation: Array
 

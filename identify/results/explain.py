@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
-from identify.results.header import Header
+from identify.results.header import KeyedHeader
 
 
 @dataclass(frozen=True)
@@ -128,12 +128,13 @@ class TargetResult:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExplainResult(Header):
+class ExplainResult(KeyedHeader):
     """A whole run; verdict, notes, unknown (what these data cannot say) and conditioning (what was done to
     the records) are sentences.
     """
 
     KIND: ClassVar[str] = "explained"
+    key: str = ""
     unknown: Texts
     conditioning: Texts
     targets: dict[str, TargetResult]

@@ -23,14 +23,26 @@ _FIX = "transfer it again, or run the fit again"
 def record_of(group: Group, kind: type[T], where: str) -> T:
     """The dataclass `kind` from a group; InputError, with the field, where something is missing or of another
     type.
+
+    FORMERLY of a class says under which name, and in which unit of the present one, older files have a field;
+    a field that they have not at all has its default.
     """
     hints = typing.get_type_hints(kind)
-    fields = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
-    values = {name: _value(group, name, hints[name], f"{where}, {name}") for name in fields}
+    values, formerly = {}, getattr(kind, "FORMERLY", {})
+    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
+        name, (old, factor) = field.name, formerly.get(field.name, (field.name, 1.0))
+        if name in group.members or name in group.attributes or not (old in group.members or _default(field)):
+            values[name] = _value(group, name, hints[name], f"{where}, {name}")
+        elif old in group.members:
+            values[name] = factor * _value(group, old, hints[name], f"{where}, {old}")
     try:
         return kind(**values)
     except ValueError as error:
         raise InputError(where, f"values that do not fit together ({error})", _EXPECTED, _FIX) from error
+
+
+def _default(field: dataclasses.Field[Any]) -> bool:
+    return field.default is not dataclasses.MISSING
 
 
 def _value(group: Group, name: str, hint: Any, where: str) -> Any:

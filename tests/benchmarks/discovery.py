@@ -18,8 +18,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from identify.discovery.loop import Discovery, Story, discover
+from identify.discovery.loop import Discovery, discover
 from identify.discovery.workers import Workers
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import CLASSES
 from identify.vibration.problem import Problem, load_problem

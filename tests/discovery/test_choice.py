@@ -5,16 +5,24 @@ fitted here.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from identify.discovery import loop, search
-from identify.discovery.evidence import EvidenceCriterion
-from identify.discovery.loop import Story
-from identify.discovery.search import Option
+from identify.discovery import loop, screen
+from identify.discovery.evidence import POLICY, EvidenceCriterion
+from identify.discovery.loop import Option, Step
 from identify.discovery.trial import Task, Trial
+from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
+from identify.fitting.selection import loop as selection_loop
+from identify.fitting.selection import prune as selection_prune
+from identify.fitting.selection import workbench as workbench_types
+from identify.fitting.selection.gain import Gain
+from identify.fitting.selection.prune import exchange, prune
+from identify.fitting.selection.turn import as_options, choice
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.problem import Problem
 
@@ -53,8 +61,34 @@ def _workers(world: World) -> Workers:
     return cast(Workers, world)
 
 
-def _nothing(*_: Any) -> float:
+class Known(ImpactWorkbench):
+    """Hammer tests of a study with the drives alone, in a world where every gap is known."""
+
+    def __init__(self, world: World) -> None:
+        file = SimpleNamespace(study=SimpleNamespace(effects=[DRIVES]))
+        super().__init__(cast(Problem, SimpleNamespace(file=file)), _workers(world))
+        self.world = world
+
+    def begin(self) -> Trial:
+        """The drives."""
+        return self.world.model()
+
+    def candidates(self, model: Trial) -> list[Effect]:
+        """None: a test says what a turn finds."""
+        return []
+
+
+def _option(trial: Trial, log_odds: float = 50.0) -> Option:
+    return workbench_types.Option(trial.task.new[-1], trial, 1, Gain(log_odds, 1.0))
+
+
+def _one(*_: Any) -> float:
     return 1.0
+
+
+def _step(before: Trial, best: Option | None, promise: float = 1.0) -> Step:
+    found = () if best is None else (best,)
+    return workbench_types.Step(before, (), found, (), EvidenceCriterion(1.0), promise)
 
 
 def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() -> None:
@@ -66,34 +100,34 @@ def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() ->
             else min(gaps.get(k, 40.0) for k in kinds | {""})
         )
     )
-    before, judge = world.model(), EvidenceCriterion(100.0)
+    before, criterion = world.model(), EvidenceCriterion(100.0)
     quick = [world.model(effect) for effect in (BODY, TILT, BASE)]
-    judged = [Option(t.task.new[0], t, judge.evidence(before, t)) for t in quick]
-    assert judged[0].evidence == max(option.evidence for option in judged)
-    assert search._first_of_two(_workers(world), before, quick, judged, judged[0], judge) == (
-        judged[1],
-        pytest.approx(1.02),
-    )
+    options = as_options(criterion, before, [screen.attempt(before, trial) for trial in quick])
+    chosen = choice(POLICY, options)
+    assert chosen == (options[0],)
+    step = workbench_types.Step(before, tuple(options), chosen, (), criterion, chosen[0].gain.explained)
+    best, explained = screen.first_of_two(_workers(world), step, quick)
+    assert best == options[1]
+    assert explained == pytest.approx(1 - 0.02 / 39)
     alone = World(lambda kinds: min(gaps.get(k, 40.0) for k in kinds | {""}))
-    assert search._first_of_two(_workers(alone), before, quick, judged, judged[0], judge) == (
-        judged[0],
-        pytest.approx(8.0),
-    )
+    best, explained = screen.first_of_two(_workers(alone), step, quick)
+    assert best == options[0]
+    assert explained == pytest.approx(1 - 7 / 39)
 
 
 def test_few_of_a_kind_are_tried_in_pairs() -> None:
     world = World(lambda kinds: 5.0)
     bodies = [parse_effect({"kind": "added-mass", "link": f"link{n}"}) for n in range(1, 7)]
     FREE.update({id(effect): 1 for effect in bodies})
-    chosen = search._various([world.model(effect) for effect in (*bodies, TILT, BASE)])
+    chosen = screen.various([world.model(effect) for effect in (*bodies, TILT, BASE)])
     assert [trial.task.new[0] for trial in chosen] == [*bodies[:2], TILT, BASE]
 
 
 def test_data_that_were_not_fitted_count_in_the_choice() -> None:
-    judge, task = EvidenceCriterion(1.0), Task((DRIVES,), (), {})
+    criterion, task = EvidenceCriterion(1.0), Task((DRIVES,), (), {})
     better_fitted = Trial(task, {}, 5_000.0, COUNT, 30_000.0, COUNT, 12)
     better_elsewhere = Trial(task, {}, 6_000.0, COUNT, 10_000.0, COUNT, 12)
-    assert judge.evidence(better_fitted, better_elsewhere) == pytest.approx(19_000)
+    assert criterion.log_odds(better_fitted, better_elsewhere) == pytest.approx(19_000 / 2)
 
 
 @pytest.mark.parametrize("with_another", [True, False])
@@ -103,21 +137,18 @@ def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(
     both = {"joint-compliance", "base-compliance"}
     world = World(lambda kinds: 1.01 if both <= kinds else 8.6 if "joint-compliance" in kinds else 9.5)
 
-    def searched(workers: Workers, problem: Problem, before: Trial, done: Any = None) -> search.Step:
+    def turned(bench: Known, before: Trial, *_: Any) -> Step:
         effect = next((e for e in (TILT, BASE) if e not in before.task.effects), MASS)
         trial = world.trial(Task(before.task.effects, (effect,), {}))
-        best = Option(effect, trial, 100.0) if trial.gap < before.gap else None
-        return search.Step(before, (), best, (), EvidenceCriterion(1.0), 1.01 if with_another else trial.gap)
+        best = _option(trial) if trial.gap < before.gap else None
+        return _step(before, best, 0.999 if with_another else 1 - (trial.gap - 1) / (before.gap - 1))
 
-    monkeypatch.setattr(loop, "check_data", _nothing)
-    monkeypatch.setattr(loop, "_base", lambda problem, workers: world.model())
-    monkeypatch.setattr(loop, "search", searched)
-    monkeypatch.setattr(loop, "inflation", _nothing)
-    found = loop.discover(cast(Problem, None), _workers(world))
-    assert [option.effect for option in found.added] == ([TILT, BASE] if with_another else [])
+    monkeypatch.setattr(selection_loop, "turn", turned)
+    found = selection_loop.select(Known(world))
+    assert [option.effect for option in found.options] == ([TILT, BASE] if with_another else [])
 
 
-def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_left_in_the_end_may_be_the_variant_of_what_was_found() -> None:
     """An even beam was found while a delay was in the way; beside the delay an uneven one explains the
     rest.
     """
@@ -126,7 +157,7 @@ def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: 
     late = parse_effect({"kind": "time-delay"})
     gaps = {"": 60.0, "even": 40.0, "even late": 2.0, "late uneven": 1.0}
 
-    class Forms(World):
+    class Variants(World):
         def trial(self, task: Task) -> Trial:
             new = [
                 "late" if effect == late else "uneven" if effect == uneven else "even"
@@ -135,22 +166,28 @@ def test_what_is_left_in_the_end_may_be_the_form_of_what_was_found(monkeypatch: 
             squares = COUNT * gaps[" ".join(new)] ** 2
             return Trial(task, {}, squares, COUNT, squares, COUNT, 12 + len(new) + 14 * new.count("uneven"))
 
-    world = Forms(lambda kinds: 1.0)
+    world = Variants(lambda kinds: 1.0)
 
     def option(*new: Effect) -> Option:
-        return Option(new[-1], world.trial(Task((DRIVES, *new[:-1]), new[-1:], {})), 100.0)
+        return _option(world.trial(Task((DRIVES, *new[:-1]), new[-1:], {})))
 
     story, first, options = Story(), world.model(), [option(even), option(even, late)]
-    found, final = loop._reshaped(_workers(world), first, options, options[-1].trial, story)
-    assert [one.effect for one in found] == [late, uneven]
-    assert final.gap == pytest.approx(1.0)
-    steps = (search.Step(first, (), options[0], (), EvidenceCriterion(1.0), 40.0), *story.steps)
-    assert loop.Discovery(first, final, tuple(found), steps).kept == (True, True)
+
+    def tried() -> selection_loop._State[Effect, Trial]:
+        state = selection_loop._State(options[-1].model, first, list(options))
+        selection_loop._try_variants(Known(world), first, state, story)
+        return state
+
+    state = tried()
+    assert [one.effect for one in state.options] == [late, uneven]
+    assert state.present.gap == pytest.approx(1.0)
+    steps = (_step(first, options[0]), *story.steps)
+    found = loop.Discovery(first, state.present, tuple(state.options), steps)
+    assert found.kept == (True, True)
     gaps["late uneven"] = 1.9999
-    assert loop._reshaped(_workers(world), first, options, options[-1].trial, story) == (
-        options,
-        options[-1].trial,
-    )
+    state = tried()
+    assert state.options == options
+    assert state.present == options[-1].model
 
 
 def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,22 +205,36 @@ def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: p
         )
 
     world = World(gap)
-    first, wrong, found = world.model(), world.model(BODY), world.model(BODY, TILT)
-    options = [Option(BODY, wrong, 100.0), Option(TILT, found, 100.0)]
+    bench, first, wrong, found = Known(world), world.model(), world.model(BODY), world.model(BODY, TILT)
+    options = [_option(world.trial(Task((DRIVES,), (BODY,), {}))), _option(found)]
 
-    def searched(workers: Workers, problem: Problem, before: Trial, done: Any = None) -> search.Step:
+    def turned(bench: Known, before: Trial, *_: Any) -> Step:
         best = MASS if BODY not in before.task.effects else BODY
-        trial = world.trial(Task(before.task.effects, (best,), {}))
-        return search.Step(before, (), Option(best, trial, 100.0), (), EvidenceCriterion(1.0), trial.gap)
+        return _step(before, _option(world.trial(Task(before.task.effects, (best,), {}))))
 
-    monkeypatch.setattr(loop, "search", searched)
-    monkeypatch.setattr(loop, "inflation", _nothing)
+    monkeypatch.setattr(selection_prune, "turn", turned)
+    monkeypatch.setattr(loop, "variance_inflation", _one)
     story = Story()
-    added, final = loop._exchanged(_workers(world), cast(Problem, None), options, found, story)
+    added, final = exchange(bench, options, found, story)
     assert [option.effect for option in added] == [TILT, MASS]
     assert final.gap == pytest.approx(1.0)
     assert len(story.steps) == 1
-    told = loop._in_turn(_workers(world), cast(Problem, None), first, added, final)
-    assert [option.trial.gap for option in told] == pytest.approx([8.0, 1.0])
-    assert told[-1].trial is final
-    assert loop._in_turn(_workers(world), cast(Problem, None), first, options, found) == options
+    in_turn = loop.in_turn(cast(Problem, None), _workers(world), first, added, final)
+    assert [option.model.gap for option in in_turn] == pytest.approx([8.0, 1.0])
+    assert in_turn[-1].model is final
+    assert loop.in_turn(cast(Problem, None), _workers(world), first, options, found) == options
+    assert wrong.gap == pytest.approx(8.0)
+
+
+def test_of_several_needless_effects_the_worst_goes_first() -> None:
+    """With the tilt, neither the base nor the mass is needed; without both, the model is as good."""
+    gaps = {"joint-compliance": 1.0}
+    world = World(lambda kinds: min((gaps.get(kind, 9.0) for kind in kinds), default=9.0))
+    told: list[str] = []
+    model, dropped = prune(Known(world), world.model(BASE, TILT, MASS), Story(say=told.append))
+    assert dropped == [BASE, MASS]
+    assert model.task.effects == (DRIVES, TILT)
+    assert all("not needed any more" in sentence for sentence in told)
+    gaps["base-compliance"] = 1.0
+    gaps["joint-compliance"] = 9.0
+    assert prune(Known(world), world.model(BASE, TILT), Story())[1] == [TILT]

@@ -16,10 +16,10 @@ from typer.testing import CliRunner
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
-from identify.discovery import search
+from identify.discovery import workbench
 from identify.discovery.candidates import candidates
-from identify.discovery.loop import Story
 from identify.discovery.run import run_discover
+from identify.fitting.selection.workbench import Story
 from identify.results import file as result_file
 from identify.results.discovery import DiscoveryResult
 from identify.vibration.run import run_fit
@@ -46,7 +46,9 @@ def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the catalogue only two kinds are tried, so that what is tested of the loop is tested quickly."""
     kinds = ("joint-compliance", "time-delay")
     monkeypatch.setattr(
-        search, "candidates", lambda *known: [effect for effect in candidates(*known) if effect.kind in kinds]
+        workbench,
+        "candidates",
+        lambda *known: [effect for effect in candidates(*known) if effect.kind in kinds],
     )
 
 
@@ -86,7 +88,7 @@ def test_every_step_says_where_and_what(tilted: tuple[DiscoveryResult, list[Path
     first, last = result.steps["0"], list(result.steps.values())[-1]
     assert first.kept
     assert first.options.sentence[0] == first.best
-    assert first.options.evidence[0] > 100
+    assert first.options.log_odds[0] > 50
     assert len(first.options.sentence) > 50
     assert f"{first.gap:.2f} times the noise" in first.where
     shares = first.parts.share[[kind == "band" for kind in first.parts.kind]]

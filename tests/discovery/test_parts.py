@@ -13,14 +13,15 @@ from identify.core.parameters import Parameter
 from identify.core.thresholds import CONVINCING
 from identify.discovery import sentences as told
 from identify.discovery.candidates import candidates
-from identify.discovery.evidence import EvidenceCriterion, confirmed, convinces, removed
+from identify.discovery.evidence import POLICY, EvidenceCriterion, confirmed, removed
 from identify.discovery.initial_values import guesses
 from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
-from identify.discovery.loop import Discovery
+from identify.discovery.loop import Discovery, Option, Step
 from identify.discovery.new_config import config_text
-from identify.discovery.search import Option, Step
-from identify.discovery.trial import Bench, Task, Trial, left_out, thinned
+from identify.discovery.trial import Task, Trial, TrialRunner, left_out, thinned
 from identify.discovery.workers import Workers
+from identify.fitting.selection import workbench as selection
+from identify.fitting.selection.gain import Gain
 from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import StudyFile, read_study
@@ -50,19 +51,26 @@ def _trial(
     )  # type: ignore[arg-type]
 
 
+def _settles(before: Trial, after: Trial) -> bool:
+    assert POLICY.settle is not None
+    return POLICY.settle.holds(EvidenceCriterion(1.0).gain(before, after))
+
+
+def _option(effect: Effect, trial: Trial, log_odds: float) -> Option:
+    return selection.Option(effect, trial, 4, Gain(log_odds, 1.0))
+
+
 class TestEvidence:
     def test_a_parameter_has_its_price(self) -> None:
-        judge = EvidenceCriterion(1.0)
-        assert judge.evidence(_trial(1100, 1, 10), _trial(1000, 1, 12)) == pytest.approx(
-            100 - 2 * math.log(1000)
-        )
+        gain = EvidenceCriterion(1.0).gain(_trial(1100, 1, 10), _trial(1000, 1, 12))
+        assert gain.log_odds == pytest.approx((100 - 2 * math.log(1000)) / 2)
 
     def test_correlated_residuals_count_for_less(self) -> None:
         before, after = _trial(1100, 1, 10), _trial(1000, 1, 12)
         assert (
-            EvidenceCriterion(20.0).evidence(before, after)
+            EvidenceCriterion(20.0).log_odds(before, after)
             < 0
-            < EvidenceCriterion(1.0).evidence(before, after)
+            < EvidenceCriterion(1.0).log_odds(before, after)
         )
 
     def test_other_data_must_agree(self) -> None:
@@ -75,12 +83,10 @@ class TestEvidence:
         [(1000, 500, True), (30000, 500, False), (1000, 14000, False), (1000, 20000, False)],
     )
     def test_an_addition_must_explain_most_of_it(self, after: float, elsewhere: float, enough: bool) -> None:
-        assert (
-            convinces(EvidenceCriterion(1.0), _trial(50000, 15000, 1), _trial(after, elsewhere, 3)) is enough
-        )
+        assert _settles(_trial(50000, 15000, 1), _trial(after, elsewhere, 3)) is enough
 
     def test_what_is_within_errors_of_the_noise_model_is_not_believed(self) -> None:
-        assert not convinces(EvidenceCriterion(1.0), _trial(1040, 530, 1), _trial(1015, 500, 2))
+        assert not _settles(_trial(1040, 530, 1), _trial(1015, 500, 2))
 
     def test_share_removed(self) -> None:
         assert removed(5.0, 3.0) == pytest.approx(0.5)
@@ -144,7 +150,7 @@ def test_other_starts_of_a_robot_measured_with_links_taken_off_have_all_paramete
     """The first measurement of Kobe's test is of joints 1 to 3 alone; the model has those of all six."""
     problem = load_problem(read_study(Path(__file__).parents[2] / "configs" / "kobe_36dof_defaults.yaml"))
     assert problem.measurements[0].settings.detached
-    others = list(Bench(problem)._others(problem, problem.initial[None]))
+    others = list(TrialRunner(problem)._others(problem, problem.initial[None]))
     assert len(others) == 2
     for start in others:
         assert np.array_equal(start, problem.initial)
@@ -165,7 +171,7 @@ class TestTrials:
 
     def test_a_model_that_cannot_be_made_is_a_trial_that_failed(self, problem: Problem) -> None:
         known = tuple(problem.file.study.effects)
-        trial = Bench(problem).run(Task(known, known, {}))
+        trial = TrialRunner(problem).run(Task(known, known, {}))
         assert trial.gap == math.inf
         assert "claimed" in trial.failure
 
@@ -242,13 +248,13 @@ class TestNewConfig:
 
 class TestSentences:
     def _step(self, before: Trial, *options: Option, alike: tuple[Option, ...] = ()) -> Step:
-        return Step(
+        return selection.Step(
             before,
             options,
-            options[0] if options and options[0].evidence > CONVINCING else None,
+            options[:1] if options and options[0].gain.log_odds > CONVINCING else (),
             alike,
             EvidenceCriterion(1.0),
-            before.gap,
+            0.0,
         )
 
     def test_nothing_missing(self) -> None:
@@ -266,7 +272,7 @@ class TestSentences:
 
     def test_something_found(self) -> None:
         before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))
-        option = Option(ROCKING, after, 4000.0)
+        option = _option(ROCKING, after, 4000.0)
         found = Discovery(before, after, (option,), (self._step(before, option),))
         first, second = told.verdict(found)
         assert "compliance of the base (rx, ry)" in first
@@ -275,7 +281,7 @@ class TestSentences:
 
     def test_what_cannot_be_told_apart_is_said(self) -> None:
         before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))
-        best, other = Option(ROCKING, after, 4000.0), Option(TILT, _trial(1031, 520, 16, (TILT,)), 3999.0)
+        best, other = _option(ROCKING, after, 4000.0), _option(TILT, _trial(1031, 520, 16, (TILT,)), 3999.0)
         step = self._step(before, best, other, alike=(other,))
         assert told.alike(step) == ("tilt compliance of joint 2 (rx, ry)",)
         assert told.verdict_of(other, step) == "the data cannot tell it from the best"

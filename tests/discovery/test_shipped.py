@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from identify.discovery.loop import Story
 from identify.discovery.run import run_discover
+from identify.fitting.selection.workbench import Story
 
 ROOT = Path(__file__).parents[2]
 

@@ -57,7 +57,7 @@ def discovery_result() -> DiscoveryResult:
             config=('{"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]}',),
             named=(f"{TILT}: offset.z = 0.0123 m",),
             parameters=("offset.z",),
-            evidence=np.array([43781.25]),
+            log_odds=np.array([43781.25]),
             gap=np.array([1.0331]),
             gap_validation=np.array([1.0626]),
         ),
@@ -158,8 +158,8 @@ def _parts(gap: float) -> PartTable:
 
 def _options(gap: float, best: str) -> OptionTable:
     """The best one and another like it, one that explains less, and others that were not refitted."""
-    evidence = np.full(_TRIED, np.nan)
-    evidence[:3] = (43781.25, 43779.5, 250.125) if best else (-12.743774, -20.5, -31.0)
+    log_odds = np.full(_TRIED, np.nan)
+    log_odds[:3] = (43781.25, 43779.5, 250.125) if best else (-12.743774, -20.5, -31.0)
     left = np.linspace(1.0 + 0.05 * (gap - 1), gap, _TRIED)
     second = "the data cannot tell it from the best" if best == ODD else "explains less"
     return OptionTable(
@@ -170,9 +170,9 @@ def _options(gap: float, best: str) -> OptionTable:
         ),
         kind=("joint-compliance", "base-compliance", *("appended-resonator",) * (_TRIED - 2)),
         gap=left,
-        gap_validation=np.where(np.isnan(evidence), np.nan, left + 0.0123),
+        gap_validation=np.where(np.isnan(log_odds), np.nan, left + 0.0123),
         parameters=np.array([4, 4, *([3] * (_TRIED - 2))]),
-        evidence=evidence,
+        log_odds=log_odds,
         verdict=(
             "best" if best else "not worth its parameters",
             second,

@@ -122,9 +122,9 @@ CASES = (
         (
             ("Added effects", "Gap", "added/gap", 1.0),
             ("Added effects", "Gap, other data", "added/gap_validation", 1.0),
-            ("Added effects", "Evidence", "added/evidence", 1.0),
+            ("Added effects", "Log odds", "added/log_odds", 1.0),
             ("Candidates of step 1", "Gap", "steps/0/options/gap", 1.0),
-            ("Candidates of step 2", "Evidence", "steps/1/options/evidence", 1.0),
+            ("Candidates of step 2", "Log odds", "steps/1/options/log_odds", 1.0),
             ("Candidates of step 3", "Gap, other data", "steps/2/options/gap_validation", 1.0),
             ("Parameters", "final model", "after/parameters/value", 1.0),
             ("Parameters", "study's model", "before/parameters/value", 1.0),

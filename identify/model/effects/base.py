@@ -85,6 +85,10 @@ class Effect(BaseModel, ABC):
     model_config = ConfigDict(extra="forbid", frozen=True)
     needs_levels: ClassVar[bool] = False
     """Whether only impacts of different strength can tell it from a linear effect."""
+    of_measurement: ClassVar[bool] = False
+    """Whether it is a matter of the measurement, not of the robot."""
+    of_amplitude: ClassVar[bool] = False
+    """Whether its share in the motion depends on the amplitude, so that impacts have to be simulated."""
     kind: str = Field(description="which effect")
 
     @abstractmethod
@@ -115,6 +119,10 @@ class Effect(BaseModel, ABC):
     def consistent_mass(self, robot: Robot, site: Site) -> Array | None:
         """Mass matrix (n, n) whatever the parameters: a link's own mass that moves when the link bends."""
         return None
+
+    def coordinates(self, robot: Robot) -> list[str]:
+        """The coordinates at which it acts with a torque that depends on amplitude; none by default."""
+        return []
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """The coordinates that this effect lets move; none by default: it acts on those that others free."""

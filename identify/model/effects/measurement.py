@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -51,6 +52,8 @@ class Reading(ABC):
 
 class MeasurementEffect(Effect):
     """An effect that acts on FRFs through its `reading`, on no matrix, and frees nothing."""
+
+    of_measurement: ClassVar[bool] = True
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """None, unless the effect has a size; it adds to no matrix."""

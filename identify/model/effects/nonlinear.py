@@ -23,6 +23,7 @@ class NonlinearEffect(Effect):
     """A torque law at some joint axes that a compliance frees; a subclass brings the law and its terms."""
 
     needs_levels: ClassVar[bool] = True
+    of_amplitude: ClassVar[bool] = True
     joints: Joints = Field("all", description="`all`, or joint numbers (from 1) or names")
     axes: list[Literal["rx", "ry", "rz"]] = Field(
         ["rz"], min_length=1, description="axes at each joint, which a compliance must free"

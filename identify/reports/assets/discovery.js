@@ -42,13 +42,13 @@
         {x: o.gap, y, customdata: o.names, mode: "markers", name: "gap on fitted data", marker: {...look, size: 10}, showlegend: false, hovertemplate: "%{customdata}: gap %{x:.4g} on fitted data<extra></extra>"},
         {x: o.other, y, customdata: o.names, mode: "markers", name: "on other data", marker: {symbol: "circle-open", size: 15, color: color("ink"), line: {width: 1.4}}, hovertemplate: "%{customdata}: gap %{x:.4g} on other data<extra></extra>"},
         {x: stems(worth.map(v => [1, v, null])), y: stems(y.map(i => [i, i, null])), xaxis: "x2", mode: "lines", line: {color: color("line"), width: 5, simplify: false}, hoverinfo: "skip", showlegend: false},
-        {x: worth, y, xaxis: "x2", customdata: o.evidence, mode: "markers", marker: {...look, size: 10}, showlegend: false, hovertemplate: "evidence %{customdata:.4g}<extra></extra>"},
+        {x: worth, y, xaxis: "x2", customdata: o.evidence, mode: "markers", marker: {...look, size: 10}, showlegend: false, hovertemplate: "log odds %{customdata:.4g}<extra></extra>"},
         {x: o.names.filter((_, i) => !tried[i]).map(() => 1), y: y.filter(i => !tried[i]), xaxis: "x2", mode: "text", text: y.map(() => "ruled out"), textposition: "middle right", textfont: {size: 11, color: color("muted")}, hoverinfo: "skip", showlegend: false},
         ...o.standings.map((name, s) => ({x: [null], y: [0], mode: "markers", name, marker: {...STANDING[s], size: 10}, showlegend: o.standing.includes(s)})),
       ], {
         height: 128 + 25 * y.length, margin: {l: 250, r: 16, t: 40, b: 48}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
         xaxis: {...gapAxis(o.wide, [...o.gap, ...o.other, step.gap], 0.08), domain: [0, 0.56]},
-        xaxis2: {...(high > 1e3 ? {...logAxis([1, 1e4], "Evidence (–)"), dtick: Math.ceil(Math.log10(high) / 5), range: [-0.06, Math.log10(high) + 0.2]} : decades(0.87, 1.6 * high, "Evidence (–)")), domain: [0.62, 1]},
+        xaxis2: {...(high > 1e3 ? {...logAxis([1, 1e4], "Log odds (–)"), dtick: Math.ceil(Math.log10(high) / 5), range: [-0.06, Math.log10(high) + 0.2]} : decades(0.87, 1.6 * high, "Log odds (–)")), domain: [0.62, 1]},
         yaxis: {...rows(o.names), anchor: "x"},
         shapes: [upright(1), upright(step.gap, "dash", "ink"), {...upright(DATA.convincing, "dot", "warn"), xref: "x2"}],
       }];

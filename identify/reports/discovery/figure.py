@@ -104,7 +104,7 @@ def options(step: StepResult) -> Figure:
         o.sentence[chosen],
         o.gap[chosen],
         o.gap_validation[chosen],
-        o.evidence[chosen],
+        o.log_odds[chosen],
     )
     rows = np.arange(len(names))
     figure = Figure((WIDTH_IN, 0.85 + 0.17 * len(rows)), layout="constrained")

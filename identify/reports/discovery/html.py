@@ -40,7 +40,7 @@ PARTS_NOTE = (
 )
 OPTIONS_NOTE = (
     "Left: the gap that each of the best candidates leaves on fitted data (dot) and on data that were not"
-    " fitted (circle); dashed: without it, dotted: noise. Right: evidence for it over the model without it;"
+    " fitted (circle); dashed: without it, dotted: noise. Right: log odds for it over the model without it;"
     f" dotted: {CONVINCING:.0f}, above which it convinces."
 )
 FALLS_NOTE = "Gap of each model, measured from noise (1), and what each addition does to it."
@@ -140,7 +140,7 @@ def _step(step: StepResult) -> dict[str, Any]:
             "names": list(o.sentence[chosen]),
             "gap": o.gap[chosen],
             "other": o.gap_validation[chosen],
-            "evidence": o.evidence[chosen],
+            "evidence": o.log_odds[chosen],
             "standing": [standing(verdict) for verdict in o.verdict[chosen]],
             "standings": STANDINGS,
             "wide": is_wide(np.append(o.gap[chosen], step.gap)),

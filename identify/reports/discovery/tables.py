@@ -41,7 +41,7 @@ def _change(first: float, last: float, added: int) -> str:
 
 
 def added_table(result: DiscoveryResult) -> Table:
-    """What was added, in order, with its evidence and the gap after it."""
+    """What was added, in order, with its log odds and the gap after it."""
     a, (first, first_other) = result.added, first_gaps(result)
     turn = {step.best: str(number_of) for number_of, step in steps(result) if step.kept}
     rows = []
@@ -54,7 +54,7 @@ def added_table(result: DiscoveryResult) -> Table:
                 number(a.gap[i]),
                 number(a.gap_validation[i]),
                 *shares,
-                number(a.evidence[i]),
+                number(a.log_odds[i]),
             )
         )
     columns = (
@@ -64,13 +64,13 @@ def added_table(result: DiscoveryResult) -> Table:
         Column("Gap, other data"),
         Column("Explained", "%"),
         Column("Other data", "%"),
-        Column("Evidence"),
+        Column("Log odds"),
     )
     note = (
         f"Gap: RMS residual over noise once it is added; before anything was added {number(first)}, on other"
-        f" data {number(first_other)}. Explained: share of what was above noise at first. Evidence: fall of"
-        f" the information criterion when it was added; above {CONVINCING:.0f} convinces. Other data:"
-        f" {result.elsewhere}."
+        f" data {number(first_other)}. Explained: share of what was above noise at first. Log odds: of the"
+        f" model with it over that without it, when it was added; above {CONVINCING:.0f} convinces. Other"
+        f" data: {result.elsewhere}."
     )
     return Table("Added effects", columns, tuple(rows), note)
 
@@ -136,7 +136,7 @@ def option_table(number_of: int, step: StepResult) -> Table:
             Number(str(int(o.parameters[i])), float(o.parameters[i])),
             number(o.gap[i]),
             number(o.gap_validation[i]),
-            number(o.evidence[i]),
+            number(o.log_odds[i]),
             o.verdict[i],
         )
         for i in range(len(o.sentence))
@@ -147,7 +147,7 @@ def option_table(number_of: int, step: StepResult) -> Table:
         Column("Parameters"),
         Column("Gap"),
         Column("Gap, other data"),
-        Column("Evidence"),
+        Column("Log odds"),
         words("Verdict"),
     )
     without = f"gap {number(step.gap)}, on other data {number(step.gap_validation)}"

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
@@ -13,18 +10,6 @@ from rich.table import Table
 from identify.reports.explain.tables import effect_table, residual_table
 from identify.reports.kit.cells import Table as Printed
 from identify.results.explain import ExplainResult
-
-
-@contextmanager
-def story(quiet: bool) -> Iterator[Callable[[str], None]]:
-    """A line per effect found while the search goes on; nothing where quiet."""
-    console = Console(stderr=True)
-
-    def tell(sentence: str) -> None:
-        if not quiet:
-            console.print(sentence, style="dim", highlight=False)
-
-    yield tell
 
 
 def print_explained(result: ExplainResult) -> None:

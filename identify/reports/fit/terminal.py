@@ -13,8 +13,8 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainin
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from identify.discovery.loop import Story
 from identify.fitting.fit import Progress
+from identify.fitting.selection.workbench import Story
 from identify.fitting.uncertainty import AT_LOWER, BOUNDS
 from identify.measured.finding import Finding
 from identify.results.discovery import DiscoveryResult, OptionTable
@@ -97,10 +97,10 @@ def print_discovery(result: DiscoveryResult) -> None:
 
 def _option_table(options: OptionTable) -> Table:
     """The best candidates of a step."""
-    table = Table("candidate", "gap", "not fitted", "evidence", "", box=SIMPLE_HEAD)
+    table = Table("candidate", "gap", "not fitted", "log odds", "", box=SIMPLE_HEAD)
     for row in range(min(_SHOWN, len(options.sentence))):
         numbers = (options.gap[row], options.gap_validation[row])
-        evidence = "" if np.isnan(options.evidence[row]) else f"{options.evidence[row]:.0f}"
+        evidence = "" if np.isnan(options.log_odds[row]) else f"{options.log_odds[row]:.0f}"
         table.add_row(
             options.sentence[row],
             *("" if np.isnan(n) else f"{n:.2f}" for n in numbers),

@@ -1,0 +1,157 @@
+"""Hammer tests as the loop that adds effects sees them: a problem, its trials, and what a trial says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.core.errors import InputError
+from identify.core.parameters import Scale
+from identify.core.thresholds import QUIET
+from identify.discovery import screen
+from identify.discovery.candidates import candidates, plausible
+from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
+from identify.discovery.trial import Task, Trial
+from identify.discovery.workers import Workers
+from identify.fitting.fit import ENOUGH, agreeing, starting_points
+from identify.fitting.selection.policy import Policy
+from identify.fitting.selection.workbench import Attempt, Option, Step, Story
+from identify.model.effects.base import Effect
+from identify.vibration.problem import Problem, with_effects
+
+_AT_ONCE = 4
+"""Starts of the first fit that are tried at once."""
+
+
+class ImpactWorkbench:
+    """FRFs of a hammer test and the model of a study (`identify.fitting.selection.workbench.Workbench`)."""
+
+    def __init__(self, problem: Problem, workers: Workers) -> None:
+        self.problem, self.workers = problem, workers
+
+    @property
+    def policy(self) -> Policy:
+        """What is asked of the effects."""
+        return POLICY
+
+    def begin(self) -> Trial:
+        """The present model, fitted from several starts: a local minimum looks exactly like something
+        missing.
+        """
+        problem, workers = self.problem, self.workers
+        study, scale = problem.file.study, Scale(problem.parameters)
+        names, known = [p.name for p in problem.parameters], tuple(study.effects)
+        points = starting_points(problem.parameters, study.starts, study.start_factor, study.seed)
+        starts = [dict(zip(names, map(float, scale.to_values(x)), strict=True)) for x in points]
+        tasks = [Task(known, (), values, "start") for values in starts]
+        ends: list[Trial] = []
+        for first in range(0, len(tasks), _AT_ONCE):
+            more = workers.run(tasks[first : first + _AT_ONCE])
+            ends = sorted([*ends, *more], key=screen.squares_of)
+            agree = agreeing([end.gap for end in ends]) >= ENOUGH
+            if agree and (ends[0].gap <= QUIET or len(ends) > _AT_ONCE):
+                break
+        [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
+        if not np.isfinite(trial.squares):
+            raise InputError(
+                "effects",
+                f"the present model has no solution ({trial.failure})",
+                "a model that `identify fit` can fit",
+            )
+        return trial
+
+    def added(self, model: Trial) -> Sequence[Effect]:
+        """Effects beyond those of the study."""
+        return model.task.effects[len(self.problem.file.study.effects) :]
+
+    def candidates(self, model: Trial) -> list[Effect]:
+        """Every effect of the catalogue wherever it can sit, but those that an amplitude rules out."""
+        present = with_effects(self.problem, model.task.effects, model.values)
+        return plausible(present, model.values, candidates(self.problem, model.task.effects))
+
+    def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
+        """Trials on few lines, best first."""
+        trials = screen.screened(self.workers, effects, model, story)
+        return [screen.attempt(model, trial) for trial in trials]
+
+    def promising(
+        self, model: Trial, screened: Sequence[Attempt[Effect, Trial]]
+    ) -> Sequence[Attempt[Effect, Trial]]:
+        """Those that may win."""
+        chosen = screen.promising(self.workers, model, [one.model for one in screened])
+        return [screen.attempt(model, trial) for trial in chosen]
+
+    def refit(
+        self, model: Trial, promising: Sequence[Attempt[Effect, Trial]]
+    ) -> list[list[Attempt[Effect, Trial]]]:
+        """Each on all lines and from several starts, the best of them in their other variants too."""
+        groups = screen.thorough(self.workers, [one.model for one in promising])
+        return [[screen.attempt(model, trial) for trial in trials] for trials in groups]
+
+    def criterion(self, models: Sequence[Trial]) -> EvidenceCriterion:
+        """By the uncertainties of the best of these models."""
+        return EvidenceCriterion(variance_inflation(self.problem, min(models, key=screen.squares_of)))
+
+    def quick_criterion(self, model: Trial) -> EvidenceCriterion:
+        """By how far the model is from the data."""
+        return EvidenceCriterion(model.gap**2)
+
+    def pair(
+        self,
+        step: Step[Effect, Trial],
+        screened: Sequence[Attempt[Effect, Trial]],
+        banned: Sequence[Effect],
+    ) -> tuple[tuple[Option[Effect, Trial], ...], float] | None:
+        """The better of two that hide each other; not where amplitude matters, because it would take long."""
+        if step.best is None or screen.anchor_of(step.before):
+            return None
+        quick = screen.various([one.model for one in screened])
+        best, explained = screen.first_of_two(self.workers, step, quick)
+        return (best,), explained
+
+    def settled(self, model: Trial) -> Trial:
+        """The trial itself, which was thorough."""
+        return model
+
+    def leave_out(self, model: Trial, effects: Sequence[Effect]) -> list[Trial]:
+        """Refitted without each of them."""
+        return self.workers.run(
+            [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
+        )
+
+    def removable(self, model: Trial) -> Sequence[Effect]:
+        """All that were added."""
+        return self.added(model)
+
+    def implausible(self, model: Trial, effect: Effect) -> bool:
+        """Never: bounds keep values where they can be."""
+        return False
+
+    def size(self, model: Trial, effect: Effect) -> int:
+        """Number of free parameters that the model has no more without the effect."""
+        [without] = self.leave_out(model, [effect])
+        return model.free - without.free
+
+    def variants(self, model: Trial) -> list[Attempt[Effect, Trial]]:
+        """The model with an added effect in another variant, refitted."""
+        tasks = [
+            Task(_without(model, effect), (variant,), model.values, "thorough")
+            for effect in self.added(model)
+            for variant in effect.variants()
+        ]
+        return [screen.attempt(model, trial) for trial in self.workers.run(tasks)]
+
+    def at_noise(self, model: Trial) -> bool:
+        """Whether the residual passes as noise."""
+        return model.gap <= QUIET
+
+    def standing(self, model: Trial) -> str:
+        """The gap on fitted and on other data."""
+        elsewhere = f", {model.gap_validation:.2f} on data not fitted" if model.count_validation else ""
+        return f"gap {model.gap:.2f}{elsewhere}"
+
+
+def _without(trial: Trial, effect: Effect) -> tuple[Effect, ...]:
+    """The effects of a trial but one."""
+    return tuple(other for other in trial.task.effects if other != effect)

@@ -1,0 +1,46 @@
+"""How much a fit gains over another on a record that neither was fitted to."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.core.correlated import log_likelihood_gain, mean_above_zero
+from identify.explain.regression import Case, Fit, aligned
+from identify.fitting.selection.gain import Gain
+
+_TOUCH = 1e-6
+"""Fraction of its residual by which a joint must change to count as touched."""
+_CHANCE = 0.05
+"""Chance of no mean gain from which on a gain is not confirmed: it is not spread over the record."""
+
+
+def record_gain(case: Case, before: Fit, after: Fit) -> Gain:
+    """The gain of `after` over `before` on a record that neither was fitted to.
+
+    Log odds are the natural logarithm of the likelihood ratio of correlated residuals; explained are the
+    parts of each joint's sum of squares that go, and their sum; the chance that the mean gain is none comes
+    from blocks.  Parameters need no price of their own; a phase that is turned to the record's own beginning
+    does (Schwarz 1978).
+    """
+    old, new = aligned(case, before).residual(case), aligned(case, after).residual(case)
+    size = np.abs(old).max(axis=0)
+    touched = [
+        joint
+        for joint in range(old.shape[1])
+        if np.abs(old - new)[:, joint].max() > _TOUCH * size[joint] and case.used[:, joint].any()
+    ]
+    log_odds, parts, gain = 0.0, np.full(old.shape[1], np.nan), np.zeros(len(old))
+    for joint in touched:
+        used = case.used[:, joint]
+        one, other = float((old[:, joint] ** 2).sum()), float((new[:, joint] ** 2).sum())
+        parts[joint] = 1 - other / one
+        more, fall = log_likelihood_gain(old[:, joint], new[:, joint], used)
+        log_odds += more
+        gain += fall
+    chance = 1.0
+    if touched:
+        if case.scene.relative:
+            turned = sum(e.wave for e in after.effects) - sum(e.wave for e in before.effects)
+            log_odds -= turned / 2 * np.log(case.used[:, touched].sum())
+        chance = mean_above_zero(gain[case.used[:, touched].any(axis=1)])
+    return Gain(float(log_odds), float(np.nansum(parts)), chance < _CHANCE, True, parts, chance)

@@ -1,0 +1,245 @@
+"""Recorded motion as the loop that adds effects sees it: one target of two records, one of them fitted, the
+other the judge.
+
+A coefficient never sees the record that says whether its effect is real.  Of noise alone, two records agree
+on a coefficient so well with a chance below 1e-3 per coefficient.  Where no single effect passes, pairs at
+one joint are tried, because each of two large effects can hide the other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.core.correlated import effective_samples
+from identify.core.interruption import check
+from identify.explain.effects.base import MotionEffect
+from identify.explain.gain import record_gain
+from identify.explain.regression import Case, Fit, Screen, aligned, refine, solve, without
+from identify.fitting.memory import Memory, digest
+from identify.fitting.selection.gain import Gain, Rule
+from identify.fitting.selection.policy import Policy
+from identify.fitting.selection.workbench import Attempt, Option, Step, Story
+
+POLICY = Policy(
+    admit=Rule(log_odds=2.0, explained=0.003),
+    retain=(Rule(log_odds=0.0, confirmed=False), Rule(explained=0.003)),
+    rival=Rule(log_odds=0.0, confirmed=False),
+    rival_log_odds=3.0,
+    rival_part=0.5,
+    parsimony=0.9,
+    prune_each=True,
+    rivals_each=False,
+)
+"""Evidence is on a record that was not fitted, so log odds of 2 are enough; what is explained is a fraction
+of what a joint's residual still holds there, in squares.  An effect stays while the odds are for it, or while
+its gain is worth a name and spread over the record."""
+_SEEDS = 4
+_PAIR = Rule(log_odds=7.0, explained=0.2)
+"""A pair needs further evidence, because there are some hundred pairs to choose from, and must explain a good
+part of what is left: only large effects hide each other."""
+
+MotionAttempt = Attempt[MotionEffect, Fit]
+MotionOption = Option[MotionEffect, Fit]
+MotionStep = Step[MotionEffect, Fit]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Gains are judged on a record that was not fitted; label: which stage of which target it is."""
+
+    judge: Case
+    memory: Memory
+    label: str
+
+    def gain(self, before: Fit, after: Fit) -> Gain:
+        """See `identify.explain.gain.record_gain`."""
+        key = digest("gain", self.label, key_of(before), key_of(after))
+        kept = self.memory.recall(key, lambda: _as_list(record_gain(self.judge, before, after)))
+        log_odds, explained, confirmed, parts, chance = kept
+        return Gain(log_odds, explained, confirmed, True, np.array(parts), chance)
+
+
+@dataclass(frozen=True)
+class RecordWorkbench:
+    """One target of two records (`identify.fitting.selection.workbench.Workbench`).
+
+    effects: all that may be tried; begun: a fit to begin with, as when the loads became known better, as far
+    as it still holds; label: what tells this stage of the run from others in the memory.
+    """
+
+    fitted: Case
+    judge: Case
+    effects: Sequence[MotionEffect]
+    label: str
+    memory: Memory = field(default_factory=Memory)
+    begun: Fit | None = None
+
+    @property
+    def policy(self) -> Policy:
+        """What is asked of the effects."""
+        return POLICY
+
+    def begin(self) -> Fit:
+        """What was begun with, on these records; else no effects."""
+        if self.begun is not None:
+            return self._refined(
+                solve(self.fitted, self.begun.effects, self.begun.shapes, self.begun.weights)
+            )
+        return reweighted(self.fitted, solve(self.fitted, (), (), np.ones(self.fitted.wanted.shape[1])))
+
+    def added(self, model: Fit) -> Sequence[MotionEffect]:
+        """All of its effects."""
+        return model.effects
+
+    def candidates(self, model: Fit) -> list[MotionEffect]:
+        """Those that are not there, nor something richer in their place, and have what they refine."""
+        there = {effect.name for effect in model.effects}
+        replaced = {effect.supersedes for effect in model.effects}
+        return [
+            effect
+            for effect in self.effects
+            if effect.name not in there | replaced and (not effect.needs or effect.needs in there)
+        ]
+
+    def screen(self, model: Fit, effects: Sequence[MotionEffect], story: Story) -> list[MotionAttempt]:
+        """Each beside the model's effects, whose own parameters stay; in place of what it supersedes."""
+        there = {effect.name for effect in model.effects}
+        found, screens = [], dict[str, Screen]()
+        for number, effect in enumerate(effects, start=1):
+            check()
+            taken = effect.supersedes if effect.supersedes in there else ""
+            if taken not in screens:
+                screens[taken] = Screen(self.fitted, model, taken, self.memory, self.label)
+            after = screens[taken].added(effect)
+            if after is not None:
+                found.append(Attempt(effect, after, self.size(after, effect)))
+            story.done(number, len(effects))
+        return found
+
+    def promising(self, model: Fit, screened: Sequence[MotionAttempt]) -> Sequence[MotionAttempt]:
+        """All: to look is to fit."""
+        return screened
+
+    def refit(self, model: Fit, promising: Sequence[MotionAttempt]) -> list[list[MotionAttempt]]:
+        """As they were looked at."""
+        return [[attempt] for attempt in promising]
+
+    def criterion(self, models: Sequence[Fit]) -> HeldOut:
+        """By the record that was not fitted."""
+        return HeldOut(self.judge, self.memory, self.label)
+
+    def quick_criterion(self, model: Fit) -> HeldOut:
+        """The same."""
+        return self.criterion([model])
+
+    def pair(
+        self, step: MotionStep, screened: Sequence[MotionAttempt], banned: Sequence[MotionEffect]
+    ) -> tuple[tuple[MotionOption, ...], float] | None:
+        """Two effects at one joint that pass together, the likelier first; None where no pair does.
+
+        Harmonics hide nothing and are not tried.
+        """
+        if step.found:
+            return None
+        options = {option.effect: option for option in step.options}
+        singles = [options[one.effect] for one in screened if not one.effect.wave]
+        singles.sort(key=lambda option: -option.gain.explained)
+        open_ones = [effect for effect in self.effects if not effect.wave and effect not in banned]
+        best: tuple[MotionOption, MotionAttempt] | None = None
+        most = _PAIR.explained
+        for axis in {effect.axis for effect in open_ones}:
+            beside = [effect for effect in open_ones if effect.axis == axis]
+            for first in [one for one in singles if one.effect.axis == axis][:_SEEDS]:
+                others = [effect for effect in self.candidates(first.model) if effect in beside]
+                for second in self.screen(first.model, others, Story()):
+                    both = step.criterion.gain(step.before, second.model)
+                    if self.policy.admit.holds(both) and _PAIR.holds(both) and both.explained > most:
+                        best, most = (first, second), both.explained
+        if best is None:
+            return None
+        first, attempt = best
+        gain = step.criterion.gain(first.model, attempt.model)
+        return (first, Option(attempt.effect, attempt.model, attempt.size, gain)), most
+
+    def settled(self, model: Fit) -> Fit:
+        """Parameters inside the columns searched together, joints weighted by what they leave."""
+        return reweighted(self.fitted, self._refined(model))
+
+    def leave_out(self, model: Fit, effects: Sequence[MotionEffect]) -> list[Fit]:
+        """Without each of them, parameters inside the columns kept."""
+        return [without(self.fitted, model, effect.name) for effect in effects]
+
+    def removable(self, model: Fit) -> Sequence[MotionEffect]:
+        """Those that no other one refines."""
+        held = {effect.needs for effect in model.effects}
+        return [effect for effect in model.effects if effect.name not in held]
+
+    def implausible(self, model: Fit, effect: MotionEffect) -> bool:
+        """Whether its sign cannot be."""
+        return effect.positive and bool(model.of(effect)[0] < 0)
+
+    def size(self, model: Fit, effect: MotionEffect) -> int:
+        """Coefficients, and parameters inside the columns."""
+        return len(effect.coefficients) + len(effect.parameters(self.fitted.scene))
+
+    def variants(self, model: Fit) -> list[MotionAttempt]:
+        """None: richer effects are candidates of their own."""
+        return []
+
+    def at_noise(self, model: Fit) -> bool:
+        """Never asked: effects are added as long as one passes."""
+        return False
+
+    def standing(self, model: Fit) -> str:
+        """RMS residual per joint on the judging record."""
+        left = rms(self.judge, aligned(self.judge, model))
+        return f"RMS residual on record {self.judge.name} {', '.join(f'{value:.3g}' for value in left)}"
+
+    def _refined(self, model: Fit) -> Fit:
+        """The parameters inside the columns of all effects searched together."""
+
+        def shapes() -> list[list[float]]:
+            return [shape.tolist() for shape in refine(self.fitted, model).shapes]
+
+        if not any(map(len, model.shapes)):
+            return refine(self.fitted, model)
+        kept = self.memory.recall(digest("refine", self.label, key_of(model)), shapes)
+        return solve(self.fitted, model.effects, [np.array(shape) for shape in kept], model.weights)
+
+
+def key_of(fit: Fit) -> str:
+    """What tells a fit from all others on the same records."""
+    found = hashlib.sha256(",".join(effect.name for effect in fit.effects).encode())
+    for values in (*fit.shapes, fit.coefficients, fit.weights):
+        found.update(values.tobytes())
+    return found.hexdigest()
+
+
+def rms(case: Case, fit: Fit) -> Array:
+    """RMS of what is left (joints,) over the samples that count."""
+    residual = fit.residual(case)
+    return np.asarray(np.sqrt((residual**2).sum(axis=0) / np.maximum(case.used.sum(axis=0), 1)))
+
+
+def weights(case: Case, fit: Fit) -> Array:
+    """One over the size of what is left per joint, where it counts as many samples as it is worth."""
+    residual, sizes = fit.residual(case), rms(case, fit)
+    samples = [
+        effective_samples(residual[:, joint], case.used[:, joint]) for joint in range(residual.shape[1])
+    ]
+    part = np.sqrt(np.array(samples) / np.maximum(case.used.sum(axis=0), 1))
+    return np.asarray(np.where(sizes > 0, part / np.maximum(sizes, 1e-300), 1.0))
+
+
+def reweighted(case: Case, fit: Fit) -> Fit:
+    """The fit with joints weighted anew."""
+    return solve(case, fit.effects, fit.shapes, weights(case, fit))
+
+
+def _as_list(gain: Gain) -> list[float | bool | list[float]]:
+    return [gain.log_odds, gain.explained, gain.confirmed, gain.parts.tolist(), gain.chance]

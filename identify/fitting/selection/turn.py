@@ -1,0 +1,101 @@
+"""One turn of the loop: every candidate is looked at, the promising ones refitted, the best chosen by
+evidence, its rivals named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from identify.fitting.selection.gain import UNKNOWN
+from identify.fitting.selection.policy import Policy
+from identify.fitting.selection.workbench import (
+    Attempt,
+    Criterion,
+    Named,
+    Option,
+    Step,
+    Story,
+    Workbench,
+)
+
+E = TypeVar("E", bound=Named)
+M = TypeVar("M")
+
+
+def turn(bench: Workbench[E, M], before: M, story: Story, banned: Sequence[E] = ()) -> Step[E, M]:
+    """Try all candidates beside the effects of `before`, but the banned ones."""
+    found = [effect for effect in bench.candidates(before) if effect not in banned]
+    screened = bench.screen(before, found, story)
+    promising = bench.promising(before, screened)
+    groups = [group for group in bench.refit(before, promising) if group]
+    criterion = bench.criterion([before, *(attempt.model for group in groups for attempt in group)])
+    options = ranked([ranked(as_options(criterion, before, group))[0] for group in groups])
+    chosen = choice(bench.policy, options)
+    explained = chosen[0].gain.explained if chosen else 0.0
+    step = Step(before, tuple(options), chosen, (), criterion, explained)
+    if not chosen or explained < bench.policy.pair_below:
+        step = _with_pair(bench, step, screened, banned)
+    if step.best is not None and bench.policy.rivals_each:
+        others = [option for option in step.options if option not in step.found]
+        step = replace(step, rivals=rivals(bench.policy, criterion, step.best.model, step.best, others))
+    rest = [Option(a.effect, a.model, a.size, UNKNOWN) for a in screened if a not in promising]
+    return replace(step, options=(*step.options, *rest))
+
+
+def as_options(criterion: Criterion[M], before: M, attempts: Sequence[Attempt[E, M]]) -> list[Option[E, M]]:
+    """What attempts of one effect each gain over the model before."""
+    return [Option(a.effect, a.model, a.size, criterion.gain(before, a.model)) for a in attempts]
+
+
+def ranked(options: Sequence[Option[E, M]]) -> list[Option[E, M]]:
+    """The likeliest first."""
+    return sorted(options, key=lambda option: -option.gain.log_odds)
+
+
+def choice(policy: Policy, options: Sequence[Option[E, M]]) -> tuple[Option[E, M], ...]:
+    """The best of the options that are admitted; nothing where none is.
+
+    The likeliest, or the smallest of those that explain about as much as the best one.
+    """
+    admitted = [option for option in options if policy.admit.holds(option.gain)]
+    if not admitted or policy.parsimony is None:
+        return tuple(ranked(admitted)[:1])
+    most = max(option.gain.explained for option in admitted)
+    alike = [option for option in admitted if option.gain.explained >= policy.parsimony * most]
+    return (min(alike, key=lambda option: (option.size, -option.gain.log_odds)),)
+
+
+def rivals(
+    policy: Policy,
+    criterion: Criterion[M],
+    model: M,
+    chosen: Option[E, M],
+    options: Sequence[Option[E, M]],
+) -> tuple[Option[E, M], ...]:
+    """Options that do about as well as what was chosen, whose model is `model`.
+
+    They gain by themselves what `policy.rival` asks and at least `policy.rival_part` of what was chosen
+    explains, and the odds for the chosen model over theirs are below `policy.rival_log_odds`.
+    """
+    least = policy.rival_part * chosen.gain.explained if policy.rival_part > 0 else -float("inf")
+    return tuple(
+        option
+        for option in options
+        if policy.rival.holds(option.gain)
+        and option.gain.explained > least
+        and criterion.gain(option.model, model).log_odds < policy.rival_log_odds
+    )
+
+
+def _with_pair(
+    bench: Workbench[E, M], step: Step[E, M], screened: Sequence[Attempt[E, M]], banned: Sequence[E]
+) -> Step[E, M]:
+    """The step with what a pair says where it says more."""
+    pair = bench.pair(step, screened, banned)
+    if pair is None:
+        return step
+    found, promise = pair
+    options = (*step.options, *(option for option in found if option not in step.options))
+    return replace(step, options=options, found=found, promise=promise)
