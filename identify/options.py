@@ -82,6 +82,10 @@ class ExplainOptions:
 
     out: Out = None
     report: Report = True
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again"),
+    ] = False
     quiet: Quiet = False
 
 

@@ -163,7 +163,7 @@ class Screen:
     def __init__(
         self, case: Case, fit: Fit, without: str = "", memory: Memory | None = None, label: str = ""
     ) -> None:
-        self._memory, self._label = memory or Memory(), label
+        self._memory, self._label = Memory() if memory is None else memory, label
         kept = [number for number, other in enumerate(fit.effects) if other.name != without]
         self.case = case
         self.effects, self.shapes = [fit.effects[n] for n in kept], [fit.shapes[n] for n in kept]

@@ -61,10 +61,10 @@ class _Pair:
 
 
 def run_explain(
-    config: Path, out: Path | None = None, story: Story | None = None, *, resume: bool = False
+    config: Path, out: Path | None = None, progress: Story | None = None, *, resume: bool = False
 ) -> tuple[ExplainResult, Path]:
-    """Explain the records of a study, write the result and return it with its path; story: told what was just
-    found.
+    """Explain the records of a study, write the result and return it with its path; progress: told what was
+    just found.
 
     While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
     is not run again by it.  InputError or InputErrors for whatever cannot be read, does not fit together or
@@ -82,7 +82,7 @@ def run_explain(
         key = run_key(origin, file)
 
         def compute(part: PartFile) -> ExplainResult:
-            targets = explained(file.study, motions, known, story, Memory(part))
+            targets = explained(file.study, motions, known, progress, Memory(part))
             return _result(file.study.name, motions, targets, begun, origin, key)
 
         return resumable(path, key, ExplainResult, compute, resume=resume), path
@@ -174,7 +174,7 @@ def explained(
     memory: Memory | None = None,
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
-    story, memory = story or Story(), memory or Memory()
+    story, memory = story or Story(), Memory() if memory is None else memory
     scenes = [scene_of(motion, known) for motion in motions]
     pair = _Pair(*(torque_case(motion, scene, known) for motion, scene in zip(motions, scenes, strict=True)))
     tried = candidates("torque", scenes[0], study.effects)

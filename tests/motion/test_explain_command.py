@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +13,11 @@ from typer.testing import CliRunner
 
 from identify.cli import app
 from identify.core.errors import InputError, InputErrors
+from identify.core.part_file import PartFile
 from identify.explain.run import run_explain
 from identify.explain.study import read_explain_study
+from identify.fitting.memory import Memory
+from identify.fitting.selection.workbench import Story
 from identify.reports.write import write_reports
 from identify.results import file as result_file
 from identify.results.explain import ExplainResult
@@ -46,6 +51,44 @@ def written(config: Path) -> Path:
     assert "joint1.coulomb-friction" in found.output
     assert "These records cannot say" in found.output
     return path
+
+
+def test_an_interrupted_run_goes_on_to_the_same_end_bit_for_bit(
+    config: Path, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Interrupted while the deflection is explained; what was computed before is not computed again."""
+
+    def stop(sentence: str) -> None:
+        if sentence.startswith("deflection: latency"):
+            raise KeyboardInterrupt
+
+    out = tmp_path / "run.h5"
+    with pytest.raises(KeyboardInterrupt):
+        run_explain(config, out, Story(say=stop))
+    part = PartFile.read(tmp_path / "run.h5.part")
+    assert part is not None
+    before = len(part.records)
+    computed: list[str] = []
+    recalled = Memory.recall
+
+    def counting(memory: Memory, key: str, compute: Callable[[], Any]) -> Any:
+        if key not in memory:
+            computed.append(key)
+        return recalled(memory, key, compute)
+
+    monkeypatch.setattr(Memory, "recall", counting)
+    rest, _ = run_explain(config, out, resume=True)
+    whole = result_file.read(written, ExplainResult)
+    assert 0 < len(computed) < before
+    for target, found in whole.targets.items():
+        assert np.array_equal(rest.targets[target].values.value, found.values.value)
+        assert np.array_equal(rest.targets[target].effects.evidence, found.effects.evidence)
+        assert np.array_equal(rest.targets[target].rms_judge, found.rms_judge)
+    assert rest.verdict == whole.verdict
+    computed.clear()
+    again, _ = run_explain(config, out, resume=True)
+    assert again.seconds == rest.seconds
+    assert not computed
 
 
 def test_the_result_is_kept_whole(written: Path) -> None:
