@@ -97,6 +97,8 @@ class PartFile:
                     left = left[file.write(left) :]
                 os.fsync(file.fileno())
         except OSError as error:
+            with contextlib.suppress(OSError):
+                os.truncate(self.path, self._on_disk)
             raise InputError(
                 str(self.path), f"cannot be written ({error})", "room on the disk", _FIX
             ) from error
