@@ -159,9 +159,7 @@ def test_every_input_is_in_the_key(case: Case, tmp_path: Path) -> None:
     _interrupted(config, out, 3)
     for name in ("robot.urdf", "points.csv", "p1.csv", "again.csv", "reference.yaml"):
         before = (tmp_path / name).read_text()
-        (tmp_path / name).write_text(
-            before.replace("1", "1.0", 1) if name == "reference.yaml" else before + "\n"
-        )
+        (tmp_path / name).write_text(before + "\n")
         with pytest.raises(InputError, match="another config, data or version"):
             run_fit(config, out, {}, resume=True)
         (tmp_path / name).write_text(before)
@@ -202,3 +200,15 @@ def test_what_can_be_refused_is_refused_before_the_work(
     with pytest.raises((InputError, InputErrors), match=said):
         CliRunner().invoke(app, [*case.words, *words, "--no-report"], catch_exceptions=False)
     assert (tmp_path / "taken.h5").read_text() == "measured, and nobody's result"
+
+
+@pytest.mark.parametrize(("noise", "advised"), [(0.002, True), (0.02, False)])
+def test_a_large_gap_says_what_to_do_next(case: Case, tmp_path: Path, noise: float, advised: bool) -> None:
+    """The data scatter by 2 %: stated as 0.2 % they leave a gap of 10."""
+    config = Path(case.words[1]).with_name("advised.yaml")
+    text = Path(case.words[1]).read_text().replace("relative: 0.02", f"relative: {noise}")
+    config.write_text(text.replace("kind: differential-evolution, evaluations: 3000", "kind: gauss-newton"))
+    out = tmp_path / "out.h5"
+    done = CliRunner().invoke(app, ["fit", str(config), "--out", str(out)], catch_exceptions=False)
+    assert (f"next: identify discover {config}" in done.output) is advised
+    assert ("identify discover advised.yaml" in out.with_suffix(".html").read_text()) is advised

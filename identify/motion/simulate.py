@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array, Index
+from identify.core.interruption import check
 from identify.model.laws.gear import GearSpring
 from identify.motion.controller import ControlLaw, Sample
 from identify.motion.friction import FrictionDamper
@@ -95,6 +96,7 @@ def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> S
     waiting, inertia = deque([given] * timing.delay_steps), _own_inertia(plant, coordinates)
     rows = []
     for tick in range(timing.ticks):
+        check()
         sample = _sample(plant, orders, tick, lanes, state)
         command, control = law.act(control, sample)
         command = command + orders.excitation[:, tick] / plant.spring.ratio

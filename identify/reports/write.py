@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from identify.core.atomic import write_whole
+from identify.core.interruption import check
 from identify.reports.kinds import KINDS, read_any
 from identify.reports.kit.export import contents
 from identify.results.comparison import compared
@@ -24,6 +25,7 @@ def write_reports(path: Path, *others: Path, export: Path | None = None) -> list
     bytes. Raises InputError for a file that is no result, and where a report cannot be written.
     """
     files = (path, *others)
+    check()
     result = compared(files) if others else read_any(path)
     stem = path.with_name(_together(files)) if others else path.with_suffix("")
     kind = KINDS[result.KIND]
@@ -47,4 +49,5 @@ def _export(found: Sequence[tuple[str, bytes]], folder: Path) -> list[Path]:
 
 
 def _write(target: Path, content: bytes, fix: str) -> None:
+    check()
     write_whole(target, partial(Path.write_bytes, data=content), fix)
