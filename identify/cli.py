@@ -102,6 +102,9 @@ def modes(
     options: ModesOptions,
 ) -> None:
     """Find the modes of measured FRFs: frequencies, damping and shapes; exit code 4 when there is none."""
+    from identify.core.binary_input import prepare
+
+    prepare([data])
     from identify.modes.run import file_options, run_modes
 
     file = file_options(**options.file())
@@ -217,6 +220,9 @@ def report(
     """Write the HTML and PDF reports of a result beside it, from the result file alone; of several results,
     of their comparison.
     """
+    from identify.core.binary_input import prepare
+
+    prepare(files)  # it gets ready while the reports are imported
     from identify.reports.write import write_reports
 
     typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files, export=export)))

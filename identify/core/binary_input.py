@@ -1,8 +1,8 @@
 """The border for binary files (HDF5, MATLAB): read by a child process with limits of time and memory, so that
 a file that crashes or hangs the C libraries is one sentence here.
 
-One child is kept for all files that this process reads.  Files that this process wrote itself, and that
-have not changed since, are read here.
+One child is kept for all files that this process reads.  Files that this process wrote itself, and that have
+not changed since, are read here.
 """
 
 from __future__ import annotations
@@ -11,11 +11,13 @@ import atexit
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Iterable, Sequence
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO, Literal, cast
 
@@ -25,8 +27,10 @@ from identify.core.hdf5_tree import read_tree
 from identify.core.tree import Group, unpack
 
 Form = Literal["hdf5", "mat", "none"]
-_START_S, _LEAST_S, _BYTES_PER_S = 60.0, 4.5, 20 * MEBIBYTE
+_START_S, _LEAST_S, _BYTES_PER_S = 60.0, 3.0, 20 * MEBIBYTE
 _MEMORY, _UNPACKING = 3072 * MEBIBYTE, 8
+_WALL_ONLY = find_spec("resource") is None
+"""Whether the system does not count processor time: on a busy machine, a whole file may seem to hang."""
 _WORDS = {"hdf5": "an HDF5 file", "mat": "a .mat file, v5 or v7.3"}
 _SUFFIXES = (".h5", ".hdf5", ".mat")
 
@@ -119,10 +123,12 @@ class _Reader:
             self.start()
             if not self._ready:
                 self._ready = self._ask({"path": "", "form": "none", **limits}, _START_S) is not None
-            answer = self._ask({**asked, **limits}, seconds) if self._ready else None
+            patience = 3 * seconds if _WALL_ONLY else _START_S + seconds
+            answer = self._ask({**asked, **limits}, patience) if self._ready else None
             late = self._late
             code = None if answer is not None or self._process is None else self._process.wait()
         if answer is None:
+            late = late or code == -getattr(signal, "SIGXCPU", 0)
             raise InputError(str(path), _lost(late, seconds, code), expected, "export or transfer it again")
         said, tree = answer
         if tree is None:
@@ -161,5 +167,5 @@ class _Reader:
 def _lost(late: bool, seconds: float, code: int | None) -> str:
     """Why there was no answer."""
     if late:
-        return f"it was not read within {seconds:.0f} s: it is damaged"
+        return f"it was not read within {seconds:.0f} s of work: it is damaged"
     return f"it breaks the library that reads it (the reading process ended with {code}): it is damaged"
