@@ -58,8 +58,9 @@ def channel_faults(target: FrfTarget, values: Array) -> Iterator[Fault]:
     own, reversed_ = np.diag(plain), np.diag(crossed)
     size = (own + reversed_) / 2  # |H_i|^2 + |h_i|^2
     outputs, told = target.data.outputs, set()
-    for i in np.flatnonzero((own > 0) & (reversed_ <= _LEFT * own) & (reversed_ <= _ALIKE * size)):
-        told.add(int(i))
+    reversed_alone = (own > 0) & (reversed_ <= _LEFT * own) & (reversed_ <= _ALIKE * size)
+    for i in np.flatnonzero(reversed_alone).tolist():
+        told.add(i)
         yield Fault((outputs[i],), float(reversed_[i] / own[i]))
     best, moving = np.minimum(plain, crossed), own > 0
     better = moving[:, None] & moving & (best <= _LEFT * own[:, None])
