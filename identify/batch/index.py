@@ -66,7 +66,7 @@ class BatchIndex:
         write_whole(
             self.path,
             lambda aside: aside.write_text(self._text(), encoding="utf-8"),
-            "make room and go on with `--resume`",
+            "make room and resume with `--resume`",
         )
         after = time.monotonic()
         self._next = after + max(_LEAST_S, _SHARE * (after - before))

@@ -24,7 +24,7 @@ _WAIT_S = 0.5
 _NO_ROOM = (
     "the disk is full",
     "room for the results",
-    "make room and go on with `--resume`; what is finished is kept",
+    "make room and resume with `--resume`; what is finished is kept",
 )
 
 
@@ -119,7 +119,7 @@ def _outcome(future: Future[JobOutcome]) -> JobOutcome:
     try:
         error = future.exception()
     except CancelledError as gone:
-        fix = "start it again and go on with `--resume`; what is finished is kept"
+        fix = "start it again and resume with `--resume`; what is finished is kept"
         raise InputError(
             "--cluster", "the scheduler is gone", "one that lasts as long as the batch", fix
         ) from gone

@@ -56,7 +56,7 @@ def run_batch(
         _tidy(index.path.parent)
         if not any(index.jobs[name].state == "done" for name in files):
             name, entry = next((name, index.jobs[name]) for name in files)
-            found = f"none of the {len(files)} fits ended well; {name}: {entry.error.rstrip('.')}"
+            found = f"none of the {len(files)} fits completed; {name}: {entry.error.rstrip('.')}"
             raise InputError(str(config), found, fix=f"see {index.path}")
         fitted_together = joint if joint is not None and index.jobs["joint"].state == "done" else None
         came_from = provenance(

@@ -29,7 +29,7 @@ def verdict(jobs: JobTable, dependence: DependenceTable, kept: int, seconds: flo
     ]
     rest += [f"{kept} were kept from before"] if kept else []
     first = (
-        f"{done} of {len(jobs.state)} fits ended well in {seconds:.0f} s on"
+        f"{done} of {len(jobs.state)} fits completed in {seconds:.0f} s on"
         f" {workers}{'; ' + ', '.join(rest) if rest else ''}."
     )
     return first, _quality(jobs), _dependence(dependence)

@@ -1,4 +1,4 @@
-"""Residuals of a motion hang together over time: how many samples they are worth, and how sure a difference
+"""Residuals of a motion are correlated over time: how many samples they are worth, and how sure a difference
 or a value is.
 
 All arrays are (samples, joints) with a mask of the samples that count; samples left out count as a gap in
@@ -43,7 +43,7 @@ def effective_samples(residual: Array, used: Mask) -> float:
 
 
 def mean_above_zero(values: Array) -> float:
-    """Chance that values (n,), which hang together over time, have a mean above zero by luck: a bootstrap of
+    """Chance that values (n,), correlated over time, have a mean above zero by luck: a bootstrap of
     contiguous blocks.
 
     Half a block counts for no gain at all, so that few blocks never give certainty.

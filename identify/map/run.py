@@ -263,7 +263,7 @@ def _joined(index: BatchIndex, files: Sequence[Path], key: str) -> PostureRows:
         raise InputError(
             str(index.path),
             f"{len(failed)} of {len(files)} parts failed: {failed[0].rstrip('.')}",
-            fix="go on with `--resume`",
+            fix="resume with `--resume`",
         )
     parts = [result_file.read(file, MapPart).rows for file in files]
     names = tuple(name for part in parts for name in part.name)

@@ -12,7 +12,7 @@ Level = Literal["fail", "warn", "info"]
 
 @dataclass(frozen=True)
 class Finding:
-    """level `fail`: do not fit before this is mended; `warn`: look at it; `info`: know it.  value is the
+    """level `fail`: do not fit before this is fixed; `warn`: look at it; `info`: know it.  value is the
     number the sentence rests on.
     """
 

@@ -133,7 +133,7 @@ def _check(layout: Layout, where: str) -> None:
             where,
             f"{lines} finite frequency lines in the band",
             "at least 16",
-            "widen band_hz or mend the data",
+            "widen band_hz or fix the data",
         )
     steps = np.diff(layout.frequency_hz)
     # Vendors print the step with few digits, so the lines may creep by a part of a step over the band.

@@ -197,7 +197,7 @@ def phase_rms(difference: Array, time: Array, phases: Mapping[str, tuple[float, 
 def trajectory_trust(objective: TrajectoryObjective, scale: Scale, values: Array) -> Uncertainty:
     """What the records say about the free parameters at values (parameters,).
 
-    The variance of the scores is that of sums over blocks of time, so that residuals that hang together over
+    The variance of the scores is that of sums over blocks of time, so that residuals that are correlated over
     samples widen the intervals.
     """
     residuals, slopes = objective.residuals(values, scale.free)

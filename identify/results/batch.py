@@ -118,5 +118,5 @@ class BatchResult(Header):
 
     @property
     def complete(self) -> bool:
-        """Whether every fit ended well."""
+        """Whether every fit completed."""
         return not self.failed

@@ -1,4 +1,4 @@
-"""Measurement points: where sensors and hammer blows are on the robot, read from a CSV file.
+"""Measurement points: where sensors and hammer impacts are on the robot, read from a CSV file.
 
 Columns `node, name, link, x_m, y_m, z_m` in any order: the number used in the measured data, a free label,
 the link or frame that carries the point, and the position in that link's frame.  The optional columns

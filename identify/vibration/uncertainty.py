@@ -153,7 +153,7 @@ def _modal_residuals(target: ModalTarget, values: Array, free: Index) -> tuple[A
 
 
 def _structure(targets: Targets, values: Array) -> list[str]:
-    """A warning where the residual is more than the stated noise, and a stronger one where it hangs together
+    """A warning where the residual is more than the stated noise, and a stronger one where it is correlated
     over lines.
     """
     squares = lagged = count = 0.0

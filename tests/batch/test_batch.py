@@ -212,7 +212,7 @@ def test_all_failed_is_an_error(at_once: None, tmp_path: Path) -> None:
     config = planar.write_batch(tmp_path)
     for name in ("p1.csv", "p2.csv"):
         (tmp_path / name).unlink()
-    with pytest.raises(InputError, match=r"none of the 2 fits ended well; p1: .*p1\.csv"):
+    with pytest.raises(InputError, match=r"none of the 2 fits completed; p1: .*p1\.csv"):
         run_batch(config, tmp_path / "out.h5")
 
 

@@ -87,7 +87,7 @@ def batch_result() -> BatchResult:
         depends=np.array([True, False]),
     )
     verdict, notes = (
-        ("23 of 24 fits ended well.", "The residuals are small.", "1 of 2 parameters depends."),
+        ("23 of 24 fits completed.", "The residuals are small.", "1 of 2 parameters depends."),
         ("a sign of something",),
     )
     modes = ModesByPosture(hz, 0.03 + 0 * hz, 1.001 * hz, 0.031 + 0 * hz)
