@@ -16,6 +16,7 @@ from identify.fitting.selection import workbench as selection
 from identify.fitting.selection.loop import select
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
+from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
@@ -58,7 +59,16 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
 
 
 def check_data(problem: Problem) -> None:
-    """Raise an InputError unless every measurement to be fitted has FRFs with known noise."""
+    """Raise an InputError unless the study's cost is the likelihood, and every measurement to be fitted has
+    FRFs with known noise.
+    """
+    if problem.file.study.cost != parse_cost("frf-least-squares"):
+        raise InputError(
+            "cost",
+            problem.file.study.cost.kind,
+            "frf-least-squares without options, the likelihood that discovery weighs evidence with",
+            "set `cost: frf-least-squares`",
+        )
     for m in problem.measurements:
         if not isinstance(m.target, FrfTarget):
             raise InputError(

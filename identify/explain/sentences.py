@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.explain.effects.base import MOTION_EFFECTS
 from identify.results.explain import TargetResult
 
 _OF = {
@@ -56,8 +57,7 @@ def notes(found: TargetResult) -> list[str]:
             " stand for something else"
         )
     apart = np.flatnonzero((v.low_95 > v.other_high_95) | (v.high_95 < v.other_low_95))
-    phases = ("cosine", "sine")
-    names = [f"{v.effect[row]} ({v.name[row]})" for row in apart if not v.name[row].startswith(phases)]
+    names = [f"{v.effect[row]} ({v.name[row]})" for row in apart if not _is_phase(found, int(row))]
     if names:
         listed = ", ".join(names)
         said.append(
@@ -65,6 +65,15 @@ def notes(found: TargetResult) -> list[str]:
             " intervals hold only as far as the model does"
         )
     return said
+
+
+def _is_phase(found: TargetResult, row: int) -> bool:
+    """Whether a value is the cosine or sine of a harmonic, whose phase depends on where a record counts
+    from.
+    """
+    number = found.effects.name.index(found.values.effect[row])
+    kind = MOTION_EFFECTS.get(found.effects.kind[number])
+    return kind.wave and found.values.name[row] in {c.name for c in kind.coefficients}
 
 
 def unknown(found: TargetResult) -> list[str]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from identify.explain.run import run_explain
+from identify.explain.sentences import notes
 from identify.results.explain import ExplainResult, TargetResult
 from tests.motion.hidden_drive import RATE, RATIO, Array, Hidden, Motion, only, study
 
@@ -191,3 +194,31 @@ def test_integral_action(tmp_path: Path) -> None:
     without = _run(tmp_path, 3, servo(1e9)).targets["tracking"]
     assert not [name for name in without.effects.name if "integral" in name]
     assert _value(without, "joint1.position-lag", "lag")[0] == pytest.approx(1 / 20, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "warned"),
+    [
+        ("gravity-balancer", "cosine", True),
+        ("angular-transmission-error", "cosine", False),
+        ("angular-transmission-error", "lag", True),
+    ],
+)
+def test_records_that_disagree_are_warned_of_but_for_the_phase_of_a_harmonic(
+    kind: str, name: str, warned: bool
+) -> None:
+    one = np.ones(1)
+    found = SimpleNamespace(
+        target="torque",
+        effects=SimpleNamespace(name=(f"joint2.{kind}",), kind=(kind,)),
+        values=SimpleNamespace(
+            effect=(f"joint2.{kind}",),
+            name=(name,),
+            low_95=5 * one,
+            high_95=6 * one,
+            other_low_95=one,
+            other_high_95=2 * one,
+            at_edge=np.zeros(1, dtype=bool),
+        ),
+    )
+    assert any("disagree" in note for note in notes(cast(TargetResult, found))) is warned
