@@ -72,6 +72,7 @@ def begun(context: ForkServerContext, words: list[str], said: Path, trouble: Tro
 
 def _main(words: list[str], said: Path, ready: Path, trouble: Trouble) -> None:
     sys.argv, sys.stderr = ["identify", *words], said.open("w")
+    os.dup2(sys.stderr.fileno(), 2)  # what is said past Python too
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - as long as the process
     if trouble.signal_at_write is not None:
         _at_write(*trouble.signal_at_write)
