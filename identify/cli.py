@@ -158,7 +158,7 @@ def map_(
 @app.command()
 def check(config: Config, quiet: Quiet = False) -> None:
     """Examine the measured data of a study before a fit; exit code 3 when a check fails."""
-    from identify.reports.fit.terminal import print_findings
+    from identify.reports.show import print_findings
     from identify.vibration.check import run_checks
 
     checked = run_checks(config)
@@ -236,13 +236,10 @@ def compare(
     ] = False,
 ) -> None:
     """Set results side by side: cost, gap, parameters, modes and errors."""
-    from identify.reports.fit.terminal import print_comparison
-    from identify.results.comparison import unique_labels
-    from identify.results.file import read
-    from identify.results.fit import FitResult
-    from identify.results.side_by_side import compare as side_by_side
+    from identify.reports.show import print_report
+    from identify.results.comparison import compared
 
-    print_comparison(side_by_side([read(path, FitResult) for path in files], unique_labels(files)))
+    print_report(compared(files))
     if report:
         from identify.reports.write import write_reports
 

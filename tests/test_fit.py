@@ -13,7 +13,6 @@ from identify.core.errors import InputError
 from identify.fitting.fit import Progress, fit
 from identify.results.file import read, write
 from identify.results.fit import FitResult
-from identify.results.side_by_side import compare
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.run import run_fit
@@ -164,12 +163,3 @@ def test_tx200_is_as_good_as_the_issue_asks() -> None:
         for joint in (1, 2, 3):
             paper = problem.reference.parameters[f"joint{joint}.rz.stiffness"]
             assert 1 / 3 < found.values[2 * (joint - 1)] / paper < 3
-
-
-def test_compare_matches_by_name(result: tuple[FitResult, Path]) -> None:
-    other = dataclasses.replace(result[0], gap=2.0, measurements={})
-    tables = compare([result[0], other], ["one", "other"])
-    assert tables[0].columns == ("", "one", "other")
-    assert any(row == ("gap", f"{result[0].gap:.3f}", "2.000") for row in tables[0].rows)
-    assert all(row[2] == "-" for row in tables[2].rows)
-    assert len(tables[1].rows) == 12

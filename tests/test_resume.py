@@ -52,7 +52,7 @@ def programs() -> ForkServerContext:
         [
             "identify.cli",
             "identify.vibration.run",
-            "identify.reports.fit.terminal",
+            "identify.reports.show",
             "scipy.stats",
             "tests.test_resume",
         ]

@@ -1,30 +1,29 @@
-"""Print what a run found, whichever kind of result it is."""
+"""Print what a run found: what its report has for the terminal; and the findings of a check."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from identify.reports.batch.terminal import print_batch, print_said
-from identify.reports.explain.terminal import print_explained
-from identify.reports.fit.terminal import print_discovery, print_modes, print_result
-from identify.reports.joints.terminal import print_joints
-from identify.reports.motion.terminal import print_motion
+from rich.console import Console
 
-_PRINT: dict[str, Callable[[Any], None]] = {
-    "batch": print_batch,
-    "discovery": print_discovery,
-    "explained": print_explained,
-    "fit": print_result,
-    "joints": print_joints,
-    "modes": print_modes,
-    "motion": print_motion,
-}
+from identify.measured.finding import Finding
+from identify.reports.kinds import report_of
+from identify.reports.kit.terminal import show
+
+_MARK = {"fail": "[red]fail[/]", "warn": "[yellow]warn[/]", "info": "info"}
 
 
 def print_report(result: Any) -> None:
     """Verdict, notes, and the tables that a terminal has room for."""
-    if result.KIND in _PRINT:
-        _PRINT[result.KIND](result)
-    else:
-        print_said(result.verdict, result.notes)
+    show(result, report_of(result))
+
+
+def print_findings(findings: Mapping[str, Sequence[Finding]]) -> None:
+    """One line per finding of the checks."""
+    console = Console()
+    for name, found in findings.items():
+        for finding in found:
+            console.print(f"{name}: {_MARK[finding.level]} {finding.sentence}", highlight=False)
+        failed = sum(finding.level == "fail" for finding in found)
+        console.print(f"{name}: {'no check failed' if not failed else f'{failed} failed'}", highlight=False)

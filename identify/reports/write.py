@@ -10,8 +10,10 @@ from pathlib import Path
 
 from identify.core.atomic import write_whole
 from identify.core.interruption import check
-from identify.reports.kinds import KINDS, read_any
+from identify.reports.kinds import read_any, report_of
+from identify.reports.kit.document import document
 from identify.reports.kit.export import contents
+from identify.reports.kit.page import page
 from identify.results.comparison import compared
 
 _ELSEWHERE = "move the result file there"
@@ -28,12 +30,12 @@ def write_reports(path: Path, *others: Path, export: Path | None = None) -> list
     check()
     result = compared(files) if others else read_any(path)
     stem = path.with_name(_together(files)) if others else path.with_suffix("")
-    kind = KINDS[result.KIND]
-    document = kind.document(result)
-    page, printed = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".html", ".pdf"))
-    for target, content in ((page, kind.page(result).encode()), (printed, document.compile(result))):
-        _write(target, content, _ELSEWHERE)
-    return [page, printed, *(_export(list(contents(document)), export) if export else ())]
+    page_path, pdf_path = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".html", ".pdf"))
+    report = report_of(result)
+    _write(page_path, page(result, report).encode(), _ELSEWHERE)
+    printed = document(result, report)
+    _write(pdf_path, printed.compile(result), _ELSEWHERE)
+    return [page_path, pdf_path, *(_export(list(contents(printed)), export) if export else ())]
 
 
 def _together(files: Sequence[Path]) -> str:

@@ -1,6 +1,4 @@
-"""Several finished fits as one `Comparison`, which reports show side by side (tables for the terminal:
-`identify.results.side_by_side`).
-"""
+"""Several finished fits as one `Comparison`, which reports show side by side."""
 
 from __future__ import annotations
 

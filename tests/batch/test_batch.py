@@ -136,7 +136,7 @@ def test_broken_inputs_are_told_and_the_rest_is_fitted(at_once: None, tmp_path: 
     out = tmp_path / "out.h5"
     done = CliRunner().invoke(app, ["batch", str(config), "--out", str(out), "--no-report"])
     assert done.exit_code == 4, done.output
-    assert "failed: p2" in done.output
+    assert "Failed fits" in done.output
     result = result_file.read(out, BatchResult)
     state = dict(zip(result.jobs.name, result.jobs.state, strict=True))
     assert [name for name, s in state.items() if s == "failed"] == ["typo", "p2", "p4", "p6", "p8"]

@@ -7,9 +7,9 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from identify.reports.fit import html
 from identify.results.fit import FitResult
 from tests.reports.browser import browser
+from tests.reports.kinds import page_of
 from tests.reports.sample import frf_result, large_result
 
 
@@ -19,7 +19,7 @@ def main() -> None:
     with browser() as page, tempfile.TemporaryDirectory() as folder:
         for name, result in cases.items():
             path = Path(folder) / "page.html"
-            path.write_text(html.page(result), encoding="utf-8")
+            path.write_text(page_of(result), encoding="utf-8")
             seen = []
             for _ in range(3):
                 page.open(path)

@@ -11,8 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from identify.reports.kinds import KINDS, read_any
-from identify.reports.kit.document import Document
+from identify.reports.kinds import read_any, report_of
+from identify.reports.kit.document import Document, document
+from identify.reports.kit.page import page
 from identify.reports.write import write_reports
 from identify.results import file as result_file
 from identify.results.comparison import compared
@@ -147,6 +148,16 @@ CASES = (
 )
 
 
+def page_of(result: Any) -> str:
+    """The page of a result."""
+    return page(result, report_of(result))
+
+
+def document_of(result: Any) -> Document:
+    """The PDF of a result, in the making."""
+    return document(result, report_of(result))
+
+
 @dataclass(frozen=True)
 class Made:
     """The reports of a case: result files, HTML, PDF, and the folder of its export."""
@@ -165,7 +176,7 @@ class Made:
     @cached_property
     def document(self) -> Document:
         """The document that was printed."""
-        return KINDS[self.case.kind].document(self.result)
+        return document_of(self.result)
 
 
 def make(case: Case, folder: Path) -> Made:
@@ -175,5 +186,5 @@ def make(case: Case, folder: Path) -> Made:
     ]
     for file, result in zip(files, case.make(), strict=True):
         result_file.write(result, file)
-    page, printed, exported = write_reports(*files, export=folder / "figures")
-    return Made(case, files, page, printed, exported)
+    written = write_reports(*files, export=folder / "figures")
+    return Made(case, files, *written)

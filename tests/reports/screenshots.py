@@ -13,9 +13,10 @@ from pathlib import Path
 
 from PIL import Image
 
-from identify.reports.kinds import KINDS, read_any
+from identify.reports.kinds import read_any
 from identify.results.comparison import compared
 from tests.reports.browser import Page, browser
+from tests.reports.kinds import page_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 _WIDTH, _HEIGHT, _SCALE = 1240, 1900, 0.72
@@ -39,7 +40,7 @@ def shoot(page: Page, files: list[Path]) -> Path:
     target = DOCS / f"{result.KIND}_report.png"
     with tempfile.TemporaryDirectory() as folder:
         html, raw = Path(folder) / "report.html", Path(folder) / "raw.png"
-        html.write_text(KINDS[result.KIND].page(result), encoding="utf-8")
+        html.write_text(page_of(result), encoding="utf-8")
         page.open(html, width=_WIDTH, height=_TALL.get(result.KIND, _HEIGHT))
         page.run("drawAll()")
         page.wait("[...document.querySelectorAll('.plot')].every(plot => plot.querySelector('.main-svg'))")

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.reports.fit import html
 from identify.results.fit import FrfComparison
 from tests.reports.browser import Page, browser
+from tests.reports.kinds import page_of
 from tests.reports.pdf_text import poppler
 from tests.reports.sample import frf_result, large_result, modal_result
 
@@ -27,7 +27,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("pages")
     made = {"frf": frf_result(), "modal": modal_result()}
     for name, result in made.items():
-        (folder / f"{name}.html").write_text(html.page(result), encoding="utf-8")
+        (folder / f"{name}.html").write_text(page_of(result), encoding="utf-8")
     return {name: folder / f"{name}.html" for name in made}
 
 
@@ -212,7 +212,7 @@ def test_it_prints(page: Page, files: dict[str, Path], tmp_path: Path) -> None:
 def test_three_thousand_frfs_stay_usable(page: Page, tmp_path: Path) -> None:
     """How fast such a page opens is measured by `tests.benchmarks.report`."""
     path = tmp_path / "large.html"
-    path.write_text(html.page(large_result()), encoding="utf-8")
+    path.write_text(page_of(large_result()), encoding="utf-8")
     assert path.stat().st_size < 20e6
     page.open(path)
     page.run("drawAll()")

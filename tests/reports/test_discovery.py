@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from identify.reports.compare.pick import Shared
-from identify.reports.discovery import html as discovery_html
-from identify.reports.discovery import pdf as discovery_pdf
+from identify.reports.discovery import sections
 from identify.reports.discovery import tables as discovery_tables
 from identify.reports.discovery.pick import AFTER, BEFORE, beside, gap_maps, part_bars, reach, waterfall
 from identify.reports.kit.cells import NONE
 from tests.reports.discovery_sample import BASE, ODD, TILT, discovery_result, null_result
+from tests.reports.kinds import document_of, page_of
 from tests.reports.pdf_text import lines
 from tests.reports.sample import modal_result
 
@@ -25,9 +25,9 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The visible text of the page and of the PDF."""
     result = discovery_result()
     path = tmp_path_factory.mktemp("discovery") / "report.pdf"
-    path.write_bytes(discovery_pdf.document(result).compile(result))
+    path.write_bytes(document_of(result).compile(result))
     page = html.unescape(
-        re.sub(r"<[^>]+>", " ", discovery_html.page(result).partition("<main>")[2].partition("<script")[0])
+        re.sub(r"<[^>]+>", " ", page_of(result).partition("<main>")[2].partition("<script")[0])
     )
     return {"page": " ".join(page.split()), "pdf": " ".join(" ".join(lines(path)).split())}
 
@@ -52,7 +52,7 @@ def test_the_story_is_told_in_order(told: dict[str, str], where: str) -> None:
 
 def test_further_candidates_are_folded(told: dict[str, str]) -> None:
     assert told["page"].count("The other 3 candidates") == 3
-    assert "The best 12 of 15 candidates" in told["pdf"]
+    assert "The first 12 of 15 rows" in told["pdf"]
 
 
 def test_each_fall_begins_where_the_one_before_ended() -> None:
@@ -72,7 +72,7 @@ def test_without_validation_the_final_gap_elsewhere_is_that_of_the_last_addition
 def test_nothing_is_embedded_twice() -> None:
     result = discovery_result()
     for one in beside(result):
-        data = discovery_html._measurement(one)["frf"]
+        data = sections._measurement(one)["frf"]
         assert set(data["curves"]["blocks"][0]) == {"measured", "fitted", "before", "band", "coherence"}
         assert one.frfs[AFTER].fitted is result.after.measurements[one.name].frf.fitted  # type: ignore[union-attr]
         assert one.frfs[BEFORE].fitted is result.before.measurements[one.name].frf.fitted  # type: ignore[union-attr]
@@ -80,7 +80,7 @@ def test_nothing_is_embedded_twice() -> None:
 
 def test_gap_maps_stand_beside_each_other_in_the_same_colours() -> None:
     result = discovery_result()
-    data = discovery_html._maps(result)
+    data = sections._map_data(result)
     for row, ((title, panels), drawn) in enumerate(zip(gap_maps(result), data["sets"], strict=True)):
         assert title == ("posture1, fitted", "posture2, validation only")[row]
         assert [label for label, _ in panels] == [BEFORE, AFTER]
@@ -108,7 +108,7 @@ def test_shares_of_noise_are_not_shown() -> None:
 
 def test_where_nothing_was_added_nothing_stands_before_and_after() -> None:
     result = null_result()
-    page = discovery_html.page(result).partition("<script")[0]
+    page = page_of(result).partition("<script")[0]
     assert "What was added" not in page
     assert AFTER not in page
     assert [row.label for row in waterfall(result)] == [BEFORE]

@@ -10,11 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from identify.reports.compare import html as compare_html
-from identify.reports.fit import html
 from identify.results import file as result_file
 from identify.results.comparison import compared
 from identify.results.fit import FitResult
+from tests.reports.kinds import page_of
 from tests.reports.sample import CONFIG, frf_result, large_result, modal_result
 
 _LOADS = {"src", "href", "srcset", "data", "poster", "action", "formaction", "background"}
@@ -43,7 +42,7 @@ class Reader(HTMLParser):
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return html.page(frf_result())
+    return page_of(frf_result())
 
 
 def test_sections(page: str) -> None:
@@ -67,7 +66,7 @@ def test_sections(page: str) -> None:
 
 
 def test_a_result_without_frfs_has_no_frf_sections() -> None:
-    ids = {attrs.get("id") for _, attrs in Reader(html.page(modal_result())).elements}
+    ids = {attrs.get("id") for _, attrs in Reader(page_of(modal_result())).elements}
     assert not {"frf", "gap", "errors", "frf-plot"} & ids
     assert {"modes", "mac-0", "robot-measured"} <= ids
 
@@ -111,19 +110,19 @@ def test_verdict_and_notes_are_on_top(page: str) -> None:
 
 @pytest.mark.parametrize("result", [frf_result(), modal_result()], ids=["frf", "modal"])
 def test_same_result_same_page(result: FitResult) -> None:
-    assert html.page(result) == html.page(result)
+    assert page_of(result) == page_of(result)
 
 
 def test_three_thousand_frfs_stay_below_20_mb() -> None:
     result = large_result()
     assert sum(len(m.frf.output) for m in result.measurements.values() if m.frf) == pytest.approx(3000, abs=5)
-    assert len(html.page(result).encode()) < 20e6
+    assert len(page_of(result).encode()) < 20e6
 
 
 def test_two_runs_of_three_thousand_frfs_stay_below_20_mb(tmp_path: Path) -> None:
     files = [tmp_path / "a.h5", tmp_path / "b.h5"]
     result_file.write(large_result(), files[0])
     shutil.copy(files[0], files[1])
-    page = compare_html.page(compared(files))
+    page = page_of(compared(files))
     assert page.count('"curves":{"size":64') == 3
     assert len(page.encode()) < 20e6

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from identify.reports.fit import pdf
 from identify.results.fit import FitResult
+from tests.reports.kinds import document_of
 from tests.reports.pdf_text import lines, poppler
 from tests.reports.sample import CONFIG, frf_result, modal_result
 
@@ -18,7 +18,7 @@ from tests.reports.sample import CONFIG, frf_result, modal_result
 def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[FitResult, Path]:
     result = frf_result() if request.param == "frf" else modal_result()
     path = tmp_path_factory.mktemp("pdf") / "run.pdf"
-    path.write_bytes(pdf.document(result).compile(result))
+    path.write_bytes(document_of(result).compile(result))
     return result, path
 
 
@@ -64,5 +64,5 @@ def test_six_of_many_postures_are_drawn(tmp_path: Path) -> None:
         result, measurements={f"p{i}": dataclasses.replace(one, name=f"p{i}") for i in range(8)}
     )
     path = tmp_path / "many.pdf"
-    path.write_bytes(pdf.document(many).compile(many))
+    path.write_bytes(document_of(many).compile(many))
     assert "The first 6 of 8 postures." in " ".join(lines(path))

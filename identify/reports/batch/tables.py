@@ -21,7 +21,7 @@ def tiles(result: BatchResult) -> tuple[tuple[str, str, str], ...]:
         (
             "Fits",
             f"{done} of {len(jobs.state)}",
-            f"ended well; {result.failed} failed" if result.failed else "ended well",
+            f"completed; {result.failed} failed" if result.failed else "completed",
         ),
         (
             "Gap, median",

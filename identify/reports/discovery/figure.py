@@ -21,7 +21,6 @@ from identify.reports.discovery.pick import (
     few,
     gap_maps,
     is_wide,
-    part_bars,
     reach,
     standing,
 )
@@ -39,13 +38,8 @@ _MOST_CHANNELS = 60
 """Channels that a map of the PDF has labels for."""
 
 
-def parts(step: StepResult) -> Figure | None:
-    """The gap in the parts of the fitted data, a panel a kind, in columns of about the same height; None
-    without any.
-    """
-    bars = part_bars(step.parts, step.gap)
-    if not bars:
-        return None
+def parts(bars: list[Bars]) -> Figure:
+    """The gap in the parts of the fitted data, a panel a kind, in columns of about the same height."""
     columns: list[list[Bars]] = [[] for _ in range(_COLUMNS)]
     for one in sorted(bars, key=lambda b: -len(b.names)):
         min(columns, key=lambda column: sum(_height(b) for b in column)).append(one)

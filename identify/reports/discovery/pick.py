@@ -24,7 +24,7 @@ PART_KINDS = {
     "mode": "Around a mode of the model",
     "point": "Point",
     "direction": "Direction",
-    "force": "Blow at",
+    "force": "Impact at",
     "measurement": "Measurement",
 }
 """What the gap is divided by, and what a chart calls it."""

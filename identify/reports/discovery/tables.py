@@ -101,7 +101,7 @@ def added_parameter_table(result: DiscoveryResult) -> Table:
         Column("95 % from"),
         Column("to"),
         Column("±", "%"),
-        words("Status"),
+        words("Identifiability"),
     )
     return Table("Added parameters", columns, tuple(rows))
 

@@ -74,7 +74,7 @@ def effect_table(found: TargetResult) -> Table:
         Column("Evidence"),
         *(Column(f"Joint {joint}", "%") for joint in found.joints),
         words("Reading"),
-        words("Not told apart from"),
+        words("Not distinguishable from"),
     )
     e = found.effects
     rows = [
@@ -90,7 +90,7 @@ def effect_table(found: TargetResult) -> Table:
     note = (
         "By evidence on the held-out record (ln of the likelihood ratio, residuals correlated in time). Per"
         " joint: the part of the squares left on the held-out record without this effect that it takes away,"
-        " all others staying. Not told apart from: effects that would do about as well in its place."
+        " all others staying. Not distinguishable from: effects that would do about as well in its place."
     )
     return Table(f"{title(found)}: effects", columns, tuple(rows), note)
 
@@ -151,8 +151,8 @@ def value_table(found: TargetResult) -> Table:
         for row in range(len(v.name))
     ]
     note = (
-        "Intervals count that residuals hang together in time; they hold as far as the effects found are all"
-        " there are."
+        "Intervals take into account that residuals are correlated in time; they hold as far as the"
+        " effects found are all there are."
     )
     return Table(f"{title(found)}: values", columns, tuple(rows), note)
 

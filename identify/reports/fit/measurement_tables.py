@@ -12,6 +12,19 @@ from identify.reports.fit.pick import is_drive_point, mac_of, partner, shown_mod
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, words
 from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ModePairs
 
+MODES_TERMINAL = (
+    "Mode",
+    "Frequency",
+    "Damping ratio",
+    "Model",
+    "Measured",
+    "Error",
+    "Model damping",
+    "Measured damping",
+    "MAC",
+)
+"""The columns of the table of modes that a terminal has room for."""
+
 
 def mode_table(measurement: MeasurementResult) -> Table:
     """Modes of the model, beside the measured ones where there are any, by frequency."""

@@ -9,8 +9,10 @@ import numpy as np
 from identify.reports.fit.pick import half_interval, interval_limits
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.results.fit import FitResult
-from identify.results.header import Header
 from identify.results.tables import ParameterTable
+
+PARAMETERS_TERMINAL = ("Parameter", "Fitted", "Unit", "95 % from", "to", "±", "Identifiability")
+"""The columns of the table of parameters that a terminal has room for."""
 
 
 def tiles(result: FitResult) -> tuple[tuple[str, str, str], ...]:
@@ -24,11 +26,6 @@ def tiles(result: FitResult) -> tuple[tuple[str, str, str], ...]:
         ("Parameters", f"{determined} of {len(status)}", "determined by the data"),
         (f"Cost, {result.cost_kind}", number(result.cost), ended),
     )
-
-
-def parameter_table(result: FitResult) -> Table:
-    """Fitted values of a fit with intervals, start values and bounds."""
-    return parameter_rows(result.parameters)
 
 
 def parameter_rows(p: ParameterTable) -> Table:
@@ -60,7 +57,7 @@ def parameter_rows(p: ParameterTable) -> Table:
         Column("Start"),
         Column("Lower bound"),
         Column("Upper bound"),
-        words("Status"),
+        words("Identifiability"),
     )
     note = (
         "± is half the 95 % interval over the value. Determined: the interval stays within a factor of two;"
@@ -205,22 +202,3 @@ def direction_table(result: FitResult) -> Table:
         " itself where the scale is linear): above 1 the data determine the direction, below they do not."
     )
     return Table("Directions", columns, tuple(rows), note)
-
-
-def provenance_table(result: Header) -> Table:
-    """Versions, times, seed and hashes."""
-    p = result.provenance
-    number_of_chance = getattr(result, "seed", None)
-    seed = [] if number_of_chance is None else [("Seed", str(number_of_chance))]
-    study = [(f"Study {p.config_path}", f"sha256 {p.config_sha256}")] if p.config_path else []
-    rows = [
-        ("Written", p.written),
-        ("Run time", f"{number(result.seconds, 3)} s"),
-        *seed,
-        ("identify", p.identify),
-        ("Python", f"{p.python}, {p.platform}"),
-        ("Packages", ", ".join(p.packages)),
-        *study,
-        *((name, f"sha256 {digest}") for name, digest in zip(p.input_files, p.input_sha256, strict=True)),
-    ]
-    return Table("Provenance", (words("What"), words("Value")), tuple(rows))

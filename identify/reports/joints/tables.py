@@ -29,7 +29,7 @@ def value_table(label: str, found: CurveResult) -> Table:
         Column("Identified"),
         Column("95 %"),
         words("Unit"),
-        words("Data say"),
+        words("Identifiability"),
         *beside,
         words("Meaning"),
     )

@@ -1,4 +1,4 @@
-"""A PDF in the making: what `report.typ` sets, and the blocks that all kinds of results share.
+"""The PDF of a report: the blocks that `report.typ` sets, figures, and all tables.
 
 It also keeps its figures, its tables with all their rows, and the numbers behind the figures, for `export`.
 """
@@ -6,18 +6,20 @@ It also keeps its figures, its tables with all their rows, and the numbers behin
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typst
-from matplotlib.figure import Figure
 
-from identify.reports.fit.tables import provenance_table
 from identify.reports.kit import figures
 from identify.reports.kit.cells import Curves, Table, sentence
-from identify.reports.kit.settings import default_table, given_table
+from identify.reports.kit.report import PRINT, Bullets, Code, Drawing, Heading, Part, Report, Tabular, visible
 from identify.results.header import Header
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _TEMPLATE = Path(__file__).parents[1] / "assets" / "report.typ"
 
@@ -43,26 +45,24 @@ class Document:
         self.tables: list[Table] = []
         self._under = ""
 
-    def add(self, kind: str, text: str, **more: Any) -> None:
+    def add(self, kind: str, text: str) -> None:
         """A block of text: heading, subheading, paragraph, lead, warning or code."""
         if kind in ("heading", "subheading"):
             self._under = text
-        self.blocks.append({"kind": kind, "text": text, **more})
+        self.blocks.append({"kind": kind, "text": text})
 
     def table(self, table: Table, heading: bool = False, rows: int | None = None) -> None:
         """A table, with its title where asked; rows: how many of them are printed, all are exported."""
         self.tables.append(table)
         columns = [{"heading": c.heading, "unit": c.unit, "numeric": c.numeric} for c in table.columns]
-        title = table.title if heading else ""
-        self.blocks.append(
-            {
-                "kind": "table",
-                "title": title,
-                "columns": columns,
-                "rows": table.rows[:rows],
-                "note": table.note,
-            }
-        )
+        shown = {"rows": table.rows[:rows], "columns": columns, "note": table.note}
+        if rows != 0:
+            self.blocks.append({"kind": "table", "title": table.title if heading else "", **shown})
+        if rows is not None and len(table.rows) > rows:
+            some = (
+                f"The first {rows} of {len(table.rows)} rows; all" if rows else f"All {len(table.rows)} rows"
+            )
+            self.add("paragraph", f"{some} are on the HTML page and in the exported tables.")
 
     def figure(self, figure: Figure, caption: str, *data: Table | Curves) -> None:
         """A figure at its own size; data: the numbers behind it, where the tables do not have them."""
@@ -71,25 +71,6 @@ class Document:
         self.blocks.append(
             {"kind": "figure", "file": file, "width": float(figure.get_figwidth()), "caption": caption}
         )
-
-    def opening(self, result: Header, tiles: tuple[tuple[str, str, str], ...]) -> None:
-        """Verdict, notes and tiles."""
-        for said in result.verdict:
-            self.add("lead", said)
-        for note in result.notes:
-            self.add("warning", sentence(note))
-        self.blocks.append({"kind": "tiles", "items": tiles})
-
-    def sources(self, result: Header) -> None:
-        """What was asked, with the source of each value, and provenance."""
-        if result.provenance.config:
-            self.add("heading", "What was asked")
-            self.add("code", result.provenance.config)
-        for settings in (given_table(result.provenance), default_table(result.provenance)):
-            if settings is not None:
-                self.table(settings, heading=True)
-        self.add("heading", "Provenance")
-        self.table(provenance_table(result))
 
     def compile(self, result: Header) -> bytes:
         """The PDF."""
@@ -103,3 +84,38 @@ class Document:
         drawn = {f"figure{number}.svg": one.svg for number, one in enumerate(self.drawn, 1)}
         files: Any = {"main.typ": _TEMPLATE.read_bytes(), "data.json": data, **drawn}
         return bytes(typst.compile(files, format="pdf", ignore_system_fonts=True))
+
+
+def document(result: Header, report: Report) -> Document:
+    """The PDF of a report, in the making."""
+    made = Document()
+    for said in result.verdict:
+        made.add("lead", said)
+    for note in result.notes:
+        made.add("warning", sentence(note))
+    made.blocks.append({"kind": "tiles", "items": report.tiles})
+    with figures.style():
+        _add(made, visible(report.opening, PRINT))
+        for section in report.sections:
+            parts = visible(section.parts, PRINT)
+            if parts:
+                made.add("heading", section.title)
+                _add(made, parts)
+    return made
+
+
+def _add(made: Document, parts: Sequence[Part]) -> None:
+    for part in parts:
+        if isinstance(part, Tabular):
+            made.table(part.table, part.heading, part.rows)
+        elif isinstance(part, Drawing) and part.figure is not None:
+            made.figure(part.figure(), part.caption, *part.data())
+        elif isinstance(part, Bullets):
+            for text in part.items:
+                made.add("paragraph", text)
+        elif isinstance(part, Heading):
+            made.add("subheading", part.text)
+        elif isinstance(part, Code):
+            made.add("code", part.text)
+        else:
+            made.add("paragraph", part.text)  # type: ignore[union-attr]

@@ -182,10 +182,8 @@ def pair_mac(m: MeasurementResult) -> Mac | None:
     )
 
 
-def mac(found: Sequence[Mac]) -> Figure | None:
-    """MAC matrices, three a row where they are small; None without any."""
-    if not found:
-        return None
+def mac(found: Sequence[Mac]) -> Figure:
+    """MAC matrices, three a row where they are small."""
     columns = min(len(found), 3 if max(one.values.shape[1] for one in found) <= 8 else 1)
     rows = -(-len(found) // columns)
     height = 0.75 + 0.26 * max(len(one.values) for one in found)

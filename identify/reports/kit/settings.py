@@ -1,11 +1,12 @@
-"""What was asked, setting by setting, with the source of each value."""
+"""What was asked, setting by setting, with the source of each value; and where a result comes from."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 
-from identify.reports.kit.cells import Table, words
+from identify.reports.kit.cells import Table, number, words
+from identify.results.header import Header
 from identify.results.setting_table import DEFAULT
 from identify.results.tables import Provenance
 
@@ -44,3 +45,22 @@ def _together(rows: list[Row]) -> Iterable[Row]:
             yield row
         elif starred.index(star) == rows.index(row):
             yield (*star, row[2])
+
+
+def provenance_table(result: Header) -> Table:
+    """Versions, times, seed and hashes."""
+    p = result.provenance
+    number_of_chance = getattr(result, "seed", None)
+    seed = [] if number_of_chance is None else [("Seed", str(number_of_chance))]
+    study = [(f"Study {p.config_path}", f"sha256 {p.config_sha256}")] if p.config_path else []
+    rows = [
+        ("Written", p.written),
+        ("Run time", f"{number(result.seconds, 3)} s"),
+        *seed,
+        ("identify", p.identify),
+        ("Python", f"{p.python}, {p.platform}"),
+        ("Packages", ", ".join(p.packages)),
+        *study,
+        *((name, f"sha256 {digest}") for name, digest in zip(p.input_files, p.input_sha256, strict=True)),
+    ]
+    return Table("Provenance", (words("What"), words("Value")), tuple(rows))

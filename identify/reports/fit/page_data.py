@@ -1,0 +1,108 @@
+"""What the scripts of a page draw from: robot, shapes, FRFs and MAC of a measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.reports.fit import measurement_tables, pick
+from identify.reports.kit.cells import number, unit
+from identify.reports.kit.figures import Mac, pair_mac
+from identify.reports.kit.packing import pack, pack_frfs
+from identify.reports.kit.shapes import ModeView, mode_views
+from identify.results.fit import FrfComparison, MeasurementResult
+from identify.results.tables import Geometry
+
+_EXCITED = ("where it was excited", "excited here")
+_MAP_STEP = 1e-3
+"""Decades to which the gap map is rounded."""
+
+
+def measurement_data(
+    m: MeasurementResult, beside: Mapping[str, NDArray[np.complex128]] | None = None
+) -> dict[str, Any]:
+    """What a model makes of a measurement: robot, FRFs (beside: further curves as in `pack_frfs`), MAC."""
+    return {
+        "name": m.name,
+        "use": measurement_tables.use(m),
+        "robot": robot_data(
+            m.geometry, m.frf, mode_views(m), [] if m.frf is None else pick.nodes(m.frf.input), _EXCITED
+        ),
+        "frf": None if m.frf is None else frf_data(m.frf, beside),
+        "mac": mac_data(pair_mac(m)),
+    }
+
+
+def robot_data(
+    g: Geometry, frf: FrfComparison | None, views: list[ModeView], ringed: list[int], said: tuple[str, str]
+) -> dict[str, Any]:
+    """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest
+    displacement.
+
+    ringed: nodes to mark, said: what they are, in the legend and at the point.
+    """
+    modes = [
+        {
+            "label": view.label,
+            "model": view.model,
+            "measured": view.measured,
+            "points": _thousandths(view.points),
+            "skeleton": _thousandths(view.skeleton),
+            "measured_points": _thousandths(view.measured_points),
+        }
+        for view in views
+    ]
+    return {
+        "node": g.nodes,
+        "name": list(g.point_names),
+        "link": list(g.point_links),
+        "points": g.points,
+        "skeleton": g.skeleton,
+        "segments": g.segments,
+        "arrows": {
+            kind: [[row, *way] for row, way in pick.arrows(g, channels)]
+            for kind, channels in (("response", frf.output), ("force", frf.input))
+        }
+        if frf is not None
+        else {},
+        "measured": [] if frf is None else pick.nodes(frf.output),
+        "ring": {"nodes": ringed, "about": said[0], "tip": said[1]},
+        "modes": modes,
+    }
+
+
+def _thousandths(shape: NDArray[np.complex128] | None) -> dict[str, Any] | None:
+    return (
+        None if shape is None else {part: np.round(1000 * getattr(shape, part)) for part in ("real", "imag")}
+    )
+
+
+def frf_data(
+    frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None
+) -> dict[str, Any]:
+    """Curves, errors and gap map of an FRF set; beside: further curves as in `pack_frfs`."""
+    gap_map, order = pick.gap_map(frf), pick.map_order(frf)
+    with np.errstate(divide="ignore"):
+        values = pack(np.log10(gap_map.values.T[order]), _MAP_STEP)
+    return {
+        "quantity": frf.quantity,
+        "unit": unit(frf.unit),
+        "frequency": frf.frequency_hz,
+        "output": list(frf.output),
+        "input": list(frf.input),
+        "title": [measurement_tables.pair_errors(frf, pair) for pair in range(len(frf.output))],
+        "first": pick.shown_frfs(frf)[0],
+        "curves": pack_frfs(frf, beside),
+        "map": {"edges": gap_map.edges_hz, "order": order, "values": values, "in_noise": gap_map.in_noise},
+    }
+
+
+def mac_data(one: Mac | None) -> dict[str, Any] | None:
+    """A MAC matrix with the frequencies of its sides."""
+    if one is None:
+        return None
+    rows, columns = ([number(hz) for hz in side] for side in (one.rows_hz, one.columns_hz))
+    return {"rows": rows, "columns": columns, "down": one.down, "across": one.across, "values": one.values}

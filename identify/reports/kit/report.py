@@ -1,0 +1,209 @@
+"""A report: one list of sections, which the kit renders as an HTML page, as a PDF and in the terminal.
+
+A section is a title over parts: texts, tables, figures, and what only a page has, such as moving shapes.
+Every part says once what it shows; where it is shown (`On`) and how is the kit's business (`page`,
+`document`, `terminal`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Flag, auto
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from identify.reports.kit.cells import Curves, Table
+from identify.reports.kit.settings import default_table, given_table, provenance_table
+from identify.results.header import Header
+from identify.results.tables import Provenance
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class On(Flag):
+    """Where a part is shown."""
+
+    PAGE = auto()
+    PRINT = auto()
+    TERMINAL = auto()
+
+
+PAGE, PRINT, TERMINAL = On.PAGE, On.PRINT, On.TERMINAL
+WRITTEN = PAGE | PRINT
+EVERYWHERE = WRITTEN | TERMINAL
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph; look: its class on the page, such as `note`."""
+
+    text: str
+    look: str = ""
+    on: On = WRITTEN
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """Sentences, one a line."""
+
+    items: Sequence[str]
+    on: On = WRITTEN
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading inside a section; level: 3 or 4, as in HTML."""
+
+    text: str
+    level: int = 3
+    look: str = ""
+    on: On = WRITTEN
+
+
+@dataclass(frozen=True)
+class Code:
+    """A text as it was written, such as a config."""
+
+    text: str
+    on: On = WRITTEN
+
+
+@dataclass(frozen=True)
+class Tabular:
+    """A table.
+
+    heading: whether its title stands above it; sort: a name, where a click on a heading of the page sorts it;
+    limit: rows after which the page scrolls; rows: how many the PDF prints (all are exported); terminal: the
+    headings of the columns that a terminal has room for, none: all.
+    """
+
+    table: Table
+    heading: bool = False
+    sort: str = ""
+    limit: int = 0
+    rows: int | None = None
+    terminal: tuple[str, ...] = ()
+    on: On = WRITTEN
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure: on the page the plot of that id, which a script draws from the section's data; in the PDF
+    (and as export) what `figure` makes, with its caption and the numbers behind it.
+
+    Without an id it is not on the page, without a figure not in the PDF; note: a sentence below the plot.
+    """
+
+    id: str = ""
+    figure: Callable[[], Figure] | None = None
+    caption: str = ""
+    data: Callable[[], Sequence[Table | Curves]] = tuple
+    note: str = ""
+    look: str = ""
+
+    @property
+    def on(self) -> On:
+        """Where there is something to show."""
+        return (PAGE if self.id else On(0)) | (PRINT if self.figure else On(0))
+
+
+@dataclass(frozen=True)
+class Pickers:
+    """Choices above a plot of the page: (label, id, options as (value, text), if not from a script)."""
+
+    choices: tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]
+    on: On = PAGE
+
+
+@dataclass(frozen=True)
+class Widget:
+    """A piece of the page that moves or is picked from: a macro of `parts.html.j2` with its arguments."""
+
+    name: str
+    args: Mapping[str, Any]
+    on: On = PAGE
+
+
+@dataclass(frozen=True)
+class Box:
+    """Parts in a box of the page, of that look; as they come elsewhere."""
+
+    look: str
+    parts: Sequence[Part]
+    on: On = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Parts that the page folds away under a summary; as they come elsewhere."""
+
+    summary: str
+    parts: Sequence[Part]
+    open: bool = False
+    on: On = EVERYWHERE
+
+
+Part: TypeAlias = Text | Bullets | Heading | Code | Tabular | Drawing | Pickers | Widget | Box | Fold
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section: anchor and title, the label of its link on the page (default: the title), and its parts.
+
+    data, scripts: what the plots of the page draw from, and the files that draw them.
+    """
+
+    anchor: str
+    title: str
+    parts: Sequence[Part]
+    label: str = ""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    scripts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Report:
+    """What is said of a result: tiles (what, value, what it means), the opening below them, and sections.
+
+    Verdict and notes are the result's own, and stand above all.
+    """
+
+    tiles: tuple[tuple[str, str, str], ...]
+    opening: Sequence[Part]
+    sections: Sequence[Section]
+
+
+def visible(parts: Sequence[Part], on: On) -> list[Part]:
+    """The parts that are shown there; but on the page, boxes and folds are opened."""
+    found: list[Part] = []
+    for part in parts:
+        if not part.on & on:
+            continue
+        if isinstance(part, Box | Fold):
+            inside = visible(part.parts, on)
+            title = [Heading(part.summary)] if isinstance(part, Fold) else []
+            found += [] if not inside else [part] if on is PAGE else [*title, *inside]
+        else:
+            found.append(part)
+    return found
+
+
+def origin(result: Header, label: str = "Study", asked: Sequence[Part] | None = None) -> list[Section]:
+    """The last two sections: what was asked, with the source of each value, and provenance.
+
+    asked: what stands there in place of the config and its settings.
+    """
+    own = _settings(result.provenance) if asked is None else asked
+    provenance = Section("provenance", "Provenance", [Tabular(provenance_table(result))])
+    return [Section("asked", "What was asked", own, label), provenance]
+
+
+def _settings(provenance: Provenance) -> list[Part]:
+    given, defaults = given_table(provenance), default_table(provenance)
+    parts: list[Part] = [Code(provenance.config)] if provenance.config else []
+    if given:
+        parts.append(Tabular(given, heading=True, sort="given", limit=20))
+    if defaults:
+        parts.append(Fold(defaults.title, [Tabular(defaults)]))
+    return parts
