@@ -78,7 +78,12 @@ def ratio_parts(comparison: Comparison, table: Table, first: str) -> list[Part]:
     caption = f"Values with their 95 % intervals over those of {first}."
     figure = partial(parameters, comparison) if ratios(comparison)[0] else None
     return [
-        Tabular(table, sort="parameters", on=EVERYWHERE),
+        Tabular(
+            table,
+            sort="parameters",
+            terminal=("Parameter", "Unit", "Fitted", *comparison.runs),
+            on=EVERYWHERE,
+        ),
         Drawing("ratio-plot", figure, caption, lambda: [table]),
     ]
 
@@ -107,7 +112,7 @@ def _modes(comparison: Comparison, found: list[Shared]) -> list[Section]:
         Box(
             "block wide",
             [
-                Tabular(tables.mode_table(one), heading=True),
+                Tabular(tables.mode_table(one), heading=True, on=EVERYWHERE),
                 Heading("MAC of the models' shapes", on=PAGE),
                 Drawing(f"mac-{k}", look="mac"),
             ],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
@@ -10,6 +12,9 @@ from rich.table import Table as Rich
 from identify.reports.kit.cells import Table
 from identify.reports.kit.report import TERMINAL, Bullets, Heading, Part, Report, Tabular, Text, visible
 from identify.results.header import Header
+
+_NAME = 30
+"""Characters that the first column keeps for names."""
 
 
 def show(result: Header, report: Report) -> None:
@@ -42,8 +47,11 @@ def rich_table(table: Table, headings: tuple[str, ...] = (), rows: int | None = 
     shown = [k for k, column in enumerate(table.columns) if not headings or column.heading in headings]
     made = Rich(title=table.title, box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for k in shown:
-        numeric = table.columns[k].numeric
-        made.add_column(table.columns[k].head, justify="right" if numeric else "left", no_wrap=numeric)
+        column = table.columns[k]
+        # Nothing is cut off: a name stays in one line where it can, a number is folded.
+        name = min(_NAME, max((len(row[k]) for row in table.rows), default=0)) if k == shown[0] else None
+        side: Literal["left", "right"] = "right" if column.numeric else "left"
+        made.add_column(column.head, justify=side, overflow="fold", min_width=name)
     for row in table.rows[:rows]:
         made.add_row(*(escape(row[k]) for k in shown))
     return made
