@@ -21,7 +21,7 @@ import numpy as np
 
 from identify import cli
 
-_PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.fit.terminal", "scipy.stats"]
+_PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.show", "scipy.stats"]
 _OF_TIME = re.compile(r"/(seconds|written|checksum|workers|realtime_factor)$")
 _SECONDS = re.compile(r"\d[\d.e+-]* s\b")
 
