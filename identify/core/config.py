@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import difflib
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from inspect import isabstract
 from pathlib import Path
-from typing import Any, Generic, Self, TypeVar, get_args
+from typing import Any, ClassVar, Generic, Self, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from identify.core.errors import InputError, InputErrors
 from identify.core.text_input import read_text
@@ -23,6 +23,16 @@ class Settings(BaseModel):
     """A part of the config; keys that do not exist are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    RENAMED: ClassVar[Mapping[str, str]] = {}
+    """Keys of older versions and what they are called now."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_old_key(cls, data: Any) -> Any:
+        for old, new in cls.RENAMED.items():
+            if isinstance(data, Mapping) and old in data:
+                raise ValueError(f"{old}: an old name; expected `{new}`: rename the key")
+        return data
 
 
 class ConfigFile(Settings, Generic[S]):

@@ -140,7 +140,7 @@ def known_of(study: ExplainStudy, robot: Robot) -> Known:
         payload = study.robot.payload[0].link, study.robot.payload[0].centre_m
     else:
         payload = robot.links[-1].name, (0.0, 0.0, 0.0)
-    slow = float(np.radians(study.standing_deg_per_s))
+    slow = float(np.radians(study.stationary_below_deg_per_s))
     return Known(
         robot,
         np.array(study.drives.gear_ratio),

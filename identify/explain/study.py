@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -49,6 +50,7 @@ class Payload(Settings):
 class ExplainStudy(Settings):
     """What one config describes."""
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"standing_deg_per_s": "stationary_below_deg_per_s"}
     schema_: Literal["identify-explain/1"] = Field(alias="schema", description="version of this format")
     name: str = Field(min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings = Field(description="the robot that was recorded")
@@ -70,7 +72,7 @@ class ExplainStudy(Settings):
         20.0, gt=0, description="of the filter behind which speed and acceleration are taken"
     )
     resample_hz: float | None = Field(None, gt=0, description="default: as recorded")
-    standing_deg_per_s: float = Field(
+    stationary_below_deg_per_s: float = Field(
         0.1,
         gt=0,
         description="a joint below this speed stands; friction at rest is not determined, so it is left out",

@@ -59,7 +59,7 @@ class FrictionSinusoidal(JointCurve):
                 self.label,
                 f"{used.sum()} samples in motion",
                 "a joint that moves to and fro",
-                "see `standing_deg_per_s`",
+                "see `stationary_below_deg_per_s`",
             )
         other = np.concatenate([_even(m, joint) for m in motions])[used]
         fitted = fit_friction(velocity[used], torque[used], self.model, other, np.ones(used.sum()))

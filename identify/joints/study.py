@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -24,6 +25,7 @@ class JointStudy(Settings):
     each.
     """
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"standing_deg_per_s": "stationary_below_deg_per_s"}
     schema_: Literal["identify-joints/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("joints", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings | None = Field(
@@ -49,7 +51,7 @@ class JointStudy(Settings):
     lowpass_hz: float = Field(
         20.0, gt=0, description="of the filter behind which speed and acceleration are taken"
     )
-    standing_deg_per_s: float = Field(
+    stationary_below_deg_per_s: float = Field(
         0.1, gt=0, description="a joint below this speed stands, and its friction is not looked at"
     )
     curves: list[Annotated[Curve, BeforeValidator(parse_curve)]] = Field(
@@ -105,6 +107,6 @@ def bench_of(file: JointFile) -> JointTestData:
         signals=study.signals,
         time=study.time if study.sample_rate_hz is None else study.sample_rate_hz,
         zero=np.radians(study.joint_zero_deg or np.zeros(len(ratio))),
-        slow=float(np.radians(study.standing_deg_per_s)),
+        slow=float(np.radians(study.stationary_below_deg_per_s)),
         lowpass_hz=study.lowpass_hz,
     )

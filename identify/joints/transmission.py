@@ -158,7 +158,7 @@ class TransmissionError(JointCurve):
                 self.label,
                 "no steady motion",
                 "a joint that moves slowly at constant velocity",
-                "see `standing_deg_per_s` and `tolerance`",
+                "see `stationary_below_deg_per_s` and `tolerance`",
             )
         centred = (motor - motor[used].mean()) / max(float(np.ptp(motor[used])) / 2, 1e-12)
         ways = (

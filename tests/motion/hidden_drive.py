@@ -187,7 +187,7 @@ def study(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None
         *(["  link_position: {at: 'link{joint}', unit: deg}"] if hidden.extra.get("links", True) else []),
         *(["  command_position: {at: 'command{joint}', unit: deg}"] if hidden.error else []),
         f"joint_zero_deg: {ZERO_DEG[:joints].tolist()}",
-        "standing_deg_per_s: 0.5",
+        "stationary_below_deg_per_s: 0.5",
         *(f"{key}: {value}" for key, value in more.items()),
     ]
     path = folder / "study.yaml"

@@ -143,8 +143,13 @@ def test_configs_that_say_something_impossible(
         ("a.csv", "absent.csv", "put the data there"),
         ("gear_ratio: [160.0, 180.0, 150.0]", "gear_ratio: [160.0]", "3, one per joint"),
         ("'torque{joint}'", "'force{joint}'", "nothing of that name"),
-        ("standing_deg_per_s: 0.5", "joints: [4]", "unknown joint 4"),
-        ("standing_deg_per_s: 0.5", "lowpass_hz: 80", "below 62.5 Hz"),
+        ("stationary_below_deg_per_s: 0.5", "joints: [4]", "unknown joint 4"),
+        (
+            "stationary_below_deg_per_s: 0.5",
+            "standing_deg_per_s: 0.5",
+            "expected `stationary_below_deg_per_s`",
+        ),
+        ("stationary_below_deg_per_s: 0.5", "lowpass_hz: 80", "below 62.5 Hz"),
     ],
 )
 def test_studies_that_cannot_be_run(config: Path, old: str, new: str, said: str) -> None:
