@@ -22,7 +22,7 @@ import numpy as np
 from identify import cli
 
 _PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.show", "scipy.stats"]
-_OF_TIME = re.compile(r"/(seconds|written|checksum|workers|realtime_factor)$")
+_OF_TIME = re.compile(r"/(seconds|written|checksum|workers|realtime_factor|jobs/file)$")
 _SECONDS = re.compile(r"\d[\d.e+-]* s\b")
 
 
