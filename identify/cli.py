@@ -101,7 +101,9 @@ def modes(
     ],
     options: ModesOptions,
 ) -> None:
-    """Find the modes of measured FRFs: frequencies, damping and shapes; exit code 4 when there is none."""
+    """Find the modes of measured FRFs: frequencies, damping and shapes; exit code 4 when there is none,
+    or when they do not rebuild the FRFs.
+    """
     from identify.core.binary_input import prepare
 
     prepare([data])
@@ -114,7 +116,10 @@ def modes(
     try:
         _conclude(result, written, options)
     except typer.Exit:
-        typer.echo("no mode was found: see the rejected candidates in the report", err=True)
+        said = "no mode was found: see the rejected candidates in the report"
+        if result.found:
+            said = "the modes do not rebuild the FRFs: narrow the band with `--band` or raise `--max-order`"
+        typer.echo(said, err=True)
         raise
 
 

@@ -161,7 +161,7 @@ ANALYSES = (
         holds="a modal analysis",
         result="identify.results.modes:ModesResult",
         report="identify.reports.modes.sections",
-        success="found",
+        success="rebuilt",
     ),
     Analysis(
         name="map",

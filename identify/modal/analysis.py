@@ -78,7 +78,10 @@ def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnal
     accepted, rejected = select(
         candidates(diagram, 0.0 if manual else settings.min_presence / 2), layout, settings
     )
-    verified = (verify if settings.refine else unrefined)(accepted, layout, settings)
+    if settings.refine:
+        verified = verify(accepted, layout, settings, diagram)
+    else:
+        verified = unrefined(accepted, layout, settings)
     verified = replace(verified, rejected=sorted(rejected + verified.rejected, key=lambda c: c.frequency_hz))
     return _result(frf_set, layout, diagram, verified, settings)
 
@@ -103,8 +106,7 @@ def _result(
     frequency, damping = frequency_and_damping(model.poles)
     seen_frequency, seen_damping = frequency_and_damping(seen_through(model.poles, layout.decay))
     noise = _noise(model.poles, verified.covariance)
-    spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
-    std = np.hypot(spread, noise)
+    std = noise
     synthesised = synthesise(model, layout.s, layout.power) + synthesise(
         verified.outside, layout.s, layout.power
     )

@@ -15,7 +15,13 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.modal.layout import Layout
 
-_POWER = {"lower": -2, "upper": 0}
+MORE_RESIDUALS = (("s^-1", "s^1"), ("s^-4", "s^-3", "s^2"))
+"""Terms that join where modes beyond the band leave more than a constant and 1 / s^2."""
+
+
+def power_of(kind: str) -> int:
+    """The power of s of a residual term of the receptance: "lower" (-2), "upper" (0) or "s^k"."""
+    return {"lower": -2, "upper": 0}[kind] if kind in ("lower", "upper") else int(kind.removeprefix("s^"))
 
 
 @dataclass(frozen=True)
@@ -50,7 +56,7 @@ def synthesise(model: ModalModel, s: Complex, power: int) -> Complex:
         "lm,mo,mi->loi", mirror, model.shapes.conj(), model.participation.conj(), optimize=True
     )
     for kind, value in model.residuals.items():
-        frf = frf + (s ** _POWER[kind])[:, None, None] * value
+        frf = frf + (s ** power_of(kind))[:, None, None] * value
     return np.asarray(frf * (s**power)[:, None, None])
 
 
@@ -69,7 +75,7 @@ def regressors(layout: Layout, poles: Complex, participation: Complex, residuals
         .transpose(0, 3, 1, 2)
         .reshape(len(s) * refs, 2 * len(poles))
     )
-    terms = [np.kron((s ** (layout.power + _POWER[kind]))[:, None], np.eye(refs)) for kind in residuals]
+    terms = [np.kron((s ** (layout.power + power_of(kind)))[:, None], np.eye(refs)) for kind in residuals]
     return stack(np.concatenate([modal, *terms], axis=1))
 
 

@@ -1,9 +1,10 @@
 """Refinement of poles and participation factors by nonlinear least squares on the FRFs.
 
 pLSCF minimises a linearised error, which biases weak and strongly damped modes.  Here the error of the modal
-model itself is minimised: shapes and residuals are eliminated (`identify.core.separable`,
-with Kaufman's Jacobian), and lines are weighted by the residual found around them, so that a small mode is
-not ruled by what the model misses at a large one.
+model itself is minimised: shapes and residuals are eliminated (variable projection, Golub and Pereyra 1973,
+with Kaufman's Jacobian) on normal equations that `gram` builds.  With equations weighted by their noise the
+optimum is the maximum-likelihood estimate, and the Gauss-Newton matrix there its information (Pintelon,
+Guillaume and Schoukens, MSSP 21 (2007) 2359-2373).
 """
 
 from __future__ import annotations
@@ -12,165 +13,248 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.ndimage import uniform_filter1d
 
 from identify.core.arrays import Array, Complex, Mask
-from identify.core.separable import eliminate
+from identify.modal.gram import Columns, Moments, rebuilt
 from identify.modal.layout import Layout
-from identify.modal.lsfd import regressors, stack, targets, unit_participation
+from identify.modal.lsfd import power_of, unit_participation
 
-_QUICK, _FULL = (3, 1e-3), (15, 1e-6)
+QUICK, FULL = (4, 1e-3), (25, 1e-7)
 """Largest number of steps, and the relative fall of the cost that ends them."""
+_RIDGE = 1e-13
+_STRIDE = 1.0
+"""The farthest that a pole moves in a step, in half-bandwidths: what asks for more is not linear."""
 
 
 @dataclass(frozen=True)
-class Refined:
-    """poles (m,), rad/s; participation (m, references); covariance (m, 2, 2) of the real and imaginary part
-    of each pole, from the Jacobian and the residual (rad/s)^2; weight (L, references) of the lines.
+class Equations:
+    """Complete responses and their weights: an FRF of response o and reference j is multiplied by line[l]
+    reference[j] response[o], about the inverse of its noise.
+
+    s (L,); frf (L, references, responses); kinds: residual terms, see `lsfd.power_of`; growing: whether noise
+    may grow with the magnitude, or is as large at peaks as beside them.
     """
 
-    poles: Complex
-    participation: Complex
-    covariance: Array
-    weight: Array
+    s: Complex
+    power: int
+    frf: Complex
+    kinds: tuple[str, ...]
+    line: Array
+    reference: Array
+    response: Array
+    growing: bool = True
+
+    @classmethod
+    def of(cls, layout: Layout, kinds: tuple[str, ...]) -> Equations:
+        """Every FRF with the same weight."""
+        frf = layout.frf[:, layout.complete].transpose(0, 2, 1)
+        ones = np.ones(len(frf)), np.ones(frf.shape[1]), np.ones(frf.shape[2])
+        return cls(layout.s, layout.power, np.ascontiguousarray(frf), kinds, *ones)
+
+    @property
+    def weighted(self) -> Complex:
+        """The data as they are fitted."""
+        return np.asarray(self.frf * self.line[:, None, None] * self.reference[:, None] * self.response)
+
+    def functions(self, poles: Complex, squared: Complex) -> tuple[Complex, Complex]:
+        """Scalar functions and their mirrors (L, n), weighted: of every pole, of every residual term, and the
+        squares of some poles.
+        """
+        scale = (self.line * self.s**self.power)[:, None]
+        s = self.s[:, None]
+        middle = np.exp(np.mean(np.log(np.abs(self.s))))
+        powers = np.array([power_of(kind) for kind in self.kinds])
+        # A residual term is its own mirror: half each.
+        terms = scale * (s / middle) ** powers / 2
+        direct, mirror = scale / (s - poles), scale / (s - poles.conj())
+        square, mirrored = scale / (s - squared) ** 2, scale / (s - squared.conj()) ** 2
+        return np.hstack([direct, terms, square]), np.hstack([mirror, terms, mirrored])
+
+    def basis(self, participation: Complex) -> Columns:
+        """Columns of the real and the imaginary part of every shape, then of the residual terms of every
+        reference.
+        """
+        m, refs = participation.shape
+        scaled = participation * self.reference
+        modal = np.stack([scaled, 1j * scaled], axis=1).reshape(2 * m, refs)
+        terms = np.tile(np.diag(self.reference), (len(self.kinds), 1))
+        function = np.concatenate(
+            [np.repeat(np.arange(m), 2), m + np.repeat(np.arange(len(self.kinds)), refs)]
+        )
+        return Columns(function, np.concatenate([modal, terms.astype(complex)]))
+
+    def derivatives(self, participation: Complex, free: Mask) -> Columns:
+        """Derivatives of the modal columns of the free modes: for each Re, Im of the pole, then of each
+        participation but the largest; each with the real and the imaginary part of the shape.
+        """
+        unit = np.diag(self.reference).astype(complex)
+        function, vectors = [], []
+        first = len(participation) + len(self.kinds)
+        for k, r in enumerate(np.flatnonzero(free)):
+            row = participation[r]
+            pairs = [(first + k, row * self.reference)] + [(int(r), unit[j]) for j in _others(row)]
+            for which, vector in pairs:
+                function += [which] * 4
+                vectors += [vector, 1j * vector, 1j * vector, -vector]
+        shape = -1, participation.shape[1]
+        return Columns(np.array(function, dtype=np.intp), np.array(vectors, dtype=complex).reshape(shape))
 
 
 @dataclass(frozen=True)
-class _Problem:
-    """What is fitted and how: y (2 L references, responses), weight (L, references), free (m,)."""
+class Fit:
+    """Poles (m,), participation (m, references) and the linear unknowns that fit them best.
 
-    layout: Layout
-    residuals: tuple[str, ...]
-    y: Array
-    weight: Array
+    solution (columns, responses), of columns scaled to unit length by size (columns,); inverse (columns,
+    columns) of their normal matrix; cost: squared error of the weighted equations.
+    """
+
+    equations: Equations
+    poles: Complex
+    participation: Complex
     free: Mask
-
-    @property
-    def rows(self) -> Array:
-        """The weight of every equation, (2 L references, 1)."""
-        return np.tile(self.weight.ravel(), 2)[:, None]
-
-
-@dataclass(frozen=True)
-class _State:
-    poles: Complex
-    participation: Complex
-    basis: Array
+    moments: Moments
+    size: Array
+    inverse: Array
     solution: Array
-    error: Array
+    cost: float
 
     @property
-    def cost(self) -> float:
-        return float(np.sum(self.error**2))
+    def unknowns(self) -> int:
+        """Real numbers that were fitted."""
+        return int(self.solution.size + 2 * self.free.sum() * self.participation.shape[1])
+
+    @property
+    def variance(self) -> float:
+        """Mean squared error of a real weighted equation."""
+        return self.cost / max(2 * self.equations.frf.size - self.unknowns, 1)
+
+    def model(self) -> Complex:
+        """Weighted FRFs of the model, (L, references, responses)."""
+        functions, mirrors = self.equations.functions(self.poles, self.poles[:0])
+        columns = self.equations.basis(self.participation)
+        return rebuilt(functions, mirrors, columns, self.solution / self.size[:, None])
+
+    def shapes(self) -> Complex:
+        """Shapes of the complete responses, (m, responses), up to a factor of each mode."""
+        real = (self.solution / self.size[:, None])[: 2 * len(self.poles)]
+        return np.asarray((real[0::2] + 1j * real[1::2]) / self.equations.response)
+
+    def rises(self) -> Array:
+        """How much the cost rises at least when a mode is left out and the linear unknowns are fitted again,
+        (m,).
+        """
+        found = np.zeros(len(self.poles))
+        for r in range(len(self.poles)):
+            block = slice(2 * r, 2 * r + 2)
+            part = self.solution[block]
+            found[r] = np.sum(part * np.linalg.solve(self.inverse[block, block], part))
+        return found
 
 
-def refine(
-    layout: Layout,
-    poles: Complex,
-    participation: Complex,
-    residuals: tuple[str, ...],
-    free: Mask,
-    *,
-    quick: bool = False,
-) -> Refined:
-    """Poles (m,) and participation (m, references) that minimise the weighted error on the complete
-    responses.
-
-    Only modes with free (m,) move.  Weights are found in three rounds, each from the residual of the last;
-    quick: one short round, enough to see which modes do not stay.
-    """
-    weight = np.ones((len(layout.frequency_hz), len(layout.references)))
-    problem = _Problem(layout, residuals, targets(layout.frf[:, layout.complete]), weight, free)
-    state = _eliminate(problem, poles, unit_participation(participation))
-    for effort in (_QUICK,) if quick else (_QUICK, _QUICK, _FULL):
-        problem = replace(problem, weight=_weights(state.error / problem.rows, layout))
-        state = _minimise(problem, _eliminate(problem, state.poles, state.participation), *effort)
-    _, normal = _gradient(problem, state)
-    covariance = np.linalg.pinv(normal, hermitian=True) * state.cost / max(problem.y.size - len(normal), 1)
-    q = 2 * len(layout.references)
-    found = np.zeros((len(poles), 2, 2))
-    found[free] = [covariance[r * q : r * q + 2, r * q : r * q + 2] for r in range(int(free.sum()))]
-    return Refined(state.poles, state.participation, found, problem.weight)
+def fit(equations: Equations, poles: Complex, participation: Complex, free: Mask) -> Fit:
+    """The shapes and residual terms that fit best with these poles (m,) and participation (m, references)."""
+    participation = unit_participation(participation)
+    functions, mirrors = equations.functions(poles, poles[free])
+    moments = Moments.of(functions, mirrors, equations.weighted)
+    return _solved(equations, poles, participation, free, moments)
 
 
-def _weights(error: Array, layout: Layout) -> Array:
-    """1 / RMS residual around each line for each reference, (L, references), smoothed over a tenth of the
-    band.
-    """
-    lines, refs = len(layout.frequency_hz), len(layout.references)
-    square = np.sum(error**2, axis=1).reshape(2, lines, refs).sum(axis=0)
-    square = uniform_filter1d(square, max(9, lines // 10), axis=0, mode="nearest")
-    # Without noise the residual is rounding only, and its ratios mean nothing.
-    return np.asarray(1 / np.sqrt(np.maximum(square, 1e-6 * np.max(square)) + np.finfo(float).tiny))
+def _solved(
+    equations: Equations, poles: Complex, participation: Complex, free: Mask, moments: Moments
+) -> Fit:
+    columns = equations.basis(participation)
+    normal, right = moments.gram(columns, columns), moments.right(columns)
+    size = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+    factor = factored(normal / np.outer(size, size), _RIDGE)
+    right = right / size[:, None]
+    solution = cho_solve(factor, right)
+    inverse = cho_solve(factor, np.eye(len(size)))
+    cost = max(moments.energy - float(np.sum(right * solution)), 0.0)
+    return Fit(equations, poles, participation, free, moments, size, inverse, solution, cost)
 
 
-def _eliminate(problem: _Problem, poles: Complex, participation: Complex) -> _State:
-    """The shapes and residuals that fit best, and what is left."""
-    matrix = regressors(problem.layout, poles, participation, problem.residuals) * problem.rows
-    rounding = np.finfo(float).eps * matrix.shape[1]
-    best = eliminate(matrix, problem.y * problem.rows, rounding)
-    return _State(poles, participation, best.basis, best.coefficients, best.residual)
+def without(found: Fit, gone: int) -> Fit:
+    """The fit of all modes but one, on the same moments."""
+    left = np.arange(len(found.poles)) != gone
+    rows = np.concatenate([left, np.ones(len(found.equations.kinds), dtype=bool), left[found.free]])
+    moments = replace(
+        found.moments,
+        same=found.moments.same[np.ix_(rows, rows)],
+        across=found.moments.across[np.ix_(rows, rows)],
+        data=found.moments.data[rows],
+    )
+    return _solved(found.equations, found.poles[left], found.participation[left], found.free[left], moments)
 
 
-def _minimise(problem: _Problem, state: _State, steps: int, tolerance: float) -> _State:
+def minimise(start: Fit, steps: int, tolerance: float) -> Fit:
     """Levenberg-Marquardt steps until the cost stands still."""
-    damping = 1e-3
+    state, damping = start, 1e-3
     for _ in range(steps):
-        gradient, normal = _gradient(problem, state)
+        if not state.free.any():
+            break
+        gradient, normal = slope(state)
         better = None
         while better is None and damping < 1e8:
-            trial = _eliminate(problem, *_moved(state, _step(normal, gradient, damping), problem.free))
-            if trial.cost <= state.cost:
-                better = trial
-            else:
+            better = _trial(state, _step(normal, gradient, damping))
+            if better is None:
                 damping *= 10
         if better is None:
-            return state
+            break
         done = state.cost - better.cost <= tolerance * state.cost
-        state, damping = better, max(damping / 10, 1e-12)
+        state, damping = better, max(damping / 10, 1e-9)
         if done:
             break
     return state
 
 
+def _trial(state: Fit, step: Array) -> Fit | None:
+    """The fit after a step, if it is better and no pole strides too far or starts to grow."""
+    poles, participation = _moved(state, step)
+    stride = np.abs(poles - state.poles) > _STRIDE * -state.poles.real
+    if stride.any() or np.any(poles.real >= 0):
+        return None
+    trial = fit(state.equations, poles, participation, state.free)
+    return trial if trial.cost <= state.cost else None
+
+
 def _step(normal: Array, gradient: Array, damping: float) -> Array:
-    scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    factor = cho_factor(normal / np.outer(scale, scale) + damping * np.eye(len(scale)))
+    diagonal = np.diag(normal)
+    scale = np.sqrt(np.maximum(diagonal, 1e-30 * np.max(diagonal)) + np.finfo(float).tiny)
+    factor = factored(normal / np.outer(scale, scale), damping)
     return np.asarray(cho_solve(factor, gradient / scale) / scale)
 
 
-def _gradient(problem: _Problem, state: _State) -> tuple[Array, Array]:
+def factored(matrix: Array, ridge: float) -> tuple[Array, bool]:
+    """Cholesky factor of a matrix of unit diagonal with a ridge, as small a one as rounding allows."""
+    while True:
+        try:
+            factor, lower = cho_factor(matrix + ridge * np.eye(len(matrix)), lower=True)
+        except np.linalg.LinAlgError:
+            ridge *= 10
+        else:
+            return factor, lower
+
+
+def slope(state: Fit) -> tuple[Array, Array]:
     """Right side and Gauss-Newton matrix over the free modes, each with 2 x references real parameters."""
-    free = problem.free
-    m, q = int(free.sum()), 2 * len(problem.layout.references)
-    columns = _derivatives(problem.layout, state.poles[free], state.participation[free]) * problem.rows
-    columns = columns - state.basis @ (state.basis.T @ columns)
-    shapes = state.solution[: 2 * len(state.poles)].reshape(len(state.poles), 2, -1)[free]
-    gram = (columns.T @ columns).reshape(m, q, 2, m, q, 2)
-    overlap = np.einsum("rao,sbo->rasb", shapes, shapes)
-    normal = np.einsum("rpasqb,rasb->rpsq", gram, overlap, optimize=True).reshape(m * q, m * q)
-    gradient = np.einsum("rpao,rao->rp", (columns.T @ state.error).reshape(m, q, 2, -1), shapes).ravel()
-    return gradient, normal
+    columns = state.equations.derivatives(state.participation, state.free)
+    basis = state.equations.basis(state.participation)
+    overlap = state.moments.gram(columns, basis) / state.size
+    projected = state.moments.gram(columns, columns) - overlap @ state.inverse @ overlap.T
+    right = state.moments.right(columns) - overlap @ state.solution
+    shapes = _shapes(state)
+    m, q = len(shapes), 2 * state.participation.shape[1]
+    across = np.einsum("rao,sbo->rasb", shapes, shapes)
+    normal = np.einsum("rpasqb,rasb->rpsq", projected.reshape(m, q, 2, m, q, 2), across, optimize=True)
+    gradient = np.einsum("rpao,rao->rp", right.reshape(m, q, 2, -1), shapes).ravel()
+    return gradient, normal.reshape(m * q, m * q)
 
 
-def _derivatives(layout: Layout, poles: Complex, participation: Complex) -> Array:
-    """Derivatives of the regressors, (2 L references, m x parameters x 2), real parameters ordered: Re, Im of
-    the pole, then of each participation but the largest; last axis: with the real and the imaginary part of
-    the shape.
-    """
-    s, refs = layout.s, len(layout.references)
-    scale = s**layout.power
-    unit = np.eye(refs)
-    found = []
-    for pole, row in zip(poles, participation, strict=True):
-        direct, mirror = scale / (s - pole), scale / (s - pole.conj())
-        pairs = [(np.outer(direct / (s - pole), row), np.outer(mirror / (s - pole.conj()), row.conj()))]
-        pairs += [(np.outer(direct, unit[j]), np.outer(mirror, unit[j])) for j in _others(row)]
-        for x, y in pairs:
-            for turn in (1, 1j):
-                forward, backward = turn * x, np.conj(turn) * y
-                found += [(forward + backward).ravel(), (1j * (forward - backward)).ravel()]
-    return stack(np.stack(found, axis=1))
+def _shapes(state: Fit) -> Array:
+    """Real and imaginary part of the weighted shapes of the free modes, (free, 2, responses)."""
+    m = len(state.poles)
+    real = (state.solution / state.size[:, None])[: 2 * m]
+    return np.asarray(real.reshape(m, 2, -1)[state.free])
 
 
 def _others(row: Complex) -> list[int]:
@@ -178,11 +262,11 @@ def _others(row: Complex) -> list[int]:
     return [j for j in range(len(row)) if j != largest]
 
 
-def _moved(state: _State, step: Array, free: Mask) -> tuple[Complex, Complex]:
+def _moved(state: Fit, step: Array) -> tuple[Complex, Complex]:
     poles, participation = state.poles.copy(), state.participation.copy()
-    parts = step.reshape(int(free.sum()), -1, 2)
+    parts = step.reshape(int(state.free.sum()), -1, 2)
     moves = parts[..., 0] + 1j * parts[..., 1]
-    for r, move in zip(np.flatnonzero(free), moves, strict=True):
+    for r, move in zip(np.flatnonzero(state.free), moves, strict=True):
         poles[r] += move[0]
         participation[r, _others(participation[r])] += move[1:]
     return poles, unit_participation(participation)

@@ -106,8 +106,7 @@ def select(
     for candidate in found:
         reason = _fault(candidate, settings) or _duplicate(candidate, accepted, settings)
         (rejected if reason else accepted).append(replace(candidate, reason=reason))
-    accepted, idle = _without_idle(accepted, layout, settings)
-    return sorted(accepted, key=lambda c: c.frequency_hz), rejected + idle
+    return sorted(accepted, key=lambda c: c.frequency_hz), rejected
 
 
 def _fault(candidate: Candidate, settings: ModalSettings) -> str:

@@ -14,7 +14,8 @@ from identify.modal.mac import mpc, mpd
 from identify.modal.poles import Band, PoleSet, moments, pole_set
 from identify.modal.settings import ModalSettings
 
-_BLOCK = 256
+_ORDERS = 30
+"""About how many orders a diagram has: more tell little more, and every one costs eigenvalues."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,9 @@ def orders_of(layout: Layout, settings: ModalSettings) -> range:
     """
     refs, lines = len(layout.references), len(layout.frequency_hz)
     top = settings.max_order or max(min(60, 240 // refs, lines // 4), settings.min_order)
-    return range(settings.min_order, min(top, (lines - 1) // 2) + 1)
+    top = min(top, (lines - 1) // 2)
+    step = max(1, -(-(top - settings.min_order) // _ORDERS))
+    return range(settings.min_order + (top - settings.min_order) % step, top + 1, step)
 
 
 def stabilisation(layout: Layout, settings: ModalSettings) -> Diagram:
@@ -142,20 +145,25 @@ def _one_per_order(seed: int, near: Index, distance: Array, column: Index, free:
 def _neighbours(diagram: Diagram, radius: float) -> tuple[Index, Index, Array]:
     """Pairs of poles of different orders less than the radius apart, sorted by the first."""
     poles, shapes, order = diagram.poles, diagram.shapes, diagram.order
-    half = -poles.real
-    found = []
-    for first in range(0, len(poles), _BLOCK):
-        rows = slice(first, first + _BLOCK)
-        apart = np.abs(poles[rows, None] - poles) / ((half[rows, None] + half) / 2)
-        i, j = np.nonzero((apart < radius) & (order[rows, None] != order))
-        mac = np.abs(np.einsum("pc,pc->p", shapes[rows][i].conj(), shapes[j])) ** 2
-        distance = apart[i, j] + 1 - mac
-        near = distance < radius
-        found.append((i[near] + first, j[near], distance[near]))
-    if not found:
-        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp), np.zeros(0)
-    return (
-        np.concatenate([f[0] for f in found]),
-        np.concatenate([f[1] for f in found]),
-        np.concatenate([f[2] for f in found]),
-    )
+    half, size = -poles.real, poles.imag
+    by_size = np.argsort(size, kind="stable")
+    # |a - b| < radius (h_a + h_b) / 2 with h_b - h_a <= |a - b|: the own half-bandwidth bounds it.
+    reach = radius / max(1 - radius / 2, 0.25) * half
+    first = np.searchsorted(size[by_size], size - reach)
+    last = np.searchsorted(size[by_size], size + reach, side="right")
+    i = np.repeat(np.arange(len(poles)), last - first)
+    within = np.arange(len(i)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
+    j = by_size[np.repeat(first, last - first) + within]
+    apart = np.abs(poles[i] - poles[j]) / ((half[i] + half[j]) / 2)
+    near = (apart < radius) & (order[i] != order[j])
+    i, j, apart = i[near], j[near], apart[near]
+    mac = np.abs(np.einsum("pc,pc->p", shapes[i].conj(), shapes[j])) ** 2
+    distance = apart + 1 - mac
+    near = distance < radius
+    return i[near], j[near], distance[near]
+
+
+def presence(diagram: Diagram, pole: complex) -> float:
+    """Part of the orders that have a pole within a half-bandwidth (rad/s) of this one."""
+    near = np.abs(diagram.poles - pole) < -pole.real
+    return len(np.unique(diagram.order[near])) / len(diagram.orders)

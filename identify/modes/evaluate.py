@@ -19,6 +19,7 @@ from identify.modal.settings import ESTIMATORS, ModalSettings
 from identify.results import fit as results
 from identify.results import tables
 from identify.results.modes import (
+    FAILED_REBUILD,
     AnalysedMeasurement,
     ModeTable,
     Reciprocity,
@@ -34,7 +35,7 @@ _WHY = (
     ("shape is complex", "with a complex shape"),
     ("refined shape is complex", "with a complex shape"),
     ("duplicate of", "as duplicate"),
-    ("explains only", "that the FRFs do not need"),
+    ("explains", "that the FRFs do not need"),
     ("not a resonance", "that wander off when refined"),
     ("a resonance beyond", "beyond the band"),
     ("not chosen", "by hand"),
@@ -187,10 +188,13 @@ def _rebuilt(m: AnalysedMeasurement) -> str:
     if not len(m.modes.frequency_hz):
         return ""
     median = float(np.nanmedian(m.frf.relative_error))
-    return (
+    said = (
         f"FRFs rebuilt from them are off by {100 * m.total_error:.3g} % (RMS over all; median FRF"
         f" {100 * median:.3g} %)."
     )
+    if m.total_error < FAILED_REBUILD:
+        return said
+    return f"{said} That is no model of these FRFs: narrow the band (`--band`) or raise `--max-order`."
 
 
 def _turned_down(m: AnalysedMeasurement) -> str:

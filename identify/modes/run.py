@@ -8,7 +8,6 @@ import io
 import re
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -33,17 +32,12 @@ from identify.measured.uff.geometry import read_geometry
 from identify.measured.uff.shapes import write_shapes
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.settings import ModalSettings
-from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.evaluate import Measured, analysed, verdict
 from identify.results import file as result_file
 from identify.results import tables
 from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.provenance import provenance, sha256
 from identify.results.setting_table import option_settings
-from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem, load_problem
-from identify.vibration.provenance import provenance_of
-from identify.vibration.study import read_study
 
 T = TypeVar("T", bound=BaseModel)
 _STUDIES = (".yaml", ".yml")
@@ -70,9 +64,13 @@ def run_modes(
     notes: list[str] = []
     with threadpool_limits(1):
         if data.suffix.lower() in _STUDIES:
-            problem = _study(data, file, geometry, length_unit)
-            measured, settings = _of_study(problem), _settings(problem.file.study.modal, modal)
-            name, came_from = problem.file.study.name, provenance_of(_overridden(problem, modal).file)
+            # A study brings the robot and its engine, which take seconds to import.
+            from identify.modes.from_study import modal_study  # noqa: PLC0415
+
+            said_too_much = (file is not None and file != FrfFileOptions()) or geometry or length_unit
+            study = modal_study(data, modal, refused=bool(said_too_much))
+            measured, settings = study.measured, _settings(study.settings, modal)
+            name, came_from = study.name, study.provenance
         else:
             file = file or FrfFileOptions()
             one, notes = _of_file(data, file, geometry, length_unit)
@@ -133,28 +131,6 @@ def _validated(model: type[T], values: dict[str, Any]) -> T:
         raise InputError(where, found, fault["msg"][:1].lower() + fault["msg"][1:]) from error
 
 
-def _study(
-    config: Path, file: FrfFileOptions | None, geometry: Path | None, length_unit: str | None
-) -> Problem:
-    """The problem of a study, which says itself what its files and its geometry are."""
-    given = file is not None and file != FrfFileOptions()
-    if given or geometry is not None or length_unit is not None:
-        fix = "write them into the study, or give a file of FRFs in its place"
-        raise InputError(
-            str(config), "options for a data file beside a study", "only options of the analysis", fix
-        )
-    problem = load_problem(read_study(config))
-    if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
-        raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
-    return problem
-
-
-def _overridden(problem: Problem, modal: dict[str, Any] | None) -> Problem:
-    """The problem with what the command line said about the analysis."""
-    overrides = {f"modal.{key}": value for key, value in (modal or {}).items()}
-    return replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
-
-
 def _sources(
     file: FrfFileOptions, settings: ModalSettings, modal: dict[str, Any] | None
 ) -> tables.SettingTable:
@@ -164,19 +140,6 @@ def _sources(
         **{f"modal.{key}": value for key, value in (modal or {}).items()},
     }
     return option_settings({"": file, "modal": settings}, given)
-
-
-def _of_study(problem: Problem) -> list[Measured]:
-    """Every FRF measurement, with the robot's points at its posture."""
-    found = []
-    for m in problem.measurements:
-        if isinstance(m.target, FrfTarget):
-            engine, points = m.system.site.engine, standing(problem.points, m.system.site)
-            places = sensor_geometry(engine, points), drawn_geometry(engine, points)
-            found.append(
-                Measured(m.name, str(m.settings.source), m.target.data, m.settings.posture_deg, *places)
-            )
-    return found
 
 
 def _of_file(

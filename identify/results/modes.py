@@ -15,11 +15,16 @@ from identify.results.fit import FrfComparison
 from identify.results.header import Header
 from identify.results.tables import Geometry
 
+NORMAL_95 = 1.96
+"""Standard deviations of a 95 % interval."""
+FAILED_REBUILD = 0.5
+"""Error of the rebuilt FRFs (RMS over all) beyond which an analysis has failed."""
+
 
 @dataclass(frozen=True)
 class ModeTable:
     """Modes (m), by frequency: damping ratios without the exponential window, seen_*: as it showed them;
-    *_std: over orders and noise.
+    *_std: standard deviations, from the noise of the FRFs.
 
     mpc (m,); mpd_deg (m,); channels of the shapes (m, channels); participation (m, references); auto_mac (m,
     m).
@@ -119,3 +124,8 @@ class ModesResult(Header):
     def found(self) -> int:
         """Modes of all measurements together."""
         return sum(len(m.modes.frequency_hz) for m in self.measurements.values())
+
+    @property
+    def rebuilt(self) -> bool:
+        """Whether there are modes, and they give back the FRFs of every measurement."""
+        return self.found > 0 and all(m.total_error < FAILED_REBUILD for m in self.measurements.values())

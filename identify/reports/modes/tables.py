@@ -8,7 +8,7 @@ from identify.core.text import count
 from identify.reports.fit.measurement_tables import band, pair_name
 from identify.reports.fit.pick import worst_first
 from identify.reports.kit.cells import Column, Table, number, percent, words
-from identify.results.modes import AnalysedMeasurement, ModesResult
+from identify.results.modes import NORMAL_95, AnalysedMeasurement, ModesResult
 
 DIAGRAM_NOTE = (
     "Poles of every model order over the complex mode indicator function (CMIF). Stable: in a cluster of"
@@ -74,9 +74,9 @@ def mode_table(m: AnalysedMeasurement) -> Table:
     columns = (
         words("Mode"),
         Column("Frequency", "Hz"),
-        Column("Std", "Hz"),
+        Column("± 95 %", "Hz"),
         Column("Damping ratio", "%"),
-        Column("Std", "%"),
+        Column("± 95 %", "%"),
         Column("Seen through window", "%"),
         Column("MPC"),
         Column("MPD", "°"),
@@ -86,9 +86,9 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         (
             str(i + 1),
             number(t.frequency_hz[i], 6),
-            number(t.frequency_std_hz[i], 2),
+            number(NORMAL_95 * t.frequency_std_hz[i], 2),
             percent(t.damping_ratio[i]),
-            number(100 * t.damping_std[i], 2),
+            number(100 * NORMAL_95 * t.damping_std[i], 2),
             percent(t.seen_damping_ratio[i]),
             number(t.mpc[i]),
             number(t.mpd_deg[i], 3),
@@ -102,8 +102,9 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         else "no exponential window was told"
     )
     note = (
-        f"Std: standard deviation, scatter over orders and noise together; {window}. MPC: modal phase"
-        " collinearity, 1 for a real shape; MPD: mean phase deviation, 0 for a real shape."
+        "± 95 %: half a 95 % interval, from what the modes leave of the FRFs as noise; where they leave more"
+        f" than noise, a bias comes on top; {window}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
+        " mean phase deviation, 0 for a real shape."
     )
     return Table(f"Modes, {m.name}", columns, tuple(rows), note)
 

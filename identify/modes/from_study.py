@@ -1,0 +1,58 @@
+"""The FRF measurements of a study for `identify modes`, with the robot's points at every posture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from identify.core.errors import InputError
+from identify.modal.settings import ModalSettings
+from identify.model.geometry import drawn_geometry, sensor_geometry, standing
+from identify.modes.evaluate import Measured
+from identify.results.tables import Provenance
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.provenance import provenance_of
+from identify.vibration.study import read_study
+
+
+@dataclass(frozen=True)
+class ModalStudy:
+    """What a study says about a modal analysis."""
+
+    name: str
+    measured: list[Measured]
+    settings: ModalSettings
+    provenance: Provenance
+
+
+def modal_study(config: Path, modal: dict[str, Any] | None, *, refused: bool) -> ModalStudy:
+    """The FRF measurements of a study; modal: settings of the analysis from the command line; refused:
+    options of a data file were given, which a study says itself.  InputError for these, or without any FRF.
+    """
+    if refused:
+        fix = "write them into the study, or give a file of FRFs in its place"
+        raise InputError(
+            str(config), "options for a data file beside a study", "only options of the analysis", fix
+        )
+    problem = load_problem(read_study(config))
+    if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
+        raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
+    overrides = {f"modal.{key}": value for key, value in (modal or {}).items()}
+    told = replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
+    study = problem.file.study
+    return ModalStudy(study.name, _measured(problem), study.modal, provenance_of(told.file))
+
+
+def _measured(problem: Problem) -> list[Measured]:
+    """Every FRF measurement, with the robot's points at its posture."""
+    found = []
+    for m in problem.measurements:
+        if isinstance(m.target, FrfTarget):
+            engine, points = m.system.site.engine, standing(problem.points, m.system.site)
+            places = sensor_geometry(engine, points), drawn_geometry(engine, points)
+            found.append(
+                Measured(m.name, str(m.settings.source), m.target.data, m.settings.posture_deg, *places)
+            )
+    return found
