@@ -65,7 +65,7 @@ def test_compare_sets_results_side_by_side(fitted: Path) -> None:
     )
     shown = _identify("compare", "tx200.h5", "other.h5", cwd=fitted.parent)
     assert shown.returncode == 0
-    for part in ("tx200", "other", "joint1.rz.stiffness", "12.05", "12.30", "6.500"):
+    for part in ("tx200", "other", "joint1.rz.stiffness", "12.05", "12.30", "6.50"):
         assert part in shown.stdout.replace("\n", " "), part
 
 

@@ -57,7 +57,11 @@ def report(comparison: Comparison) -> Report:
     found = shared(comparison)
     with_frf = [one for one in found if one.frfs]
     opening = [
-        Tabular(tables.run_table(comparison), on=EVERYWHERE),
+        Tabular(
+            tables.run_table(comparison),
+            terminal=("Run", "Cost kind", "Cost", "Gap", "Gap, validation", "Converged"),
+            on=EVERYWHERE,
+        ),
         Tabular(tables.effect_table(comparison), heading=True, on=EVERYWHERE),
     ]
     table = tables.parameter_table(comparison)
@@ -65,6 +69,7 @@ def report(comparison: Comparison) -> Report:
     sections = [
         Section("parameters", "Parameters", drawn, data=ratio_data(comparison), scripts=_SCRIPTS),
         *(_modes(comparison, found) if found else []),
+        Section("alone", "Modes at measurements of one run", _alone(comparison, found), "Modes of one run"),
         *(_frfs(with_frf) if with_frf else []),
         Section("errors", "Errors", _errors(comparison, with_frf)),
     ]
@@ -124,6 +129,18 @@ def _modes(comparison: Comparison, found: list[Shared]) -> list[Section]:
     return [
         Section("modes", "Modes", [*blocks, *macs], data=page_data),
         Section("robot", "Mode shapes", _shapes(found), "Shapes"),
+    ]
+
+
+def _alone(comparison: Comparison, found: list[Shared]) -> list[Part]:
+    """The modes of every run at measurements that no other run has."""
+    shown = {one.name for one in found}
+    brief = measurement_tables.MODES_TERMINAL
+    return [
+        Tabular(measurement_tables.mode_table(m), heading=True, terminal=brief, on=EVERYWHERE)
+        for run in comparison.runs.values()
+        for m in run.measurements.values()
+        if m.name not in shown
     ]
 
 
