@@ -120,7 +120,7 @@ def _complete(state: _State, layout: Layout) -> _State | None:
         state = _searched(state, layout)
         after = over_noise(state.fit)
         stuck = len(state.fit.poles) == count
-        if after > _NOT_NOISE and (stuck or (k > 0 and after > before / 2)):
+        if after > _NOT_NOISE and (stuck or (k > 0 and after > before / 1.2)):
             return None
         if _doubled(state):
             return None
