@@ -11,6 +11,7 @@ from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Uncertainty, at_bounds
+from identify.motion.judging import judge
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import PreparedRecord
 from identify.motion.simulate import SimulatedMotion
@@ -22,7 +23,7 @@ from identify.motion.trajectory import (
     simulated,
     trajectory_trust,
 )
-from identify.motion.trajectory_fit import MotionFit, judge
+from identify.motion.trajectory_fit import MotionFit
 from identify.results import motion as results
 from identify.results.circular import circular_test
 from identify.results.provenance import provenance, sha256
@@ -93,7 +94,7 @@ def _result(
         name=study.name,
         seed=study.seed,
         verdict=_verdict(problem, found, trusted, runs / seconds),
-        notes=_notes(records),
+        notes=(*_notes(records), *rivals_said(found)),
         effects=_sentences(problem),
         joints=tuple(joint.name for joint in problem.robot.joints),
         step_s=problem.step_s,
@@ -253,6 +254,14 @@ def _verdict(
             speed,
         )
         if line
+    )
+
+
+def rivals_said(found: MotionFit | None) -> tuple[str, ...]:
+    """Effects that the records cannot tell from one that stayed, as sentences."""
+    return tuple(
+        f"the records cannot tell {name} from {rival}, which does about as well in its place"
+        for name, rival in (found.rivals if found is not None else ())
     )
 
 

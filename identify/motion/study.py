@@ -103,6 +103,10 @@ class MotionCandidate(Settings):
         description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}",
     )
 
+    def sentence(self) -> str:
+        """What it is, as the study says."""
+        return self.name
+
 
 class MotionStudy(Settings):
     """What one motion.yaml describes."""

@@ -1,28 +1,17 @@
-"""Fits of a motion: the loop of `identify.fitting.fit` on trajectories, then missing effects tried one by one
-on records that were not fitted.
+"""Fits of a motion: the loop of `identify.fitting.fit` on trajectories, then missing effects by the loop that
+adds effects (`identify.fitting.selection`), judged by records that were not fitted.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.fitting.fit import Fit, Progress, fit
-from identify.fitting.plan import StageSettings
-from identify.motion.plan import motion_plan
-from identify.motion.problem import MotionProblem, with_numbers
-from identify.motion.study import MotionCandidate
-from identify.motion.trajectory import TrajectoryObjective
-
-_REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}
-"""How a model with an effect added is fitted, from where the model without it ended."""
-_WORTH = 0.99
-"""An effect stays only where it takes the gap on the records that judge to this share of what it was, or
-lower.
-"""
+from identify.fitting.fit import Fit, Progress
+from identify.fitting.selection.loop import select
+from identify.fitting.selection.workbench import Story
+from identify.motion.problem import MotionProblem
+from identify.motion.workbench import MotionWorkbench, TrialOption, TrialStep
 
 
 @dataclass(frozen=True)
@@ -40,61 +29,53 @@ class EffectTrial:
 
 @dataclass(frozen=True)
 class MotionFit:
-    """The fit of the model that was kept, with its problem; trials start with the model as the study has
-    it.
+    """The fit of the model that was kept, with its problem; trials start with the model as the study has it;
+    rivals: (effect that stayed, another that does about as well in its place).
     """
 
     problem: MotionProblem
     fit: Fit
     trials: tuple[EffectTrial, ...]
+    rivals: tuple[tuple[str, str], ...] = ()
 
 
 def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
-    """Fit a study of motion, then add its candidates, best first, as long as they improve the records for
-    validation (all, without any).
+    """Fit a study of motion, then add its candidates, likeliest first, as long as they improve the records
+    for validation (all, without any).
 
     Raises InputError where nothing is free, or nothing was measured.
     """
-    study = problem.file.study
     if not any(parameter.free for parameter in problem.parameters):
         raise InputError(
             "study",
             "no number is to be identified",
             "at least one with `initial` and `bounds`, such as gear.ratio",
         )
-    best = fit(motion_plan(problem, study.optimizer, study.starts), progress)
-    judged = judge(problem, best.values)
-    trials = [EffectTrial("the model as it is", 0, best.cost, judged, True)]
-    left = list(study.candidates)
-    while left:
-        tried = [_try(problem, best, candidate, progress) for candidate in left]
-        scores = [judge(added, found.values) for added, found in tried]
-        winner = int(np.argmin(scores))
-        better = scores[winner] <= _WORTH * judged
-        turn = len(study.candidates) - len(left) + 1
-        results = zip(left, tried, scores, strict=True)
-        trials += [
-            EffectTrial(c.name, turn, found.cost, score, better and n == winner)
-            for n, (c, (_, found), score) in enumerate(results)
-        ]
-        if not better:
-            break
-        (problem, best), judged = tried[winner], scores[winner]
-        left.pop(winner)
-    return MotionFit(problem, best, tuple(trials))
+    story = Story()
+    found = select(MotionWorkbench(problem, progress), story)
+    first, kept = found.first, found.options
+    trials = [EffectTrial("the model as it is", 0, first.fit.cost, first.gap, True)]
+    for number, step in enumerate(story.steps, start=1):
+        trials += _trials(problem, number, step, kept)
+    stayed = [step for step in story.steps if any(step.best is option for option in kept)]
+    rivals = [
+        (step.best.effect.name, rival.effect.name) for step in stayed if step.best for rival in step.rivals
+    ]
+    return MotionFit(found.final.problem, found.final.fit, tuple(trials), tuple(rivals))
 
 
-def judge(problem: MotionProblem, values: Array) -> float:
-    """The gap on the records for validation; on all where none is."""
-    records = [record for record in problem.records if record.settings.use == "validate"] or problem.records
-    objective = TrajectoryObjective(problem, records, problem.file.study.noise)
-    return float(objective.costs(values[None])[0])
-
-
-def _try(
-    problem: MotionProblem, best: Fit, candidate: MotionCandidate, progress: Progress
-) -> tuple[MotionProblem, Fit]:
-    """The model with one more effect, from where the fit without it ended."""
-    values = {p.name: float(v) for p, v in zip(problem.parameters, best.values, strict=True)}
-    added = with_numbers(problem, candidate.numbers, values)
-    return added, fit(motion_plan(added, [StageSettings.parse(_REFIT)], 1), progress)
+def _trials(
+    problem: MotionProblem, number: int, step: TrialStep, kept: tuple[TrialOption, ...]
+) -> list[EffectTrial]:
+    """What a round tried, in the order of the study."""
+    order = problem.file.study.candidates
+    return [
+        EffectTrial(
+            option.effect.name,
+            number,
+            option.model.fit.cost,
+            option.model.gap,
+            any(option is one for one in kept),
+        )
+        for option in sorted(step.options, key=lambda option: order.index(option.effect))
+    ]

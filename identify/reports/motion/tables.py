@@ -154,7 +154,7 @@ def trial_table(result: MotionResult) -> Table | None:
         words("Decision"),
     )
     note = (
-        "Each is added to the model of its round and fitted; the best stays if it takes 1 % off the gap on"
-        " the records that judge."
+        "Each is added to the model of its round and fitted; the likeliest stays if the records that judge"
+        " are for it (log odds above 2) and it takes 1 % off their gap."
     )
     return Table("Effects that may be missing", columns, tuple(rows), note)

@@ -1,0 +1,144 @@
+"""Simulated motion as the loop that adds effects sees it: a study's problem, the effects that may be missing
+from it, and records that judge.
+
+A model is dear (a simulation of every record for every step of its fit), so that looking at an effect is
+fitting it, and a set of effects is fitted once, whichever way the loop comes to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from identify.core.thresholds import QUIET
+from identify.fitting.fit import Progress, fit
+from identify.fitting.plan import StageSettings
+from identify.fitting.selection.gain import Rule
+from identify.fitting.selection.policy import Policy
+from identify.fitting.selection.workbench import Attempt, Option, Step, Story
+from identify.motion.judging import FittedMotion, JudgingRecords, free_parameters
+from identify.motion.plan import motion_plan
+from identify.motion.problem import MotionProblem, with_numbers
+from identify.motion.study import MotionCandidate
+
+_REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}
+"""How a model with an effect added is fitted, from where the model without it ended."""
+_CAREFUL = Rule(log_odds=2.0, explained=0.01)
+"""Log odds of 2 are enough of records that were not fitted, but noise is never as white as the odds take it
+for: the gap there must fall by a hundredth too."""
+
+POLICY = Policy(admit=_CAREFUL, retain=(_CAREFUL,), rival_log_odds=3.0)
+
+Trial = Attempt[MotionCandidate, FittedMotion]
+TrialOption = Option[MotionCandidate, FittedMotion]
+TrialStep = Step[MotionCandidate, FittedMotion]
+
+
+class MotionWorkbench:
+    """A study of motion (`identify.fitting.selection.workbench.Workbench`)."""
+
+    def __init__(self, problem: MotionProblem, progress: Progress) -> None:
+        self.problem, self.progress = problem, progress
+        self._fitted: dict[frozenset[int], FittedMotion] = {}
+
+    @property
+    def policy(self) -> Policy:
+        """What is asked of the effects."""
+        return POLICY
+
+    def begin(self) -> FittedMotion:
+        """The model as the study has it, fitted as the study says."""
+        study = self.problem.file.study
+        plan = motion_plan(self.problem, study.optimizer, study.starts)
+        first = FittedMotion(self.problem, fit(plan, self.progress))
+        return self._fitted.setdefault(frozenset(), first)
+
+    def added(self, model: FittedMotion) -> Sequence[MotionCandidate]:
+        """All of its effects."""
+        return model.added
+
+    def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
+        """Those of the study that the model does not have."""
+        return [one for one in self.problem.file.study.candidates if one not in model.added]
+
+    def screen(self, model: FittedMotion, effects: Sequence[MotionCandidate], story: Story) -> list[Trial]:
+        """Each fitted beside the model's effects."""
+        trials = []
+        for number, effect in enumerate(effects, start=1):
+            after = self._with(model, (*model.added, effect))
+            trials.append(Attempt(effect, after, after.free - model.free))
+            story.done(number, len(effects))
+        return trials
+
+    def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
+        """All: to look is to fit."""
+        return screened
+
+    def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
+        """As they were looked at."""
+        return [[trial] for trial in promising]
+
+    def criterion(self, models: Sequence[FittedMotion]) -> JudgingRecords:
+        """By the records that judge."""
+        return JudgingRecords()
+
+    def quick_criterion(self, model: FittedMotion) -> JudgingRecords:
+        """The same."""
+        return JudgingRecords()
+
+    def pair(
+        self, step: TrialStep, screened: Sequence[Trial], banned: Sequence[MotionCandidate]
+    ) -> tuple[tuple[TrialOption, ...], float] | None:
+        """None: every pair would be a fit; effects that hide each other can be one candidate of the study."""
+        return None
+
+    def settled(self, model: FittedMotion) -> FittedMotion:
+        """The model itself, which was fitted."""
+        return model
+
+    def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
+        """Refitted without each of them."""
+        return [self._with(model, _others(model, effect)) for effect in effects]
+
+    def removable(self, model: FittedMotion) -> Sequence[MotionCandidate]:
+        """All that were added."""
+        return model.added
+
+    def implausible(self, model: FittedMotion, effect: MotionCandidate) -> bool:
+        """Never: bounds keep values where they can be."""
+        return False
+
+    def size(self, model: FittedMotion, effect: MotionCandidate) -> int:
+        """Number of free parameters that the model has no more without the effect."""
+        return model.free - free_parameters(self._problem(_others(model, effect), model))
+
+    def variants(self, model: FittedMotion) -> list[Trial]:
+        """None: other forms are candidates of their own."""
+        return []
+
+    def at_noise(self, model: FittedMotion) -> bool:
+        """Whether the gap on the records that judge is that of noise."""
+        return model.gap <= QUIET
+
+    def standing(self, model: FittedMotion) -> str:
+        """The gap on the fitted records and on those that judge."""
+        return f"gap {model.fit.cost:.2f}, {model.gap:.2f} on the records that judge"
+
+    def _with(self, model: FittedMotion, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
+        """The study's model with these effects, from the values of another model unless it is known."""
+        key = frozenset(map(self.problem.file.study.candidates.index, effects))
+        if key not in self._fitted:
+            problem = self._problem(effects, model)
+            found = fit(motion_plan(problem, [StageSettings.parse(_REFIT)], 1), self.progress)
+            self._fitted[key] = FittedMotion(problem, found, effects)
+        return self._fitted[key]
+
+    def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
+        numbers = {where: number for effect in effects for where, number in effect.numbers.items()}
+        names = [parameter.name for parameter in model.problem.parameters]
+        return with_numbers(
+            self.problem, numbers, dict(zip(names, map(float, model.fit.values), strict=True))
+        )
+
+
+def _others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:
+    return tuple(one for one in model.added if one != effect)
