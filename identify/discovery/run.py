@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
-from identify.discovery import sentences as told
+from identify.discovery import sentences
 from identify.discovery.advise import advise
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_data, discover
@@ -82,7 +82,7 @@ def run_discover(
 def _remarks(found: Discovery) -> list[tuple[Any, str]]:
     before, remarks = found.first.gap, []
     for option in found.added:
-        remarks.append((option.effect, told.remark(option, before)))
+        remarks.append((option.effect, sentences.remark(option, before)))
         before = option.model.gap
     return remarks
 
@@ -99,7 +99,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
     return DiscoveryResult(
         key=key,
         name=problem.file.study.name,
-        verdict=told.verdict(found),
+        verdict=sentences.verdict(found),
         notes=fitted.notes,
         seconds=time.perf_counter() - began,
         elsewhere="measurements for validation"
@@ -134,7 +134,7 @@ def _added(after: Problem, found: Discovery, fitted: results.FitResult) -> Added
         kind=tuple(option.effect.kind for option in found.added),
         config=tuple(json.dumps(entry_of(option.effect)) for option in found.added),
         named=tuple(
-            told.named(o.effect, [names[n] for n in numbers], fitted.parameters)
+            sentences.named(o.effect, [names[n] for n in numbers], fitted.parameters)
             for o, numbers in zip(found.added, by_effect, strict=True)
         ),
         parameters=tuple(", ".join(names[n] for n in numbers) for numbers in by_effect),
@@ -163,9 +163,9 @@ def _step(problem: Problem, found: Discovery, number: int, bands: Array) -> Step
         options=_options(step),
         best=step.best.effect.sentence() if step.best else "",
         kept=found.kept[number],
-        alike=told.alike(step),
+        alike=sentences.alike(step),
         advice=_advice(problem, step),
-        decision=told.decision(step, found.kept[number]),
+        decision=sentences.decision(step, found.kept[number]),
     )
 
 
@@ -178,7 +178,7 @@ def _options(step: Step) -> OptionTable:
         gap_validation=np.array([option.model.gap_validation for option in options]),
         parameters=np.array([option.model.free - step.before.free for option in options], dtype=int),
         log_odds=np.array([option.gain.log_odds for option in options]),
-        verdict=tuple(told.verdict_of(option, step) for option in options),
+        verdict=tuple(sentences.verdict_of(option, step) for option in options),
     )
 
 

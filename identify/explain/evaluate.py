@@ -14,13 +14,17 @@ from identify.core.correlated import covariance, white_level
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
-from identify.explain.regression import Case, Fit, aligned, at_edge, jacobian, solve
+from identify.explain.regression import Fit, RegressionProblem, aligned, at_edge, jacobian, solve
 from identify.explain.workbench import rms
 from identify.results.explain import BoundTable, Curves, EffectTable, StepTable, TargetResult, ValueTable
 
 
 def evaluated(
-    target: Target, fitted: Case, judge: Case, found: Explanation, effects: Sequence[MotionEffect]
+    target: Target,
+    fitted: RegressionProblem,
+    judge: RegressionProblem,
+    found: Explanation,
+    effects: Sequence[MotionEffect],
 ) -> TargetResult:
     """Everything that is reported of one target."""
     start = found.start
@@ -35,8 +39,8 @@ def evaluated(
         rms_judge=rms(judge, left),
         noise=np.array(
             [
-                white_level(judge.wanted[:, joint], judge.used[:, joint])
-                for joint in range(judge.wanted.shape[1])
+                white_level(judge.target[:, joint], judge.mask[:, joint])
+                for joint in range(judge.target.shape[1])
             ]
         ),
         tried=found.tried,
@@ -51,8 +55,8 @@ def evaluated(
         values=_value_table(fitted, judge, found),
         bounds=_bound_table(fitted, found, effects),
         curves={
-            use: _curves(case, use, start, fit)
-            for use, case, fit in (("fit", fitted, found.fit), ("validate", judge, left))
+            use: _curves(problem, use, start, fit)
+            for use, problem, fit in (("fit", fitted, found.fit), ("validate", judge, left))
         },
     )
 
@@ -72,21 +76,21 @@ def _effect_table(found: Explanation) -> EffectTable:
     )
 
 
-def intervals(case: Case, fit: Fit) -> tuple[Array, Array]:
-    """Values of all effects, coefficients then shapes of each, and half their 95 % intervals; infinite where
-    nothing determines them.
+def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
+    """Values of all effects, coefficients then nonlinear parameters of each, and half their 95 % intervals;
+    infinite where nothing determines them.
 
-    A shape searched on a log scale has the interval of the value itself, by its derivative.
+    A nonlinear parameter searched on a log scale has the interval of the value itself, by its derivative.
     """
-    columns = jacobian(case, fit) * fit.weights[None, :, None]
-    matrix, freedom = covariance(columns, fit.residual(case) * fit.weights, case.used)
-    datum = case.wanted.shape[1] if case.datum else 0
-    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[datum:]
+    columns = jacobian(problem, fit) * fit.weights[None, :, None]
+    matrix, freedom = covariance(columns, fit.residual(problem) * fit.weights, problem.mask)
+    offset = problem.target.shape[1] if problem.offset else 0
+    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[offset:]
     values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
     return values, np.where(half > 0, half, np.inf)
 
 
-def _value_table(fitted: Case, judge: Case, found: Explanation) -> ValueTable:
+def _value_table(fitted: RegressionProblem, judge: RegressionProblem, found: Explanation) -> ValueTable:
     values, half = intervals(fitted, found.fit)
     other, other_half = intervals(judge, found.other)
     labels, edges = [], []
@@ -96,7 +100,7 @@ def _value_table(fitted: Case, judge: Case, found: Explanation) -> ValueTable:
             (effect.name, b.name, b.unit) for b in bounds
         ]
         edges += [False] * len(effect.coefficients)
-        edges += list(map(at_edge, bounds, found.fit.shapes[found.fit.effects.index(effect)]))
+        edges += list(map(at_edge, bounds, found.fit.nonlinear[found.fit.effects.index(effect)]))
     return ValueTable(
         effect=tuple(label[0] for label in labels),
         name=tuple(label[1] for label in labels),
@@ -111,7 +115,9 @@ def _value_table(fitted: Case, judge: Case, found: Explanation) -> ValueTable:
     )
 
 
-def _bound_table(fitted: Case, found: Explanation, effects: Sequence[MotionEffect]) -> BoundTable:
+def _bound_table(
+    fitted: RegressionProblem, found: Explanation, effects: Sequence[MotionEffect]
+) -> BoundTable:
     """One coefficient each, added to the fit: what the record would have it be."""
     there = {effect.name for effect in found.fit.effects} | {
         effect.supersedes for effect in found.fit.effects
@@ -121,7 +127,7 @@ def _bound_table(fitted: Case, found: Explanation, effects: Sequence[MotionEffec
         if effect.name in there or len(effect.coefficients) > 1 or effect.parameters(fitted.scene):
             continue
         added = solve(
-            fitted, [*found.fit.effects, effect], [*found.fit.shapes, np.zeros(0)], found.fit.weights
+            fitted, [*found.fit.effects, effect], [*found.fit.nonlinear, np.zeros(0)], found.fit.weights
         )
         values, half = intervals(fitted, added)
         rows.append(
@@ -143,21 +149,25 @@ def _bound_table(fitted: Case, found: Explanation, effects: Sequence[MotionEffec
     )
 
 
-def _curves(case: Case, use: str, start: Fit, fit: Fit) -> Curves:
+def _curves(problem: RegressionProblem, use: str, start: Fit, fit: Fit) -> Curves:
     """Measured, known and explained histories; what is known is what the target was measured against, and the
-    datum.
+    offset.
     """
-    known = _measured(case) - case.wanted + start.predict(case)
-    explained = _measured(case) - case.wanted + fit.predict(case)
-    return Curves(case.name, use, case.scene.time_s, _measured(case), known, explained, case.used)
+    known = _measured(problem) - problem.target + start.predict(problem)
+    explained = _measured(problem) - problem.target + fit.predict(problem)
+    return Curves(problem.name, use, problem.scene.time_s, _measured(problem), known, explained, problem.mask)
 
 
-def _measured(case: Case) -> Array:
+def _measured(problem: RegressionProblem) -> Array:
     """The history itself: a torque is compared with what rigid links need, a difference of positions stands
     for itself.
     """
-    return case.wanted if case.datum else case.scene.motor_torque[:, [joint - 1 for joint in case.scene.axes]]
+    return (
+        problem.target
+        if problem.offset
+        else problem.scene.motor_torque[:, [joint - 1 for joint in problem.scene.axes]]
+    )
 
 
-def _rows(values: Sequence[Array], case: Case) -> Array:
-    return np.array(values, dtype=float).reshape(len(values), case.wanted.shape[1])
+def _rows(values: Sequence[Array], problem: RegressionProblem) -> Array:
+    return np.array(values, dtype=float).reshape(len(values), problem.target.shape[1])

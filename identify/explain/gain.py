@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.core.correlated import log_likelihood_gain, mean_above_zero
-from identify.explain.regression import Case, Fit, aligned
+from identify.explain.regression import Fit, RegressionProblem, aligned
 from identify.fitting.selection.gain import Gain
 
 _TOUCH = 1e-6
@@ -14,7 +14,7 @@ _CHANCE = 0.05
 """Chance of no mean gain from which on a gain is not confirmed: it is not spread over the record."""
 
 
-def record_gain(case: Case, before: Fit, after: Fit) -> Gain:
+def record_gain(problem: RegressionProblem, before: Fit, after: Fit) -> Gain:
     """The gain of `after` over `before` on a record that neither was fitted to.
 
     Log odds are the natural logarithm of the likelihood ratio of correlated residuals; explained are the
@@ -22,25 +22,25 @@ def record_gain(case: Case, before: Fit, after: Fit) -> Gain:
     from blocks.  Parameters need no price of their own; a phase that is turned to the record's own beginning
     does (Schwarz 1978).
     """
-    old, new = aligned(case, before).residual(case), aligned(case, after).residual(case)
+    old, new = aligned(problem, before).residual(problem), aligned(problem, after).residual(problem)
     size = np.abs(old).max(axis=0)
     touched = [
         joint
         for joint in range(old.shape[1])
-        if np.abs(old - new)[:, joint].max() > _TOUCH * size[joint] and case.used[:, joint].any()
+        if np.abs(old - new)[:, joint].max() > _TOUCH * size[joint] and problem.mask[:, joint].any()
     ]
     log_odds, parts, gain = 0.0, np.full(old.shape[1], np.nan), np.zeros(len(old))
     for joint in touched:
-        used = case.used[:, joint]
+        mask = problem.mask[:, joint]
         one, other = float((old[:, joint] ** 2).sum()), float((new[:, joint] ** 2).sum())
         parts[joint] = 1 - other / one
-        more, fall = log_likelihood_gain(old[:, joint], new[:, joint], used)
+        more, fall = log_likelihood_gain(old[:, joint], new[:, joint], mask)
         log_odds += more
         gain += fall
     chance = 1.0
     if touched:
-        if case.scene.relative:
-            turned = sum(e.wave for e in after.effects) - sum(e.wave for e in before.effects)
-            log_odds -= turned / 2 * np.log(case.used[:, touched].sum())
-        chance = mean_above_zero(gain[case.used[:, touched].any(axis=1)])
+        if problem.scene.relative:
+            turned = sum(e.harmonic for e in after.effects) - sum(e.harmonic for e in before.effects)
+            log_odds -= turned / 2 * np.log(problem.mask[:, touched].sum())
+        chance = mean_above_zero(gain[problem.mask[:, touched].any(axis=1)])
     return Gain(float(log_odds), float(np.nansum(parts)), chance < _CHANCE, True, parts, chance)

@@ -58,7 +58,7 @@ def conclude(bench: RecordWorkbench, fit: Fit, steps: Sequence[Addition]) -> Exp
     """What was selected, from all sides."""
     judge = bench.judge
     without = left_out(bench, bench.criterion([fit]), fit, fit.effects)
-    other = refine(judge, reweighted(judge, solve(judge, fit.effects, fit.shapes, fit.weights)))
+    other = refine(judge, reweighted(judge, solve(judge, fit.effects, fit.nonlinear, fit.weights)))
     return Explanation(
         fit,
         solve(bench.fitted, (), (), fit.weights),
@@ -80,12 +80,12 @@ def _rivals(bench: RecordWorkbench, fit: Fit, chosen: MotionOption, rest: Fit) -
     A harmonic has no rival but another harmonic, and those were all tried beside it.
     """
     own = chosen.effect
-    if own.wave:
+    if own.harmonic:
         return ()
     others = [
         other
         for other in bench.candidates(rest)
-        if own.name not in (other.needs, other.name) and not other.wave
+        if own.name not in (other.needs, other.name) and not other.harmonic
     ]
     criterion = bench.criterion([fit])
     options = as_options(criterion, rest, bench.screen(rest, others, Story()))

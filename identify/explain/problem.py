@@ -13,7 +13,7 @@ from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.explain.effects.base import Target
 from identify.explain.recorded_motion import RecordedMotion
-from identify.explain.regression import Case, Fit
+from identify.explain.regression import Fit, RegressionProblem
 from identify.measured.conditioning import ConditionedMotion
 from identify.robot.description import Robot
 from identify.robot.inverse_dynamics import RigidArm
@@ -66,7 +66,7 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
     )
 
 
-def torque_case(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> Case:
+def torque_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
     """Measured motor torque less that of the known rigid links and rotors; samples at which a joint stands do
     not count.
 
@@ -76,17 +76,17 @@ def torque_case(motion: ConditionedMotion, scene: RecordedMotion, known: Known) 
     rows = [joint - 1 for joint in known.joints]
     rotor = known.gear_ratio * known.rotor_inertia * motion.acceleration
     left = motion.torque - scene.arm.torque / known.gear_ratio - rotor
-    return Case(
+    return RegressionProblem(
         motion.name,
         scene,
         _finite(left[:, rows], known.joints, motion, "motor torque"),
         _moving(motion, known),
-        datum=False,
+        offset=False,
     )
 
 
-def deflection_case(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> Case:
-    """Motor-side minus link-side position; each joint has a datum of its own, as the encoders have.
+def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
+    """Motor-side minus link-side position; each joint has an offset of its own, as the encoders have.
 
     Samples at which a joint stands do not count: it keeps the hysteresis and the wave at which it stopped,
     many times over.
@@ -95,41 +95,43 @@ def deflection_case(motion: ConditionedMotion, scene: RecordedMotion, known: Kno
         raise ValueError("no link-side position")
     rows = [joint - 1 for joint in known.joints]
     left = _finite((motion.position - motion.link_position)[:, rows], known.joints, motion, "link_position")
-    return Case(motion.name, scene, left, _moving(motion, known), datum=True)
+    return RegressionProblem(motion.name, scene, left, _moving(motion, known), offset=True)
 
 
-def tracking_case(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> Case:
-    """Command minus motor position; each joint has a datum of its own."""
+def tracking_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
+    """Command minus motor position; each joint has an offset of its own."""
     if scene.error is None:
         raise ValueError("no command")
     rows = [joint - 1 for joint in known.joints]
     left = _finite(scene.error[:, rows], known.joints, motion, "command_position")
-    return Case(motion.name, scene, left, np.broadcast_to(motion.inside[:, None], left.shape), datum=True)
+    return RegressionProblem(
+        motion.name, scene, left, np.broadcast_to(motion.inside[:, None], left.shape), offset=True
+    )
 
 
-def loaded(case: Case, fit: Fit) -> Case:
-    """The case with the torques in the gears as the fit knows them: rigid links, and whatever else passes
+def loaded(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
+    """The problem with the torques in the gears as the fit knows them: rigid links, and whatever else passes
     through the gears.
     """
-    scene, load = case.scene, case.scene.arm.torque.copy()
+    scene, load = problem.scene, problem.scene.arm.torque.copy()
     rows = [joint - 1 for joint in scene.axes]
     for effect in fit.effects:
         if effect.in_gear:
-            load[:, rows] += fit.share(case, effect) * scene.gear_ratio[rows]
-    return replace(case, scene=replace(scene, load=load), remembered={})
+            load[:, rows] += fit.share(problem, effect) * scene.gear_ratio[rows]
+    return replace(problem, scene=replace(scene, load=load), remembered={})
 
 
-def curved(case: Case, fit: Fit) -> Case:
+def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     """A deflection without the second order of the sensors' latencies T as the fit knows them, - a T^2 / 2.
 
     Acceleration goes with torque, so that it would look like stiffness.
     """
-    wanted, scene = case.wanted.copy(), case.scene
+    target, scene = problem.target.copy(), problem.scene
     for effect in fit.effects:
         if effect.kind == "sensor-latency":
             row = scene.axes.index(effect.axis)
-            wanted[:, row] += scene.acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
-    return replace(case, wanted=wanted, searched={})
+            target[:, row] += scene.acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
+    return replace(problem, target=target, searched={})
 
 
 def _moving(motion: ConditionedMotion, known: Known) -> Mask:

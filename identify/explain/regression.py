@@ -1,5 +1,5 @@
-"""Least squares of named effects on a recorded motion: linear coefficients inside, shapes outside (variable
-projection).
+"""Least squares of named effects on a recorded motion: linear coefficients inside, nonlinear parameters
+outside (variable projection).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from identify.core.arrays import Array, Mask
-from identify.explain.effects.base import MotionEffect, Shape
+from identify.explain.effects.base import MotionEffect, NonlinearParameter
 from identify.explain.recorded_motion import RecordedMotion
 from identify.fitting.memory import Memory, digest
 
@@ -21,60 +21,62 @@ determined.
 """
 _STEP = 1e-6
 _EDGE = 0.005
-"""Share of its range (of the logarithm where it is searched so) by which a shape is at an end of it."""
+"""Share of its range (of the logarithm where it is searched so) by which a nonlinear parameter is at an end
+of it.
+"""
 _KEPT = 250
 """Sets of columns kept in memory, some 0.2 MB each."""
 
 
 @dataclass(frozen=True)
-class Case:
+class RegressionProblem:
     """One target of one record: what is to be explained (samples, joints) and the samples that count.
 
-    datum: whether every joint has a constant of its own that no effect need explain (the zeros of two
+    offset: whether every joint has a constant of its own that no effect need explain (the zeros of two
     encoders).
     """
 
     name: str
     scene: RecordedMotion
-    wanted: Array
-    used: Mask
-    datum: bool
+    target: Array
+    mask: Mask
+    offset: bool
     remembered: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
     searched: dict[object, Array | None] = field(default_factory=dict, repr=False, compare=False)
-    """Shapes that were found, by effect and by what was there at its joint."""
+    """Nonlinear parameters that were found, by effect and by what was there at its joint."""
 
-    def columns(self, effect: MotionEffect, shape: Array) -> Array:
-        """Columns (samples, joints, coefficients) of an effect; those without shapes, and the latest with
-        shapes, are kept.
+    def columns(self, effect: MotionEffect, parameters: Array) -> Array:
+        """Columns (samples, joints, coefficients) of an effect; those without nonlinear parameters, and the
+        latest with them, are kept.
         """
-        key = type(effect), effect, shape.tobytes()
+        key = type(effect), effect, parameters.tobytes()
         if key not in self.remembered:
             if len(self.remembered) > _KEPT:
                 for old in [one for one in self.remembered if one[2]]:  # type: ignore[index]
                     del self.remembered[old]
-            self.remembered[key] = effect.columns(self.scene, shape)
+            self.remembered[key] = effect.columns(self.scene, parameters)
         return self.remembered[key]
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Effects with their shapes, coefficients (all columns; the datum of each joint first where there is one)
-    and the weights used.
+    """Effects with their nonlinear parameters, coefficients (all columns; the offset of each joint first
+    where there is one) and the weights used.
 
     weights (joints,): one over the size of the residual that each joint was expected to leave.
     """
 
     effects: tuple[MotionEffect, ...]
-    shapes: tuple[Array, ...]
+    nonlinear: tuple[Array, ...]
     coefficients: Array
     weights: Array
 
     def of(self, effect: MotionEffect) -> Array:
-        """Coefficients of one effect, then its shapes."""
+        """Coefficients of one effect, then its nonlinear parameters."""
         number = self.effects.index(effect)
         first = len(self.coefficients) - sum(len(e.coefficients) for e in self.effects[number:])
         return np.concatenate(
-            [self.coefficients[first : first + len(effect.coefficients)], self.shapes[number]]
+            [self.coefficients[first : first + len(effect.coefficients)], self.nonlinear[number]]
         )
 
     def replaced(self, effect: MotionEffect, coefficients: Array) -> Fit:
@@ -85,38 +87,49 @@ class Fit:
         changed[first : first + len(coefficients)] = coefficients
         return replace(self, coefficients=changed)
 
-    def predict(self, case: Case) -> Array:
+    def predict(self, problem: RegressionProblem) -> Array:
         """What the effects add up to on a record, (samples, joints)."""
-        return np.asarray(design(case, self.effects, self.shapes) @ self.coefficients)
+        return np.asarray(design(problem, self.effects, self.nonlinear) @ self.coefficients)
 
-    def residual(self, case: Case) -> Array:
+    def residual(self, problem: RegressionProblem) -> Array:
         """What is left of a record, (samples, joints), zero where samples do not count."""
-        return np.where(case.used, case.wanted - self.predict(case), 0.0)
+        return np.where(problem.mask, problem.target - self.predict(problem), 0.0)
 
-    def share(self, case: Case, effect: MotionEffect) -> Array:
+    def share(self, problem: RegressionProblem, effect: MotionEffect) -> Array:
         """What one effect adds on a record, (samples, joints)."""
         values = self.of(effect)
         count = len(effect.coefficients)
-        return np.asarray(case.columns(effect, values[count:]) @ values[:count])
+        return np.asarray(problem.columns(effect, values[count:]) @ values[:count])
 
 
-def design(case: Case, effects: Sequence[MotionEffect], shapes: Sequence[Array]) -> Array:
-    """All columns (samples, joints, p), the datum first."""
-    samples, joints = case.wanted.shape
-    datum = (
+def design(problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array]) -> Array:
+    """All columns (samples, joints, p), the offset first."""
+    samples, joints = problem.target.shape
+    offset = (
         np.broadcast_to(np.eye(joints), (samples, joints, joints))
-        if case.datum
+        if problem.offset
         else np.zeros((samples, joints, 0))
     )
     return np.concatenate(
-        [datum, *(case.columns(effect, shape) for effect, shape in zip(effects, shapes, strict=True))], axis=2
+        [
+            offset,
+            *(
+                problem.columns(effect, parameters)
+                for effect, parameters in zip(effects, nonlinear, strict=True)
+            ),
+        ],
+        axis=2,
     )
 
 
-def solve(case: Case, effects: Sequence[MotionEffect], shapes: Sequence[Array], weights: Array) -> Fit:
-    """The best coefficients for given shapes; of columns that cannot be told apart, the smallest."""
-    columns = design(case, effects, shapes)
-    rows, wanted = (columns * weights[:, None])[case.used], (case.wanted * weights)[case.used]
+def solve(
+    problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array], weights: Array
+) -> Fit:
+    """The best coefficients for given nonlinear parameters; of columns that cannot be told apart, the
+    smallest.
+    """
+    columns = design(problem, effects, nonlinear)
+    rows, target = (columns * weights[:, None])[problem.mask], (problem.target * weights)[problem.mask]
     scale = np.sqrt((rows**2).sum(axis=0))
     scale[scale == 0] = 1.0
     rows = rows / scale
@@ -124,35 +137,37 @@ def solve(case: Case, effects: Sequence[MotionEffect], shapes: Sequence[Array], 
     inverse = np.where(
         values > _RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0
     )
-    coefficients = vectors @ (inverse * (vectors.T @ (rows.T @ wanted))) / scale
-    return Fit(tuple(effects), tuple(shapes), coefficients, weights)
+    coefficients = vectors @ (inverse * (vectors.T @ (rows.T @ target))) / scale
+    return Fit(tuple(effects), tuple(nonlinear), coefficients, weights)
 
 
-def aligned(case: Case, fit: Fit) -> Fit:
+def aligned(problem: RegressionProblem, fit: Fit) -> Fit:
     """The fit with the phases of its waves turned to suit a record whose positions count from its own
     beginning; sizes stay.
     """
-    if not case.scene.relative:
+    if not problem.scene.relative:
         return fit
-    residual = fit.residual(case)
+    residual = fit.residual(problem)
     for number, effect in enumerate(fit.effects):
-        if effect.wave:
+        if effect.harmonic:
             coefficients, columns = (
                 fit.of(effect)[: len(effect.coefficients)],
-                case.columns(effect, fit.shapes[number]),
+                problem.columns(effect, fit.nonlinear[number]),
             )
-            quarter = np.stack([-coefficients[1::2], coefficients[::2]], axis=1).ravel()
-            wave, turned = (np.where(case.used, columns @ values, 0.0) for values in (coefficients, quarter))
-            left = residual + wave
-            angle = np.arctan2((left * turned).sum(), (left * wave).sum())
-            fit = fit.replaced(effect, np.cos(angle) * coefficients + np.sin(angle) * quarter)
-            residual = left - np.cos(angle) * wave - np.sin(angle) * turned
+            quadrature = np.stack([-coefficients[1::2], coefficients[::2]], axis=1).ravel()
+            harmonic, turned = (
+                np.where(problem.mask, columns @ values, 0.0) for values in (coefficients, quadrature)
+            )
+            left = residual + harmonic
+            angle = np.arctan2((left * turned).sum(), (left * harmonic).sum())
+            fit = fit.replaced(effect, np.cos(angle) * coefficients + np.sin(angle) * quadrature)
+            residual = left - np.cos(angle) * harmonic - np.sin(angle) * turned
     return fit
 
 
-def loss(case: Case, fit: Fit) -> float:
+def loss(problem: RegressionProblem, fit: Fit) -> float:
     """Weighted sum of squares of what is left."""
-    return float(((fit.residual(case) * fit.weights) ** 2).sum())
+    return float(((fit.residual(problem) * fit.weights) ** 2).sum())
 
 
 class Screen:
@@ -161,25 +176,30 @@ class Screen:
     """
 
     def __init__(
-        self, case: Case, fit: Fit, without: str = "", memory: Memory | None = None, label: str = ""
+        self,
+        problem: RegressionProblem,
+        fit: Fit,
+        without: str = "",
+        memory: Memory | None = None,
+        label: str = "",
     ) -> None:
         self._memory, self._label = Memory() if memory is None else memory, label
         kept = [number for number, other in enumerate(fit.effects) if other.name != without]
-        self.case = case
-        self.effects, self.shapes = [fit.effects[n] for n in kept], [fit.shapes[n] for n in kept]
-        base = solve(case, self.effects, self.shapes, fit.weights) if without else fit
-        self.weights, self.residual = fit.weights, base.residual(case)
-        rows = (design(case, self.effects, self.shapes) * self.weights[:, None])[case.used]
+        self.problem = problem
+        self.effects, self.nonlinear = [fit.effects[n] for n in kept], [fit.nonlinear[n] for n in kept]
+        base = solve(problem, self.effects, self.nonlinear, fit.weights) if without else fit
+        self.weights, self.residual = fit.weights, base.residual(problem)
+        rows = (design(problem, self.effects, self.nonlinear) * self.weights[:, None])[problem.mask]
         scale = np.sqrt((rows**2).sum(axis=0))
         vectors, sizes, _ = np.linalg.svd(rows / np.where(scale > 0, scale, 1.0), full_matrices=False)
         self._explained = vectors[:, sizes > np.sqrt(_RANK) * sizes.max(initial=0.0)]
-        self._left = (self.residual * self.weights)[case.used]
+        self._left = (self.residual * self.weights)[problem.mask]
 
-    def remains(self, effect: MotionEffect, shape: Array) -> Array:
+    def remains(self, effect: MotionEffect, parameters: Array) -> Array:
         """What would be left (used samples,), weighted, with the effect's best coefficients beside those of
         the fit.
         """
-        columns = (self.case.columns(effect, shape) * self.weights[:, None])[self.case.used]
+        columns = (self.problem.columns(effect, parameters) * self.weights[:, None])[self.problem.mask]
         columns = columns - self._explained @ (self._explained.T @ columns)
         gram = columns.T @ columns
         return np.asarray(
@@ -188,79 +208,81 @@ class Screen:
         )
 
     def search(self, effect: MotionEffect) -> Array | None:
-        """The best shapes of the effect, from the best of its starts; None where it has none to start from.
+        """The best nonlinear parameters of the effect, from the best of its starts; None where it has none to
+        start from.
 
         Searched once for the effects that are at its joint, whatever goes on at others.
         """
         key = effect.name, frozenset(other.name for other in self.effects if other.axis == effect.axis)
-        if key not in self.case.searched:
+        if key not in self.problem.searched:
             kept = self._memory.recall(
                 digest("search", self._label, key[0], sorted(key[1])), lambda: _as_list(self._search(effect))
             )
-            self.case.searched[key] = np.array(kept[0]) if kept else None
-        return self.case.searched[key]
+            self.problem.searched[key] = np.array(kept[0]) if kept else None
+        return self.problem.searched[key]
 
     def _search(self, effect: MotionEffect) -> Array | None:
-        starts = effect.starts(self.case.scene, self.residual)
+        starts = effect.starts(self.problem.scene, self.residual)
         if len(starts) < 2:
             best = starts[0] if starts else None
         else:
             losses = [float((self.remains(effect, start) ** 2).sum()) for start in starts]
             best = starts[int(np.argmin(losses))]
-        bounds = effect.parameters(self.case.scene)
+        bounds = effect.parameters(self.problem.scene)
         return (
             best
             if best is None or not bounds
-            else _searched(lambda shape: self.remains(effect, shape), best, bounds)
+            else _searched(lambda parameters: self.remains(effect, parameters), best, bounds)
         )
 
     def added(self, effect: MotionEffect) -> Fit | None:
-        """The fit with the effect, the shapes of the others kept; None where it is not what it is called.
+        """The fit with the effect, the nonlinear parameters of the others kept; None where it is not what
+        it is called.
 
-        That is where it cannot start, has a sign that cannot be, or ends where its range ends: a wave that is
-        slowest at the end of its range stands for something slower.
+        That is where it cannot start, has a sign that cannot be, or ends where its range ends: a harmonic
+        that is slowest at the end of its range stands for something slower.
         """
-        shape = self.search(effect)
-        if shape is None or any(map(at_edge, effect.parameters(self.case.scene), shape)):
+        parameters = self.search(effect)
+        if parameters is None or any(map(at_edge, effect.parameters(self.problem.scene), parameters)):
             return None
-        found = solve(self.case, [*self.effects, effect], [*self.shapes, shape], self.weights)
+        found = solve(self.problem, [*self.effects, effect], [*self.nonlinear, parameters], self.weights)
         return None if effect.positive and found.of(effect)[0] < 0 else found
 
 
-def _as_list(shape: Array | None) -> list[list[float]]:
-    return [] if shape is None else [shape.tolist()]
+def _as_list(parameters: Array | None) -> list[list[float]]:
+    return [] if parameters is None else [parameters.tolist()]
 
 
-def without(case: Case, fit: Fit, name: str) -> Fit:
-    """The fit without the effect of that name, shapes of the others kept."""
+def without(problem: RegressionProblem, fit: Fit, name: str) -> Fit:
+    """The fit without the effect of that name, nonlinear parameters of the others kept."""
     kept = [number for number, other in enumerate(fit.effects) if other.name != name]
-    return solve(case, [fit.effects[n] for n in kept], [fit.shapes[n] for n in kept], fit.weights)
+    return solve(problem, [fit.effects[n] for n in kept], [fit.nonlinear[n] for n in kept], fit.weights)
 
 
-def refine(case: Case, fit: Fit) -> Fit:
-    """Search the shapes of all effects together from where they are; coefficients follow."""
-    chosen = [n for n in range(len(fit.effects)) if len(fit.shapes[n])]
-    bounds = [shape for n in chosen for shape in fit.effects[n].parameters(case.scene)]
+def refine(problem: RegressionProblem, fit: Fit) -> Fit:
+    """Search the nonlinear parameters of all effects together from where they are; coefficients follow."""
+    chosen = [n for n in range(len(fit.effects)) if len(fit.nonlinear[n])]
+    bounds = [parameter for n in chosen for parameter in fit.effects[n].parameters(problem.scene)]
     if not bounds:
-        return solve(case, fit.effects, fit.shapes, fit.weights)
+        return solve(problem, fit.effects, fit.nonlinear, fit.weights)
 
     def placed(outer: Array) -> Fit:
-        shapes = list(fit.shapes)
+        nonlinear = list(fit.nonlinear)
         for n in chosen:
-            count = len(shapes[n])
-            shapes[n], outer = outer[:count], outer[count:]
-        return solve(case, fit.effects, shapes, fit.weights)
+            count = len(nonlinear[n])
+            nonlinear[n], outer = outer[:count], outer[count:]
+        return solve(problem, fit.effects, nonlinear, fit.weights)
 
     def left(outer: Array) -> Array:
-        return np.asarray((placed(outer).residual(case) * fit.weights)[case.used])
+        return np.asarray((placed(outer).residual(problem) * fit.weights)[problem.mask])
 
-    better = placed(_searched(left, np.concatenate([fit.shapes[n] for n in chosen]), bounds))
-    return better if loss(case, better) < loss(case, fit) else fit
+    better = placed(_searched(left, np.concatenate([fit.nonlinear[n] for n in chosen]), bounds))
+    return better if loss(problem, better) < loss(problem, fit) else fit
 
 
-def _searched(left: Callable[[Array], Array], start: Array, bounds: Sequence[Shape]) -> Array:
-    """Shapes near `start` that leave least, between their bounds."""
-    steps = np.array([_fineness(shape) for shape in bounds])
+def _searched(left: Callable[[Array], Array], start: Array, bounds: Sequence[NonlinearParameter]) -> Array:
+    """Nonlinear parameters near `start` that leave least, between their bounds."""
+    steps = np.array([_fineness(parameter) for parameter in bounds])
     inner = np.clip(_inner(start, bounds), 0.0, 1.0)
     found = least_squares(
         lambda x: left(_outer(x, bounds)),
@@ -275,49 +297,55 @@ def _searched(left: Callable[[Array], Array], start: Array, bounds: Sequence[Sha
     return _outer(found.x, bounds)
 
 
-def jacobian(case: Case, fit: Fit) -> Array:
-    """Derivatives of the prediction (samples, joints, datum + coefficients + shapes) in the order of
-    `values`, shapes by differences.
+def jacobian(problem: RegressionProblem, fit: Fit) -> Array:
+    """Derivatives of the prediction (samples, joints, offset + coefficients + nonlinear parameters) in the
+    order of `values`, nonlinear parameters by differences.
     """
-    samples, joints = case.wanted.shape
-    found = [np.eye(joints)[None].repeat(samples, axis=0) if case.datum else np.zeros((samples, joints, 0))]
-    for effect, shape in zip(fit.effects, fit.shapes, strict=True):
+    samples, joints = problem.target.shape
+    found = [
+        np.eye(joints)[None].repeat(samples, axis=0) if problem.offset else np.zeros((samples, joints, 0))
+    ]
+    for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
         coefficients = fit.of(effect)[: len(effect.coefficients)]
-        found.append(case.columns(effect, shape))
-        for number, bound in enumerate(effect.parameters(case.scene)):
-            step = np.zeros(len(shape))
-            step[number] = _STEP * (shape[number] if bound.log else bound.upper - bound.lower)
-            change = (case.columns(effect, shape + step) - case.columns(effect, shape - step)) @ coefficients
+        found.append(problem.columns(effect, parameters))
+        for number, bound in enumerate(effect.parameters(problem.scene)):
+            step = np.zeros(len(parameters))
+            step[number] = _STEP * (parameters[number] if bound.log else bound.upper - bound.lower)
+            change = (
+                problem.columns(effect, parameters + step) - problem.columns(effect, parameters - step)
+            ) @ coefficients
             found.append((change / (2 * step[number]))[:, :, None])
     return np.concatenate(found, axis=2)
 
 
-def at_edge(shape: Shape, value: float) -> bool:
+def at_edge(parameter: NonlinearParameter, value: float) -> bool:
     """Whether a value is at an end of the range in which it is searched."""
-    inner = float(_inner(np.array([value]), [shape])[0])
+    inner = float(_inner(np.array([value]), [parameter])[0])
     return not _EDGE < inner < 1 - _EDGE
 
 
-def _fineness(shape: Shape) -> float:
-    """How finely a shape is searched, as a share of its range: an order of many waves has narrow valleys."""
-    return 1e-3 if shape.name == "order" else 1.0
+def _fineness(parameter: NonlinearParameter) -> float:
+    """How finely a nonlinear parameter is searched, as a share of its range: a high order has narrow
+    valleys.
+    """
+    return 1e-3 if parameter.name == "order" else 1.0
 
 
-def _inner(values: Array, bounds: Sequence[Shape]) -> Array:
+def _inner(values: Array, bounds: Sequence[NonlinearParameter]) -> Array:
     lower, upper = _limits(bounds)
-    logs = np.array([shape.log for shape in bounds])
+    logs = np.array([parameter.log for parameter in bounds])
     plain = np.where(logs, np.log(np.where(logs, values, 1.0)), values)
     return np.asarray((plain - lower) / (upper - lower))
 
 
-def _outer(inner: Array, bounds: Sequence[Shape]) -> Array:
+def _outer(inner: Array, bounds: Sequence[NonlinearParameter]) -> Array:
     lower, upper = _limits(bounds)
     plain = lower + inner * (upper - lower)
-    logs = np.array([shape.log for shape in bounds])
+    logs = np.array([parameter.log for parameter in bounds])
     return np.asarray(np.where(logs, np.exp(np.where(logs, plain, 0.0)), plain))
 
 
-def _limits(bounds: Sequence[Shape]) -> tuple[Array, Array]:
+def _limits(bounds: Sequence[NonlinearParameter]) -> tuple[Array, Array]:
     pairs = [(np.log(s.lower), np.log(s.upper)) if s.log else (s.lower, s.upper) for s in bounds]
     lower, upper = np.array(pairs).T
     return lower, upper

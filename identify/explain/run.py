@@ -20,14 +20,14 @@ from identify.explain.loop import Explanation, conclude, grow
 from identify.explain.problem import (
     Known,
     curved,
-    deflection_case,
+    deflection_problem,
     loaded,
     scene_of,
-    torque_case,
-    tracking_case,
+    torque_problem,
+    tracking_problem,
 )
 from identify.explain.recorded_motion import RecordedMotion
-from identify.explain.regression import Case, Fit
+from identify.explain.regression import Fit, RegressionProblem
 from identify.explain.sentences import notes, unknown, verdict
 from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
 from identify.explain.workbench import RecordWorkbench
@@ -46,9 +46,9 @@ _ROUNDS = 4
 """How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each
 time.
 """
-_CASE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], Case]] = {
-    "deflection": deflection_case,
-    "tracking": tracking_case,
+_PREPARE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], RegressionProblem]] = {
+    "deflection": deflection_problem,
+    "tracking": tracking_problem,
 }
 
 
@@ -56,8 +56,8 @@ _CASE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], Case]] 
 class _Pair:
     """The fitted and the judging record of one target."""
 
-    fitted: Case
-    judge: Case
+    fitted: RegressionProblem
+    judge: RegressionProblem
 
 
 def run_explain(
@@ -176,17 +176,19 @@ def explained(
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
     story, memory = story or Story(), Memory() if memory is None else memory
     scenes = [scene_of(motion, known) for motion in motions]
-    pair = _Pair(*(torque_case(motion, scene, known) for motion, scene in zip(motions, scenes, strict=True)))
+    pair = _Pair(
+        *(torque_problem(motion, scene, known) for motion, scene in zip(motions, scenes, strict=True))
+    )
     tried = candidates("torque", scenes[0], study.effects)
     pair, found = _torque_explained(pair, tried, _of(story, "torque"), memory)
     done = {"torque": evaluated("torque", pair.fitted, pair.judge, found, tried)}
-    for target, case in _CASE.items():
+    for target, prepare in _PREPARE.items():
         if all(_recorded(motion, target) for motion in motions):
-            cases = [
-                case(motion, one.scene, known)
+            problems = [
+                prepare(motion, one.scene, known)
                 for motion, one in zip(motions, (pair.fitted, pair.judge), strict=True)
             ]
-            done[target] = _explained(target, _Pair(*cases), study, _of(story, target), memory)
+            done[target] = _explained(target, _Pair(*problems), study, _of(story, target), memory)
     return done
 
 

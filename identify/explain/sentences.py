@@ -73,7 +73,7 @@ def _is_phase(found: TargetResult, row: int) -> bool:
     """
     number = found.effects.name.index(found.values.effect[row])
     kind = MOTION_EFFECTS.get(found.effects.kind[number])
-    return kind.wave and found.values.name[row] in {c.name for c in kind.coefficients}
+    return kind.harmonic and found.values.name[row] in {c.name for c in kind.coefficients}
 
 
 def unknown(found: TargetResult) -> list[str]:

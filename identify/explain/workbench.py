@@ -19,7 +19,7 @@ from identify.core.correlated import effective_samples
 from identify.core.interruption import check
 from identify.explain.effects.base import MotionEffect
 from identify.explain.gain import record_gain
-from identify.explain.regression import Case, Fit, Screen, aligned, refine, solve, without
+from identify.explain.regression import Fit, RegressionProblem, Screen, aligned, refine, solve, without
 from identify.fitting.memory import Memory, digest
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
@@ -52,7 +52,7 @@ MotionStep = Step[MotionEffect, Fit]
 class HeldOut:
     """Gains are judged on a record that was not fitted; label: which stage of which target it is."""
 
-    judge: Case
+    judge: RegressionProblem
     memory: Memory
     label: str
 
@@ -72,8 +72,8 @@ class RecordWorkbench:
     as it still holds; label: what tells this stage of the run from others in the memory.
     """
 
-    fitted: Case
-    judge: Case
+    fitted: RegressionProblem
+    judge: RegressionProblem
     effects: Sequence[MotionEffect]
     label: str
     memory: Memory = field(default_factory=Memory)
@@ -88,9 +88,9 @@ class RecordWorkbench:
         """What was begun with, on these records; else no effects."""
         if self.begun is not None:
             return self._refined(
-                solve(self.fitted, self.begun.effects, self.begun.shapes, self.begun.weights)
+                solve(self.fitted, self.begun.effects, self.begun.nonlinear, self.begun.weights)
             )
-        return reweighted(self.fitted, solve(self.fitted, (), (), np.ones(self.fitted.wanted.shape[1])))
+        return reweighted(self.fitted, solve(self.fitted, (), (), np.ones(self.fitted.target.shape[1])))
 
     def added(self, model: Fit) -> Sequence[MotionEffect]:
         """All of its effects."""
@@ -147,9 +147,9 @@ class RecordWorkbench:
         if step.found:
             return None
         options = {option.effect: option for option in step.options}
-        singles = [options[one.effect] for one in screened if not one.effect.wave]
+        singles = [options[one.effect] for one in screened if not one.effect.harmonic]
         singles.sort(key=lambda option: -option.gain.explained)
-        open_ones = [effect for effect in self.effects if not effect.wave and effect not in banned]
+        open_ones = [effect for effect in self.effects if not effect.harmonic and effect not in banned]
         best: tuple[MotionOption, MotionAttempt] | None = None
         most = _PAIR.explained
         for axis in {effect.axis for effect in open_ones}:
@@ -203,42 +203,42 @@ class RecordWorkbench:
     def _refined(self, model: Fit) -> Fit:
         """The parameters inside the columns of all effects searched together."""
 
-        def shapes() -> list[list[float]]:
-            return [shape.tolist() for shape in refine(self.fitted, model).shapes]
+        def refined() -> list[list[float]]:
+            return [parameters.tolist() for parameters in refine(self.fitted, model).nonlinear]
 
-        if not any(map(len, model.shapes)):
+        if not any(map(len, model.nonlinear)):
             return refine(self.fitted, model)
-        kept = self.memory.recall(digest("refine", self.label, key_of(model)), shapes)
-        return solve(self.fitted, model.effects, [np.array(shape) for shape in kept], model.weights)
+        kept = self.memory.recall(digest("refine", self.label, key_of(model)), refined)
+        return solve(self.fitted, model.effects, [np.array(parameters) for parameters in kept], model.weights)
 
 
 def key_of(fit: Fit) -> str:
     """What tells a fit from all others on the same records."""
     found = hashlib.sha256(",".join(effect.name for effect in fit.effects).encode())
-    for values in (*fit.shapes, fit.coefficients, fit.weights):
+    for values in (*fit.nonlinear, fit.coefficients, fit.weights):
         found.update(values.tobytes())
     return found.hexdigest()
 
 
-def rms(case: Case, fit: Fit) -> Array:
+def rms(problem: RegressionProblem, fit: Fit) -> Array:
     """RMS of what is left (joints,) over the samples that count."""
-    residual = fit.residual(case)
-    return np.asarray(np.sqrt((residual**2).sum(axis=0) / np.maximum(case.used.sum(axis=0), 1)))
+    residual = fit.residual(problem)
+    return np.asarray(np.sqrt((residual**2).sum(axis=0) / np.maximum(problem.mask.sum(axis=0), 1)))
 
 
-def weights(case: Case, fit: Fit) -> Array:
+def weights(problem: RegressionProblem, fit: Fit) -> Array:
     """One over the size of what is left per joint, where it counts as many samples as it is worth."""
-    residual, sizes = fit.residual(case), rms(case, fit)
+    residual, sizes = fit.residual(problem), rms(problem, fit)
     samples = [
-        effective_samples(residual[:, joint], case.used[:, joint]) for joint in range(residual.shape[1])
+        effective_samples(residual[:, joint], problem.mask[:, joint]) for joint in range(residual.shape[1])
     ]
-    part = np.sqrt(np.array(samples) / np.maximum(case.used.sum(axis=0), 1))
+    part = np.sqrt(np.array(samples) / np.maximum(problem.mask.sum(axis=0), 1))
     return np.asarray(np.where(sizes > 0, part / np.maximum(sizes, 1e-300), 1.0))
 
 
-def reweighted(case: Case, fit: Fit) -> Fit:
+def reweighted(problem: RegressionProblem, fit: Fit) -> Fit:
     """The fit with joints weighted anew."""
-    return solve(case, fit.effects, fit.shapes, weights(case, fit))
+    return solve(problem, fit.effects, fit.nonlinear, weights(problem, fit))
 
 
 def _as_list(gain: Gain) -> list[float | bool | list[float]]:

@@ -28,7 +28,7 @@ class Backlash(MotionEffect):
         """What this instance is."""
         return f"backlash of joint {self.axis}: the deflection jumps where the torque changes its sign"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Sign of the torque in the gear."""
         load = scene.load[:, self.axis - 1]
         return scene.on(self.axis, np.tanh(load / max(_SMOOTH * float(np.abs(load).max()), 1e-12)))
@@ -51,7 +51,7 @@ class LostMotion(MotionEffect):
             " travel changes"
         )
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel, which a standing joint keeps."""
         speed = scene.velocity[:, self.axis - 1]
         moving = np.abs(speed) > scene.slow

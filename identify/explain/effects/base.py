@@ -1,5 +1,5 @@
 """What a motion effect is: a named contribution to a measured time history, with linear coefficients and,
-inside its columns, shapes.
+inside its columns, nonlinear parameters.
 
 The history it adds to is its target: the motor's `torque`, the `deflection` (motor-side minus link-side
 position) or the `tracking` error (command minus motor position).
@@ -65,7 +65,7 @@ class Coefficient:
 
 
 @dataclass(frozen=True)
-class Shape:
+class NonlinearParameter:
     """A parameter inside the columns, searched between bounds, on a log scale where `log`."""
 
     name: str
@@ -83,7 +83,7 @@ class MotionEffect(ABC):
     kind: ClassVar[str]
     target: ClassVar[Target]
     coefficients: ClassVar[tuple[Coefficient, ...]]
-    shapes: ClassVar[tuple[Shape, ...]] = ()
+    nonlinear: ClassVar[tuple[NonlinearParameter, ...]] = ()
     replaces: ClassVar[str] = ""
     """The simpler kind at the same joint that this one contains: it takes its place."""
     follows: ClassVar[str] = ""
@@ -94,7 +94,7 @@ class MotionEffect(ABC):
     """Whether the first coefficient cannot be negative: friction that drives, a spring that leads, are
     something else.
     """
-    wave: ClassVar[bool] = False
+    harmonic: ClassVar[bool] = False
     """Whether coefficients come as pairs of cosine and sine over an angle, whose phase is a matter of where
     the angle counts from.
     """
@@ -126,32 +126,36 @@ class MotionEffect(ABC):
         for axis in scene.axes:
             yield cls(axis)
 
-    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
-        """The shapes, with the bounds that suit the place."""
-        return self.shapes
+    def parameters(self, scene: RecordedMotion) -> tuple[NonlinearParameter, ...]:
+        """The nonlinear parameters, with the bounds that suit the place."""
+        return self.nonlinear
 
     @abstractmethod
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
-        """(samples, examined joints, coefficients): what one unit of each coefficient adds, with the shapes
-        (s,) inside.
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """(samples, examined joints, coefficients): what one unit of each coefficient adds, with the
+        nonlinear parameters (s,) inside.
         """
 
     def reading(self, values: Array) -> str:
-        """What the coefficients and shapes (in this order) mean in the field's own terms, or nothing."""
+        """What the coefficients and nonlinear parameters (in this order) mean in the field's own terms, or
+        nothing.
+        """
         return ""
 
     def starts(self, scene: RecordedMotion, residual: Array) -> Sequence[Array]:
-        """Shapes (s,) to search from, by default spread over the bounds; residual (samples, examined joints):
-        what might be explained.
+        """Nonlinear parameters (s,) to search from, by default spread over the bounds; residual (samples,
+        examined joints): what might be explained.
         """
-        shapes = self.parameters(scene)
-        if not shapes:
+        parameters = self.parameters(scene)
+        if not parameters:
             return [np.zeros(0)]
-        return [np.array([between(shape, share) for shape in shapes]) for share in (0.25, 0.5, 0.75)]
+        return [
+            np.array([between(parameter, share) for parameter in parameters]) for share in (0.25, 0.5, 0.75)
+        ]
 
 
-def between(shape: Shape, share: float) -> float:
+def between(parameter: NonlinearParameter, share: float) -> float:
     """The value at that share of the way from the lower to the upper bound."""
-    if shape.log:
-        return float(shape.lower * (shape.upper / shape.lower) ** share)
-    return shape.lower + share * (shape.upper - shape.lower)
+    if parameter.log:
+        return float(parameter.lower * (parameter.upper / parameter.lower) ** share)
+    return parameter.lower + share * (parameter.upper - parameter.lower)

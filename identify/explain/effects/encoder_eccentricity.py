@@ -6,12 +6,12 @@ from typing import ClassVar
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.harmonics import waves
+from identify.explain.effects.harmonics import cosine_and_sine
 from identify.explain.recorded_motion import RecordedMotion
 
 
 class EncoderEccentricity(MotionEffect):
-    """One wave per turn of the joint; the datum of the encoders takes its mean."""
+    """The first harmonic of the joint; the offset of the encoders takes its mean."""
 
     kind: ClassVar[str] = "encoder-eccentricity"
     target: ClassVar[Target] = "deflection"
@@ -21,6 +21,6 @@ class EncoderEccentricity(MotionEffect):
         """What this instance is."""
         return f"eccentric link-side encoder of joint {self.axis} (one wave per turn)"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Cosine and sine of the joint angle."""
-        return scene.on(self.axis, *waves(scene.position[:, self.axis - 1], 1.0))
+        return scene.on(self.axis, *cosine_and_sine(scene.position[:, self.axis - 1], 1.0))

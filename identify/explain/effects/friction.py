@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
+from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
 from identify.explain.recorded_motion import RecordedMotion
 from identify.model.laws.friction import BELL, stribeck_decay
 
@@ -29,7 +29,7 @@ class CoulombFriction(MotionEffect):
         """What this instance is."""
         return f"Coulomb friction of joint {self.axis}"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel."""
         return scene.on(self.axis, scene.direction(self.axis))
 
@@ -46,7 +46,7 @@ class ViscousFriction(MotionEffect):
         """What this instance is."""
         return f"viscous friction of joint {self.axis}"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Speed of the joint."""
         return scene.on(self.axis, scene.velocity[:, self.axis - 1])
 
@@ -64,14 +64,14 @@ class StribeckFriction(MotionEffect):
         """What this instance is."""
         return f"Stribeck friction of joint {self.axis}: more friction at low speed"
 
-    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
+    def parameters(self, scene: RecordedMotion) -> tuple[NonlinearParameter, ...]:
         """The Stribeck speed, between standing and half the top speed."""
         top = float(np.abs(scene.velocity[:, self.axis - 1]).max())
-        return (Shape("speed", "rad/s", scene.slow, max(0.5 * top, 4 * scene.slow), log=True),)
+        return (NonlinearParameter("speed", "rad/s", scene.slow, max(0.5 * top, 4 * scene.slow), log=True),)
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel times the bell over speed."""
-        bell = stribeck_decay(scene.velocity[:, self.axis - 1], shape[0], BELL)
+        bell = stribeck_decay(scene.velocity[:, self.axis - 1], parameters[0], BELL)
         return scene.on(self.axis, scene.direction(self.axis) * bell)
 
 
@@ -88,7 +88,7 @@ class LoadDependentFriction(MotionEffect):
         """What this instance is."""
         return f"friction of joint {self.axis} that grows with the torque in its gear"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel times the load at the motor."""
         load = np.abs(scene.load[:, self.axis - 1]) / scene.gear_ratio[self.axis - 1]
         return scene.on(self.axis, scene.direction(self.axis) * load)

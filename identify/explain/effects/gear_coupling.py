@@ -40,6 +40,6 @@ class GearCoupling(MotionEffect):
         """What this instance is."""
         return f"gear coupling: motor {self.axis} carries a share of the torque of joint {self.other}"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Load of the other joint at this motor."""
         return scene.on(self.axis, scene.load[:, self.other - 1] / scene.gear_ratio[self.axis - 1])

@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
+from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
 from identify.explain.recorded_motion import RecordedMotion
 
 _JOINT = 2
@@ -47,7 +47,7 @@ class GravityBalancer(MotionEffect):
             f"at most {peak:.4g} N m at the joint, none at {zero:.1f}° and {zero - np.sign(zero) * 180:.1f}°"
         )
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Sine and cosine of the joint angle over the gear ratio."""
         angle, ratio = scene.position[:, self.axis - 1], scene.gear_ratio[self.axis - 1]
         return scene.on(self.axis, np.sin(angle) / ratio, np.cos(angle) / ratio)
@@ -60,7 +60,10 @@ class BalancerPreload(MotionEffect):
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
     coefficients = (Coefficient("moment", "N m at the joint"),)
-    shapes = (Shape("angle", "rad", -np.pi, np.pi), Shape("ratio", "1", 0.05, 0.95))
+    nonlinear = (
+        NonlinearParameter("angle", "rad", -np.pi, np.pi),
+        NonlinearParameter("ratio", "1", 0.05, 0.95),
+    )
     follows: ClassVar[str] = "gravity-balancer"
 
     @classmethod
@@ -76,9 +79,9 @@ class BalancerPreload(MotionEffect):
             " length"
         )
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """sin(psi) / sqrt(1 + r^2 - 2 r cos psi) over the gear ratio, psi = q - angle."""
-        angle, r = scene.position[:, self.axis - 1] - shape[0], shape[1]
+        angle, r = scene.position[:, self.axis - 1] - parameters[0], parameters[1]
         lever = np.sin(angle) / np.sqrt(1 + r**2 - 2 * r * np.cos(angle))
         return scene.on(self.axis, lever / scene.gear_ratio[self.axis - 1])
 

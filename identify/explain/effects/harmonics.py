@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial.legendre import legfit, legval
 
 from identify.core.arrays import Array
-from identify.explain.effects.base import Shape
+from identify.explain.effects.base import NonlinearParameter
 from identify.explain.recorded_motion import RecordedMotion
 from identify.model.laws.transmission_error import harmonic
 
@@ -14,8 +14,8 @@ _ORDERS = 2
 _SLOW = 12
 """Degree of the polynomial that takes out what is slow, before waves are looked for."""
 _LAG = 0.01
-LAG = Shape("lag", "s", -_LAG, _LAG)
-"""How much later the wave was read than the angle."""
+LAG = NonlinearParameter("lag", "s", -_LAG, _LAG)
+"""How much later the harmonic was read than the angle."""
 
 
 def lags(count: int) -> list[float]:
@@ -28,7 +28,7 @@ def late(scene: RecordedMotion, joint: int, lag: float) -> Array:
     return np.asarray(scene.position[:, joint] - lag * scene.velocity[:, joint])
 
 
-def waves(angle: Array, order: float) -> tuple[Array, Array]:
+def cosine_and_sine(angle: Array, order: float) -> tuple[Array, Array]:
     """Cosine and sine of that order of an angle (samples,)."""
     return harmonic(angle, order)
 

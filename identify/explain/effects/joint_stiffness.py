@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
+from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
 from identify.explain.recorded_motion import RecordedMotion
 
 
@@ -29,7 +29,7 @@ class JointCompliance(MotionEffect):
         """Stiffness."""
         return f"stiffness {1 / values[0]:.4g} N m/rad"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """The torque in the gear."""
         return scene.on(self.axis, scene.load[:, self.axis - 1])
 
@@ -49,18 +49,18 @@ class HardeningStiffness(MotionEffect):
         """What this instance is."""
         return f"stiffness of joint {self.axis} that hardens with load (cubic)"
 
-    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
+    def parameters(self, scene: RecordedMotion) -> tuple[NonlinearParameter, ...]:
         """The torque at which linear and cubic part are alike, both k1 d."""
         top = float(np.abs(scene.load[:, self.axis - 1]).max())
-        return (Shape("torque", "N m", 0.05 * top, 20 * top, log=True),)
+        return (NonlinearParameter("torque", "N m", 0.05 * top, 20 * top, log=True),)
 
     def reading(self, values: Array) -> str:
         """k1 and k3."""
         k1 = 1 / values[0]
         return f"k1 {k1:.4g} N m/rad, k3 {k1**3 / values[1] ** 2:.4g} N m/rad^3"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """The d of d + d^3 / T^2 = torque, by Cardano's formula (one real root)."""
-        u = scene.load[:, self.axis - 1] / shape[0]
+        u = scene.load[:, self.axis - 1] / parameters[0]
         root = np.cbrt(np.abs(u) / 2 + np.sqrt(u**2 / 4 + 1 / 27))
-        return scene.on(self.axis, shape[0] * np.sign(u) * (root - 1 / (3 * root)))
+        return scene.on(self.axis, parameters[0] * np.sign(u) * (root - 1 / (3 * root)))

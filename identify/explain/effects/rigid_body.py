@@ -42,7 +42,7 @@ class PayloadMass(MotionEffect):
         """What this instance is."""
         return "payload heavier or lighter than stated"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of a kilogram at the payload's centre."""
         link, centre = scene.payload
         if self not in scene.cache:
@@ -92,7 +92,7 @@ class LinkFirstMoment(_OfLink):
             f"centre of mass of link {self.axis} elsewhere than stated (first moment across the joint axis)"
         )
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of a kg m along two directions across the joint axis."""
         if self not in scene.cache:
             joint = scene.arm.robot.joints[self.axis - 1]
@@ -117,7 +117,7 @@ class LinkInertia(_OfLink):
         """What this instance is."""
         return f"inertia of link {self.axis} about its joint other than stated"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of a kg m^2 about the joint axis."""
         if self not in scene.cache:
             joint = scene.arm.robot.joints[self.axis - 1]

@@ -20,6 +20,6 @@ class RotorInertia(MotionEffect):
         """What this instance is."""
         return f"inertia of the rotor of joint {self.axis} beyond what is known"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Acceleration of the motor."""
         return scene.on(self.axis, scene.gear_ratio[self.axis - 1] * scene.acceleration[:, self.axis - 1])

@@ -26,6 +26,6 @@ class SensorLatency(MotionEffect):
         """Milliseconds."""
         return f"{1e3 * values[0]:.3g} ms"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Speed."""
         return scene.on(self.axis, scene.velocity[:, self.axis - 1])

@@ -28,7 +28,7 @@ class PositionLag(MotionEffect):
         """What this instance is."""
         return f"position loop of joint {self.axis}: error in proportion to speed"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Speed."""
         return scene.on(self.axis, scene.velocity[:, self.axis - 1])
 
@@ -47,7 +47,7 @@ class AccelerationLag(MotionEffect):
             " feed-forward of inertia)"
         )
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Acceleration."""
         return scene.on(self.axis, scene.acceleration[:, self.axis - 1])
 
@@ -64,7 +64,7 @@ class ServoCompliance(MotionEffect):
         """What this instance is."""
         return f"servo loop of joint {self.axis} as a spring: error in proportion to the motor's torque"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of the motor."""
         return scene.on(self.axis, scene.motor_torque[:, self.axis - 1])
 
@@ -81,7 +81,7 @@ class IntegralAction(MotionEffect):
         """What this instance is."""
         return f"integral action of the velocity loop of joint {self.axis}"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Minus the integral of the error, and the angle travelled."""
         if scene.error is None:
             raise ValueError("a tracking error without a command")

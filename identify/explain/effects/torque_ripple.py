@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
-from identify.explain.effects.harmonics import LAG, lags, late, waves
+from identify.explain.effects.harmonics import LAG, cosine_and_sine, lags, late
 from identify.explain.recorded_motion import RecordedMotion
 
 ORDERS = (4, 6, 8, 12, 16)
@@ -21,21 +21,21 @@ ORDERS = (4, 6, 8, 12, 16)
 
 @dataclass(frozen=True)
 class TorqueRipple(MotionEffect):
-    """A wave of `order` per motor turn whose size may change with speed, as the servo loop lets more or less
-    of it through.
+    """A harmonic of `order` per motor turn whose size may change with speed, as the servo loop lets more or
+    less of it through.
     """
 
     order: int = 1
     kind: ClassVar[str] = "torque-ripple"
     target: ClassVar[Target] = "torque"
-    wave: ClassVar[bool] = True
+    harmonic: ClassVar[bool] = True
     coefficients = (
         Coefficient("cosine", "N m"),
         Coefficient("sine", "N m"),
         Coefficient("cosine per speed", "N m s/rad"),
         Coefficient("sine per speed", "N m s/rad"),
     )
-    shapes = (LAG,)
+    nonlinear = (LAG,)
 
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
@@ -59,13 +59,15 @@ class TorqueRipple(MotionEffect):
             " ms late"
         )
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Waves over the motor's angle, and times speed."""
         joint = self.axis - 1
-        cosine, sine = waves(scene.gear_ratio[joint] * late(scene, joint, shape[0]), self.order)
+        cosine, sine = cosine_and_sine(
+            scene.gear_ratio[joint] * late(scene, joint, parameters[0]), self.order
+        )
         speed = np.abs(scene.velocity[:, joint])
         return scene.on(self.axis, cosine, sine, speed * cosine, speed * sine)
 
     def starts(self, scene: RecordedMotion, residual: Array) -> list[Array]:
-        """Every lag that a wave can tell apart."""
+        """Every lag that a harmonic can tell apart."""
         return [np.array([lag]) for lag in lags(9)]

@@ -25,7 +25,7 @@ class TorqueOffset(MotionEffect):
             " direction)"
         )
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Ones."""
         return scene.on(self.axis, np.ones(len(scene.time_s)))
 
@@ -44,6 +44,6 @@ class TorqueConstant(MotionEffect):
         """What this instance is."""
         return f"torque constant of motor {self.axis} off by a share"
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """The load at the motor."""
         return scene.on(self.axis, scene.load[:, self.axis - 1] / scene.gear_ratio[self.axis - 1])

@@ -11,8 +11,8 @@ from typing import ClassVar, Self
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.explain.effects.base import Coefficient, MotionEffect, Shape, Target
-from identify.explain.effects.harmonics import LAG, lags, late, strongest_orders, waves
+from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
+from identify.explain.effects.harmonics import LAG, cosine_and_sine, lags, late, strongest_orders
 from identify.explain.recorded_motion import RecordedMotion
 from identify.model.laws.transmission_error import per_joint_turn
 
@@ -25,12 +25,12 @@ WAVES = 3
 
 @dataclass(frozen=True)
 class AngularTransmissionError(MotionEffect):
-    """One wave of the transmission error; number tells several on one joint apart."""
+    """One harmonic of the transmission error; number tells several on one joint apart."""
 
     number: int = 1
     kind: ClassVar[str] = "angular-transmission-error"
     target: ClassVar[Target] = "deflection"
-    wave: ClassVar[bool] = True
+    harmonic: ClassVar[bool] = True
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
 
     @classmethod
@@ -49,7 +49,7 @@ class AngularTransmissionError(MotionEffect):
 
     @property
     def needs(self) -> str:
-        """The wave before this one."""
+        """The harmonic before this one."""
         return f"{super().name}.{self.number - 1}" if self.number > 1 else ""
 
     def reading(self, values: Array) -> str:
@@ -59,15 +59,15 @@ class AngularTransmissionError(MotionEffect):
             " joint turn"
         )
 
-    def parameters(self, scene: RecordedMotion) -> tuple[Shape, ...]:
+    def parameters(self, scene: RecordedMotion) -> tuple[NonlinearParameter, ...]:
         """The order, waves per turn of the joint, and the lag of its reading."""
         ratio = float(scene.gear_ratio[self.axis - 1])
         limits = per_joint_turn(_LEAST, ratio), per_joint_turn(_MOST, ratio)
-        return (Shape("order", "1/turn", *limits), LAG)
+        return (NonlinearParameter("order", "1/turn", *limits), LAG)
 
-    def columns(self, scene: RecordedMotion, shape: Array) -> Array:
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Waves over the joint's angle."""
-        return scene.on(self.axis, *waves(late(scene, self.axis - 1, shape[1]), shape[0]))
+        return scene.on(self.axis, *cosine_and_sine(late(scene, self.axis - 1, parameters[1]), parameters[0]))
 
     def starts(self, scene: RecordedMotion, residual: Array) -> list[Array]:
         """The orders that the residual shows most, for several lags."""

@@ -8,7 +8,7 @@ import pytest
 from identify.explain.effects.encoder_eccentricity import EncoderEccentricity
 from identify.explain.effects.harmonics import late, strongest_orders
 from identify.explain.regression import solve
-from tests.explain.moved import case, moved
+from tests.explain.moved import moved, problem
 
 
 def test_both_of_two_waves_are_found_the_stronger_first() -> None:
@@ -40,7 +40,7 @@ def test_an_eccentric_disc_is_one_wave_per_turn(turns: int, left: float) -> None
     angle, off = turns * scene.position[:, 0] + 0.7, 1e-3
     reading = np.arctan2(np.sin(angle), np.cos(angle) + off)
     error = np.angle(np.exp(1j * (reading - angle)))
-    made = case(scene, error, offset=True)
+    made = problem(scene, error, offset=True)
     fit = solve(made, (EncoderEccentricity(1),), (np.zeros(0),), np.ones(1))
     share = fit.residual(made).std() / error.std()
     assert (share < left) == (turns == 1), share

@@ -8,7 +8,7 @@ from typing import cast
 
 import pytest
 
-from identify.discovery import search
+from identify.discovery import evidence, screen
 from identify.discovery.trial import Task, Trial, thinned
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect, parse_effect
@@ -36,12 +36,12 @@ def test_inflation_is_a_ratio_of_variances(monkeypatch: pytest.MonkeyPatch) -> N
     found = []
     for factor in (1.0, 1 / 3):
         stated = _louder(problem, factor)
-        monkeypatch.setattr(search, "with_effects", lambda p, effects, values, stated=stated: stated)
-        found.append(search.inflation(problem, trial))
+        monkeypatch.setattr(evidence, "with_effects", lambda p, effects, values, stated=stated: stated)
+        found.append(evidence.variance_inflation(problem, trial))
     assert found[0] > 1.5, "the model is wrong, so the residual is more than noise"
     assert found[1] / found[0] == pytest.approx(9.0, rel=0.01)
-    monkeypatch.setattr(search, "with_effects", lambda p, effects, values: _louder(problem, 1e4))
-    assert search.inflation(problem, trial) == pytest.approx(1.0, rel=1e-9)
+    monkeypatch.setattr(evidence, "with_effects", lambda p, effects, values: _louder(problem, 1e4))
+    assert evidence.variance_inflation(problem, trial) == pytest.approx(1.0, rel=1e-9)
 
 
 class _Present:
@@ -68,6 +68,6 @@ def test_a_gain_that_correlation_may_account_for_is_no_promise(gain: float, kept
 
     present = trial(None, count + gain, 12)
     best, other = trial(TILT, count + gain - 400, 16), trial(BASE, count, 16)
-    found = search._promising(cast(Workers, _Present(present)), present, [best, other])
+    found = screen.promising(cast(Workers, _Present(present)), present, [best, other])
     assert best in found
     assert (other in found) is kept
