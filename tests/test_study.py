@@ -88,6 +88,18 @@ CONFIG_FAULTS: list[tuple[str, str, str, list[str]]] = [
     ),
     ("unknown key of an effect", "axes: [rz]", "axis: [rz]", ["effects.0.axis", "unknown key"]),
     (
+        "old key of a spring to the ground",
+        "{kind: joint-compliance,",
+        "{kind: spring-to-ground, link: link2, leaning: true}\n  - {kind: joint-compliance,",
+        ["line 8: effects.0: leaning: an old name; expected `cross_coupling`: rename the key"],
+    ),
+    (
+        "old key of a flexible link",
+        "{kind: joint-compliance,",
+        "{kind: link-flexibility, link: link2, uneven: true}\n  - {kind: joint-compliance,",
+        ["line 8: effects.0: uneven: an old name; expected `nonuniform`: rename the key"],
+    ),
+    (
         "unknown effect",
         "joint-compliance",
         "joint-complaint",

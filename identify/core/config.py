@@ -19,6 +19,14 @@ from identify.core.yaml_input import line_of, parse_yaml
 S = TypeVar("S", bound=BaseModel)
 
 
+def without_old_keys(renamed: Mapping[str, str], data: Any) -> Any:
+    """The data of a config, for a validator; ValueError for a key that is called something else now."""
+    for old, new in renamed.items():
+        if isinstance(data, Mapping) and old in data:
+            raise ValueError(f"{old}: an old name; expected `{new}`: rename the key")
+    return data
+
+
 class Settings(BaseModel):
     """A part of the config; keys that do not exist are refused."""
 
@@ -29,10 +37,7 @@ class Settings(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _no_old_key(cls, data: Any) -> Any:
-        for old, new in cls.RENAMED.items():
-            if isinstance(data, Mapping) and old in data:
-                raise ValueError(f"{old}: an old name; expected `{new}`: rename the key")
-        return data
+        return without_old_keys(cls.RENAMED, data)
 
 
 class ConfigFile(Settings, Generic[S]):

@@ -16,7 +16,6 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
-from identify.discovery.initial_values import guesses
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -232,15 +231,19 @@ class TrialRunner:
         return with_effects(self._corrected[1], [*linear, *task.new], task.values)
 
     def _starts(self, problem: Problem, task: Task) -> Array:
-        """(m, parameters): what is known stays where it is, what is new goes over its grid."""
-        initial = problem.initial
-        new = [number for number, p in enumerate(problem.parameters) if p.free and p.name not in task.values]
-        if not new:
-            return initial[None]
-        grid = guesses([problem.parameters[number] for number in new], self._band)
-        starts = np.repeat(initial[None], len(grid), axis=0)
-        starts[:, new] = grid
-        return starts
+        """(m, parameters): what is known stays where it is, what is new goes over its grid, effect by
+        effect.
+        """
+        system, parameters, found = problem.measurements[0].system, problem.parameters, []
+        for number, (effect, own) in enumerate(system.effects):
+            new = [n for n in own if parameters[n].free and parameters[n].name not in task.values]
+            if new:
+                every = effect.terms(problem.robot, system.site, f"effects.{number}")
+                terms = [replace(every[n - own[0]], parameter=parameters[n]) for n in new]
+                grid = effect.initial_values(terms, self._band)
+                found.append(np.repeat(problem.initial[None], len(grid), axis=0))
+                found[-1][:, new] = grid
+        return np.concatenate(found) if found else problem.initial[None]
 
 
 def thinned(problem: Problem) -> Problem:

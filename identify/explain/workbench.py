@@ -9,7 +9,7 @@ one joint are tried, because each of two large effects can hide the other.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -152,19 +152,26 @@ class RecordWorkbench:
         open_ones = [effect for effect in self.effects if not effect.harmonic and effect not in banned]
         best: tuple[MotionOption, MotionAttempt] | None = None
         most = _PAIR.explained
-        for axis in {effect.axis for effect in open_ones}:
-            beside = [effect for effect in open_ones if effect.axis == axis]
-            for first in [one for one in singles if one.effect.axis == axis][:_SEEDS]:
-                others = [effect for effect in self.candidates(first.model) if effect in beside]
-                for second in self.screen(first.model, others, Story()):
-                    both = step.criterion.gain(step.before, second.model)
-                    if self.policy.admit.holds(both) and _PAIR.holds(both) and both.explained > most:
-                        best, most = (first, second), both.explained
+        for first, second in self._pairs(singles, open_ones):
+            both = step.criterion.gain(step.before, second.model)
+            if self.policy.admit.holds(both) and _PAIR.holds(both) and both.explained > most:
+                best, most = (first, second), both.explained
         if best is None:
             return None
         first, attempt = best
         gain = step.criterion.gain(first.model, attempt.model)
         return (first, Option(attempt.effect, attempt.model, attempt.size, gain)), most
+
+    def _pairs(
+        self, singles: Sequence[MotionOption], effects: Sequence[MotionEffect]
+    ) -> Iterator[tuple[MotionOption, MotionAttempt]]:
+        """Joint by joint, each of the best of `singles` with every one of `effects` beside it."""
+        for axis in {effect.axis for effect in effects}:
+            beside = [effect for effect in effects if effect.axis == axis]
+            for first in [one for one in singles if one.effect.axis == axis][:_SEEDS]:
+                others = [effect for effect in self.candidates(first.model) if effect in beside]
+                for second in self.screen(first.model, others, Story()):
+                    yield first, second
 
     def settled(self, model: Fit) -> Fit:
         """Parameters inside the columns searched together, joints weighted by what they leave."""

@@ -181,6 +181,11 @@ class MotionProblem:
 
 def load_motion(file: MotionFile) -> MotionProblem:
     """Read and check everything that a study of motion names.  Raises InputError or InputErrors."""
+    with file.located():
+        return _loaded(file)
+
+
+def _loaded(file: MotionFile) -> MotionProblem:
     study = file.study
     robot = read_robot(study.robot, file.path.parent)
     for number, record in enumerate(study.records):

@@ -47,9 +47,8 @@ def _default(field: dataclasses.Field[Any]) -> bool:
 
 def _value(group: Group, name: str, hint: Any, where: str) -> Any:
     if typing.get_origin(hint) in (Union, types.UnionType):
-        if name not in group.members and name not in group.attributes:
-            return None
-        hint = next(option for option in typing.get_args(hint) if option is not type(None))
+        there = name in group.members or name in group.attributes
+        return _value(group, name, _present(hint), where) if there else None
     found = group.attributes.get(name) if hint in (int, float, bool) else group.members.get(name)
     if dataclasses.is_dataclass(hint) or typing.get_origin(hint) is dict:
         return _nested(_typed(found, Group, "a group", where), hint, where)
@@ -60,6 +59,11 @@ def _value(group: Group, name: str, hint: Any, where: str) -> Any:
         return _typed(found, str, "a text", where)
     array = _typed(found, np.ndarray, "numbers", where)
     return array if hint not in (int, float, bool) else _number(array, hint, where)
+
+
+def _present(optional: Any) -> Any:
+    """The kind of value that an optional field holds where it is not None."""
+    return next(option for option in typing.get_args(optional) if option is not type(None))
 
 
 def _nested(group: Group, hint: Any, where: str) -> Any:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from reprlib import repr as shortened
+from typing import Any
 
 from identify.core.errors import InputError
 from identify.core.yaml_input import plain, read_yaml_file
@@ -42,11 +43,7 @@ def read_reference(path: Path, known: list[str]) -> Reference:
         if not isinstance(value, kind):
             expected = "name: value" if kind is dict else "a list of modes"
             raise InputError(f"{path} {key}", f"found {shortened(value)}", expected)
-    for name, value in parameters.items():
-        if name not in known:
-            raise InputError(str(path), f"unknown parameter {shortened(name)}", "one of " + ", ".join(known))
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
-            raise InputError(f"{path} {name}", f"found {shortened(value)}", "a number")
+    _check_parameters(path, parameters, known)
     rows = [(f"{path} mode {number}", mode) for number, mode in enumerate(modes, start=1)]
     for where, mode in rows:
         if not isinstance(mode, dict):
@@ -56,3 +53,12 @@ def read_reference(path: Path, known: list[str]) -> Reference:
         {name: float(value) for name, value in parameters.items()},
         parse_modes(rows, str(path)) if rows else None,
     )
+
+
+def _check_parameters(path: Path, parameters: dict[Any, Any], known: list[str]) -> None:
+    """InputError for a name that is not `known`, or a value that is no finite number."""
+    for name, value in parameters.items():
+        if name not in known:
+            raise InputError(str(path), f"unknown parameter {shortened(name)}", "one of " + ", ".join(known))
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+            raise InputError(f"{path} {name}", f"found {shortened(value)}", "a number")

@@ -149,29 +149,31 @@ def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(
 
 
 def test_what_is_left_in_the_end_may_be_the_variant_of_what_was_found() -> None:
-    """An even beam was found while a delay was in the way; beside the delay an uneven one explains the
+    """A uniform beam was found while a delay was in the way; beside the delay a nonuniform one explains the
     rest.
     """
-    even = parse_effect({"kind": "link-flexibility", "link": "link2"})
-    [uneven] = even.variants()
+    uniform = parse_effect({"kind": "link-flexibility", "link": "link2"})
+    [nonuniform] = uniform.variants()
     late = parse_effect({"kind": "time-delay"})
-    gaps = {"": 60.0, "even": 40.0, "even late": 2.0, "late uneven": 1.0}
+    gaps = {"": 60.0, "uniform": 40.0, "uniform late": 2.0, "late nonuniform": 1.0}
 
     class Variants(World):
         def trial(self, task: Task) -> Trial:
             new = [
-                "late" if effect == late else "uneven" if effect == uneven else "even"
+                "late" if effect == late else "nonuniform" if effect == nonuniform else "uniform"
                 for effect in task.effects[1:]
             ]
             squares = COUNT * gaps[" ".join(new)] ** 2
-            return Trial(task, {}, squares, COUNT, squares, COUNT, 12 + len(new) + 14 * new.count("uneven"))
+            return Trial(
+                task, {}, squares, COUNT, squares, COUNT, 12 + len(new) + 14 * new.count("nonuniform")
+            )
 
     world = Variants(lambda kinds: 1.0)
 
     def option(*new: Effect) -> Option:
         return _option(world.trial(Task((DRIVES, *new[:-1]), new[-1:], {})))
 
-    story, first, options = Story(), world.model(), [option(even), option(even, late)]
+    story, first, options = Story(), world.model(), [option(uniform), option(uniform, late)]
 
     def tried() -> selection_loop._State[Effect, Trial]:
         state = selection_loop._State(options[-1].model, first, list(options))
@@ -179,12 +181,12 @@ def test_what_is_left_in_the_end_may_be_the_variant_of_what_was_found() -> None:
         return state
 
     state = tried()
-    assert [one.effect for one in state.options] == [late, uneven]
+    assert [one.effect for one in state.options] == [late, nonuniform]
     assert state.present.gap == pytest.approx(1.0)
     steps = (_step(first, options[0]), *story.steps)
     found = loop.Discovery(first, state.present, tuple(state.options), steps)
     assert found.kept == (True, True)
-    gaps["late uneven"] = 1.9999
+    gaps["late nonuniform"] = 1.9999
     state = tried()
     assert state.options == options
     assert state.present == options[-1].model

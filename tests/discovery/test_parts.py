@@ -14,7 +14,6 @@ from identify.core.thresholds import CONVINCING
 from identify.discovery import sentences as told
 from identify.discovery.candidates import candidates
 from identify.discovery.evidence import POLICY, EvidenceCriterion, confirmed, removed
-from identify.discovery.initial_values import guesses
 from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Option, Step
 from identify.discovery.new_config import config_text
@@ -22,7 +21,7 @@ from identify.discovery.trial import Task, Trial, TrialRunner, left_out, thinned
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
 from identify.fitting.selection.gain import Gain
-from identify.model.effects.base import Effect, parse_effect
+from identify.model.effects.base import Effect, Term, parse_effect
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import StudyFile, read_study
 
@@ -93,29 +92,42 @@ class TestEvidence:
         assert removed(5.0, 0.9) == 1.0
 
 
-class TestGuesses:
+class TestInitialValues:
+    UNIT = np.ones((1, 1))
+
     def test_a_spring_is_tried_from_soft_to_stiff_with_its_damping(self) -> None:
-        found = guesses(
-            [
-                Parameter("j.rx.stiffness", "N m/rad", 1e5, 1.0, 1e12),
-                Parameter("j.rx.damping", "N m s/rad", 10.0, 1e-6, 1e6),
-            ],
-            (3, 80),
-        )
+        spring = Term(Parameter("j.rx.stiffness", "N m/rad", 1e5, 1.0, 1e12), stiffness=self.UNIT)
+        damper = Term(Parameter("j.rx.damping", "N m s/rad", 10.0, 1e-6, 1e6), damping=self.UNIT)
+        found = TILT.initial_values([spring, damper], (3, 80))
         assert found[0].tolist() == [1e5, 10.0]
         assert found[1:, 0].min() == pytest.approx(1e3)
         assert found[1:, 0].max() == pytest.approx(1e8)
         assert found[1:, 1] / np.sqrt(found[1:, 0]) == pytest.approx(10 / np.sqrt(1e5))
 
-    def test_a_resonator_is_tuned_over_the_band(self) -> None:
-        names = (("l.u.mass", 1.0), ("l.u.stiffness", 15791.0), ("l.u.damping", 5.0))
-        found = guesses([Parameter(name, "", start, 1e-9, 1e12) for name, start in names], (3, 80))
+    @pytest.mark.parametrize("names", [("mass", "stiffness", "damping"), ("a", "b", "c")])
+    def test_a_resonator_is_tuned_over_the_band_whatever_its_parameters_are_called(
+        self, names: tuple[str, str, str]
+    ) -> None:
+        mass, spring, damper = (
+            Parameter(f"l.u.{name}", "", start, 1e-9, 1e12)
+            for name, start in zip(names, (1.0, 15791.0, 5.0), strict=True)
+        )
+        moment = Parameter("l.u.moment_x", "kg m", 0.0, -1.0, 1.0, log=False)
+        terms = [
+            Term(mass, mass=self.UNIT, stiffness=-self.UNIT),
+            Term(spring, stiffness=self.UNIT),
+            Term(damper, damping=self.UNIT),
+            Term(moment, mass=self.UNIT),
+        ]
+        found = ROCKING.initial_values(terms, (3, 80))
         hz = np.sqrt(found[1:, 1] / found[1:, 0]) / (2 * np.pi)
         assert hz.min() == pytest.approx(3)
         assert hz.max() == pytest.approx(80)
+        assert not found[:, 3].any()
 
     def test_others_go_across_their_bounds_and_stay_inside(self) -> None:
-        found = guesses([Parameter("responses.delay", "s", 0.0, -5e-3, 5e-3, log=False)], (3, 80))
+        delay = Term(Parameter("responses.delay", "s", 0.0, -5e-3, 5e-3, log=False))
+        found = ROCKING.initial_values([delay], (3, 80))
         assert found[0, 0] == 0
         assert -5e-3 <= found.min() < -4e-3
         assert 4e-3 < found.max() <= 5e-3

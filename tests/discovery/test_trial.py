@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.discovery.trial import Bench, Task, left_out, thinned
+from identify.discovery.trial import Task, TrialRunner, left_out, thinned
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 
@@ -37,7 +37,7 @@ def _squares(problem: Problem, values: np.ndarray, use: str = "fit") -> tuple[fl
 
 @pytest.mark.parametrize("how", ["glance", "quick"])
 def test_squares_of_a_trial_are_those_of_its_residuals(problem: Problem, how: str) -> None:
-    bench, known = Bench(problem), tuple(problem.file.study.effects)
+    bench, known = TrialRunner(problem), tuple(problem.file.study.effects)
     trial = bench.run(Task(known, (), {}, how))  # type: ignore[arg-type]
     thin = thinned(problem)
     squares, count = _squares(thin, thin.at(trial.values))
@@ -88,6 +88,6 @@ def test_doubled_noise_quarters_the_squares(problem: Problem) -> None:
             for m in problem.measurements
         ),
     )
-    stated, doubled = (Bench(one).run(Task(known, (), {}, "glance")) for one in (problem, loud))
+    stated, doubled = (TrialRunner(one).run(Task(known, (), {}, "glance")) for one in (problem, loud))
     assert doubled.squares == pytest.approx(stated.squares / 4, rel=1e-6)
     assert doubled.gap == pytest.approx(stated.gap / 2, rel=1e-6)

@@ -263,7 +263,7 @@ def test_wrong_studies_are_refused_with_the_key_and_a_fix(tmp_path: Path) -> Non
         ({"step_s": 3e-4}, "step_s"),
         (
             {"records": [{"name": "a", "start_deg": [0, 0], "duration_s": 1.0}]},
-            "records.0.start_deg: 2 angles",
+            "yaml line 1: records.0.start_deg: 2 angles",
         ),
         (
             {

@@ -6,17 +6,19 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from identify.core.arrays import Array
+from identify.core.config import without_old_keys
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.core.registry import Registry, parse_kind
+from identify.model.effects.initial_values import Quantity, start_grid
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
@@ -74,6 +76,18 @@ class Term:
     hysteretic: Array | None = None
     torque: Torque | None = None
 
+    @property
+    def quantity(self) -> Quantity | None:
+        """What the parameter scales: a mass, which may have a weight, a stiffness, or a viscous damping."""
+        if self.parameter.initial == 0:
+            return None
+        damped = self.damping is not None
+        if self.mass is not None:
+            return None if damped else "mass"
+        if self.stiffness is not None:
+            return None if damped else "stiffness"
+        return "damping" if damped else None
+
 
 class Effect(BaseModel, ABC):
     """Settings of one effect as written in the config.  The physics is in the methods; nothing in an effect
@@ -89,7 +103,14 @@ class Effect(BaseModel, ABC):
     """Whether it is a matter of the measurement, not of the robot."""
     of_amplitude: ClassVar[bool] = False
     """Whether its share in the motion depends on the amplitude, so that impacts have to be simulated."""
+    RENAMED: ClassVar[Mapping[str, str]] = {}
+    """Keys of older versions and what they are called now."""
     kind: str = Field(description="which effect")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_old_key(cls, data: Any) -> Any:
+        return without_old_keys(cls.RENAMED, data)
 
     @abstractmethod
     def sentence(self) -> str:
@@ -134,6 +155,12 @@ class Effect(BaseModel, ABC):
 
         Parameters are the same at every site: `site.inertia` and `site.reference` scale their defaults.
         """
+
+    def initial_values(self, terms: Sequence[Term], band_hz: tuple[float, float]) -> Array:
+        """Where discovery starts from, (m, terms), the given start first; `terms` are those of its own whose
+        parameters are free and have no value yet, band_hz the band of the measurement.
+        """
+        return start_grid([term.parameter for term in terms], [term.quantity for term in terms], band_hz)
 
 
 def parse_effect(data: Any) -> Effect:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -41,11 +41,12 @@ class LinkFlexibility(Effect):
     The first plane is that in which the joint swings the link, or, where the link lies along its joint's
     axis, the next one.
 
-    A link that is not even has in each plane two more stiffnesses, of deflection and slope alone, and a body
+    A nonuniform link has in each plane two more stiffnesses, of deflection and slope alone, and a body
     that sits at the end and is missing elsewhere on the link, so that the rigid link stays as it was: a rib,
     a thinner half, a motor at one end.
     """
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"uneven": "nonuniform"}
     kind: Literal["link-flexibility"] = "link-flexibility"
     link: str = Field(description="a link between two joints")
     flexible_share: float = Field(
@@ -56,7 +57,7 @@ class LinkFlexibility(Effect):
             "share of the length, in the middle, that deforms; less where the joints' housings are stiff"
         ),
     )
-    uneven: bool = Field(
+    nonuniform: bool = Field(
         False, description="stiffness and mass are not spread evenly over the length: 14 more parameters"
     )
     bending: Values = Field(
@@ -69,7 +70,7 @@ class LinkFlexibility(Effect):
 
     def sentence(self) -> str:
         """For example: flexibility of link2 (bending, torsion)."""
-        return f"flexibility of {self.link} (bending, torsion{', unevenly spread' if self.uneven else ''})"
+        return f"flexibility of {self.link} (bending, torsion{', nonuniform' if self.nonuniform else ''})"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -80,8 +81,8 @@ class LinkFlexibility(Effect):
                 yield cls(link=robot.links[number].name)
 
     def variants(self) -> list[Self]:
-        """With stiffness and mass unevenly spread."""
-        return [self.model_copy(update={"uneven": not self.uneven})]
+        """Nonuniform instead of uniform, and the other way round."""
+        return [self.model_copy(update={"nonuniform": not self.nonuniform})]
 
     @property
     def _where(self) -> str:
@@ -151,7 +152,7 @@ class LinkFlexibility(Effect):
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """EI and EI' of the two planes, GJ, GJ', with the beam's matrices as stiffness and as damping; of an
-        uneven link then what is more or less at its end.
+        nonuniform link then what is more or less at its end.
         """
         names, beam = self._names(), self._beam(robot).stiffness()
         motion = np.array([site.vector(name) for name in names])
@@ -168,9 +169,9 @@ class LinkFlexibility(Effect):
             *spring_terms(places[:2], moved[:2], self.bending, self.bending_damping, bending),
             *spring_terms(places[2:], moved[2:], self.torsion, self.torsion_damping, torsion),
         ]
-        return even + (self._unevenness(robot, site, even, where) if self.uneven else [])
+        return even + (self._nonuniformity(robot, site, even, where) if self.nonuniform else [])
 
-    def _unevenness(self, robot: Robot, site: Site, even: list[Term], where: str) -> list[Term]:
+    def _nonuniformity(self, robot: Robot, site: Site, even: list[Term], where: str) -> list[Term]:
         """Further stiffness within some multiple of EI, and moments of a body no heavier and no longer than
         the link.
         """

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -30,19 +30,20 @@ start, that hardly disturbs.
 class SpringToGround(Attached):
     """Springs without preload along axes of the base; small displacements, so that their directions stay."""
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"leaning": "cross_coupling"}
     kind: Literal["spring-to-ground"] = "spring-to-ground"
     axes: Annotated[list[Literal["x", "y", "z"]], AfterValidator(unique)] = Field(
         ["x", "y", "z"], min_length=1, description="directions in the base's frame"
     )
     stiffness: Values = Field(Values(), description="N/m")
     damping: DampingValues = Field(DampingValues(), description="N s/m")
-    leaning: bool = Field(
+    cross_coupling: bool = Field(
         False, description="also couple the directions, for a spring that stands askew to the base's axes"
     )
 
     def sentence(self) -> str:
         """For example: spring between link2 and the ground (x, y, z)."""
-        directions = "in any direction" if self.leaning else f"({', '.join(self.axes)})"
+        directions = "in any direction" if self.cross_coupling else f"({', '.join(self.axes)})"
         return (
             f"spring between {self.link}{'' if self.at_m is None else ' at ' + str(list(self.at_m))} and the"
             f" ground {directions}"
@@ -54,15 +55,15 @@ class SpringToGround(Attached):
         for link in robot.links[1:]:
             ends = [joint.origin[:3, 3] for joint in robot.joints if joint.parent == link.name]
             for at in (None, *((float(x), float(y), float(z)) for x, y, z in ends)):
-                yield cls(link=link.name, at_m=at, leaning=True)
+                yield cls(link=link.name, at_m=at, cross_coupling=True)
 
     def variants(self) -> list[Self]:
         """Along the base's axes, and each of them alone."""
-        if not self.leaning:
+        if not self.cross_coupling:
             return (
                 [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
             )
-        return [self.model_copy(update={"leaning": False})]
+        return [self.model_copy(update={"cross_coupling": False})]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """A stiffness and a damping per direction, J' J of the point's motion; then the couplings."""
@@ -72,7 +73,7 @@ class SpringToGround(Attached):
         places = [(name, "N/m", np.outer(row, row)) for name, row in zip(names, rows, strict=True)]
         mass, keys = np.full(len(rows), self.carried(robot)), (f"{where}.stiffness", f"{where}.damping")
         terms = spring_terms(places, mass, self.stiffness, self.damping, keys, _START_HZ)
-        return terms + (self._couplings(terms, rows, where) if self.leaning else [])
+        return terms + (self._couplings(terms, rows, where) if self.cross_coupling else [])
 
     def _couplings(self, terms: list[Term], rows: list[Array], where: str) -> list[Term]:
         """Stiffness and damping between directions, J1' J2 + J2' J1, no more than some multiple of their

@@ -177,9 +177,9 @@ def test_directions_of_a_ground_spring_stay_with_the_base(tmp_path: Path) -> Non
     assert parameters[-2].name == "link2.ground_z.stiffness"
 
 
-def test_a_leaning_spring_is_a_spring_along_its_own_direction(tmp_path: Path) -> None:
+def test_a_cross_coupled_spring_is_a_spring_along_its_own_direction(tmp_path: Path) -> None:
     at, n, k = [0.1, 0.0, 0.4], np.array([0.6, -0.48, 0.64]), 3e5
-    spring = {"kind": "spring-to-ground", "link": "link2", "at_m": at, "leaning": True}
+    spring = {"kind": "spring-to-ground", "link": "link2", "at_m": at, "cross_coupling": True}
     model, parameters, values = system(arm(tmp_path), [{"kind": "joint-compliance"}, spring])
     values, names = initial(parameters), [p.name for p in parameters]
     rigid = [

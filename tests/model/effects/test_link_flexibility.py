@@ -238,22 +238,23 @@ def test_stiff_link_is_a_rigid_link(tmp_path: Path) -> None:
     assert _frequencies(robot, [JOINTS, stiff])[:2] == pytest.approx(_frequencies(robot, [JOINTS]), rel=1e-5)
 
 
-def test_a_body_at_the_end_of_an_uneven_link_moves_with_the_end_alone(tmp_path: Path) -> None:
-    """All parameters of unevenness at zero: the even link.  A body at the end: sqrt(3 EI / (m L^3)), and the
+def test_a_body_at_the_end_of_a_nonuniform_link_moves_with_the_end_alone(tmp_path: Path) -> None:
+    """All further parameters at zero: the uniform link.  A body at the end: sqrt(3 EI / (m L^3)), and the
     rigid link as it was.
     """
     robot = _robot(tmp_path, rod=1e-3, load=1e-4, centre=(0.0, 0.0, 0.0))
     even, values = _model(robot, [JOINTS, FLEXIBLE])
-    uneven, more = _model(robot, [JOINTS, {**FLEXIBLE, "uneven": True}])
+    nonuniform, more = _model(robot, [JOINTS, {**FLEXIBLE, "nonuniform": True}])
     assert np.array_equal(more[: len(values)], values) and not more[len(values) :].any()
-    for one, other in zip(even.matrices(values), uneven.matrices(more), strict=True):
+    for one, other in zip(even.matrices(values), nonuniform.matrices(more), strict=True):
         assert np.array_equal(one, other)
     names = [
-        p.name for p in list_parameters(robot, uneven.site, [parse_effect({**FLEXIBLE, "uneven": True})])
+        p.name
+        for p in list_parameters(robot, nonuniform.site, [parse_effect({**FLEXIBLE, "nonuniform": True})])
     ]
     more[names.index("beam.end_mass") - len(names)] = 50.0
-    mass, _, stiffness = uneven.matrices(more)
-    joints = [n for n, name in enumerate(uneven.coordinates) if name.startswith("joint")]
+    mass, _, stiffness = nonuniform.matrices(more)
+    joints = [n for n, name in enumerate(nonuniform.coordinates) if name.startswith("joint")]
     assert np.array_equal(mass[np.ix_(joints, joints)], even.mass[np.ix_(joints, joints)])
     flexible = [n for n in range(len(mass)) if n not in joints]
     found = undamped_modes(mass[np.ix_(flexible, flexible)], stiffness[np.ix_(flexible, flexible)])[0]
@@ -264,7 +265,7 @@ def test_a_body_at_the_end_of_an_uneven_link_moves_with_the_end_alone(tmp_path: 
 
 def test_what_lies_beyond_may_be_taken_off(tmp_path: Path) -> None:
     model, values = _model(_robot(tmp_path), [JOINTS, FLEXIBLE], detached="load")
-    bare, bare_values = _model(_robot(tmp_path, load=1e-9), [JOINTS, FLEXIBLE])
+    bare, bare_values = _model(_robot(tmp_path, load=1e-8), [JOINTS, FLEXIBLE])
     mass, _, stiffness = model.matrices(values)
     assert model.coordinates[0] == "joint1.rz"
     assert len(model.coordinates) == 6

@@ -1,29 +1,34 @@
-"""Start values for the parameters that a candidate effect adds: a coarse grid over each quantity, because
-least squares is local.
-"""
+"""Start values for what an effect adds: a coarse grid over each quantity, because least squares is local."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.parameters import Parameter
 
+Quantity = Literal["stiffness", "damping", "mass"]
+"""What a parameter scales; one that scales none of them, or is zero to begin with, has no quantity."""
 _STIFFER = np.geomspace(0.01, 1e3, 11)
 _HEAVIER = np.array([-10.0, 0.1, 0.3, 1.0, 3.0, 10.0])
 _SHARES, _FREQUENCIES = (0.1, 1.0, 5.0), 9
 _ACROSS = np.linspace(0.05, 0.95, 10)
 
 
-def guesses(parameters: Sequence[Parameter], band_hz: tuple[float, float]) -> Array:
+def start_grid(
+    parameters: Sequence[Parameter], quantities: Sequence[Quantity | None], band_hz: tuple[float, float]
+) -> Array:
     """(m, parameters): the given start first, then the grid; a body on a spring of its own is tuned over the
     band.
     """
     initial = np.array([p.initial for p in parameters])
-    ends = np.array([p.name.rsplit(".", 1)[-1] for p in parameters])
-    stiffness, damping, mass = ends == "stiffness", ends == "damping", (ends == "mass") | (ends == "inertia")
+    stiffness, damping, mass = (
+        np.array([one == quantity for one in quantities], dtype=bool)
+        for quantity in ("stiffness", "damping", "mass")
+    )
     if stiffness.any() and mass.any():
         rows = _tuned(initial, stiffness, damping, mass, band_hz)
     elif stiffness.any():
