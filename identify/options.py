@@ -25,7 +25,7 @@ Cluster = Annotated[
     typer.Option(help="address of a Dask scheduler, which then does the work; see docs/cluster.md"),
 ]
 KeepFinished = Annotated[
-    bool, typer.Option("--resume", help="keep what is finished, go on with what was interrupted, do the rest")
+    bool, typer.Option("--resume", help="keep what is finished, resume what was interrupted, do the rest")
 ]
 
 
@@ -39,9 +39,7 @@ class FitOptions:
     report: Report = True
     resume: Annotated[
         bool,
-        typer.Option(
-            "--resume", help="go on with an interrupted run; the result is that of an undisturbed one"
-        ),
+        typer.Option("--resume", help="resume an interrupted run; the result is that of an undisturbed one"),
     ] = False
     profile: Annotated[
         list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")
@@ -71,7 +69,7 @@ class DiscoverOptions:
     report: Report = True
     resume: Annotated[
         bool,
-        typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again"),
+        typer.Option("--resume", help="resume an interrupted run; what was tried is not tried again"),
     ] = False
     quiet: Quiet = False
 
@@ -84,7 +82,7 @@ class ExplainOptions:
     report: Report = True
     resume: Annotated[
         bool,
-        typer.Option("--resume", help="go on with an interrupted run; what was tried is not tried again"),
+        typer.Option("--resume", help="resume an interrupted run; what was tried is not tried again"),
     ] = False
     quiet: Quiet = False
 

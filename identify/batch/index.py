@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from identify.core.atomic import write_whole
+from identify.core.atomic import write_atomically
 
 SCHEMA = "identify-index/1"
 State = Literal["waiting", "running", "done", "failed"]
@@ -63,7 +63,7 @@ class BatchIndex:
     def write(self) -> None:
         """Write the file now."""
         before = time.monotonic()
-        write_whole(
+        write_atomically(
             self.path,
             lambda aside: aside.write_text(self._text(), encoding="utf-8"),
             "make room and resume with `--resume`",

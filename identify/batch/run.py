@@ -38,7 +38,7 @@ def run_batch(
     fit and `index.json`.
 
     workers: local processes (default: one per processor); cluster: address of a Dask scheduler, in their
-    place; resume: keep what is finished of the same study, data and versions, and go on with what was
+    place; resume: keep what is finished of the same study, data and versions, and resume what was
     interrupted; progress is shown the index after every change. Returns the summary and what was written,
     the summary first.  Raises InputError for a batch that cannot be read, where nothing can be written, for a
     full disk, and where every fit failed; Interrupted after the index was written.

@@ -11,7 +11,7 @@ from pathlib import Path
 from identify.core.errors import InputError
 
 
-def write_whole(path: Path, fill: Callable[[Path], object], fix: str) -> None:
+def write_atomically(path: Path, fill: Callable[[Path], object], fix: str) -> None:
     """Let `fill` write a file aside and put it in place of `path`; where that is not possible, an InputError
     with `fix`, and no trace.
     """
@@ -30,7 +30,7 @@ def write_whole(path: Path, fill: Callable[[Path], object], fix: str) -> None:
 
 
 def check_writable(path: Path, fix: str) -> None:
-    """Raise the InputError of `write_whole` now where it could not write; what is at `path` stays."""
+    """Raise the InputError of `write_atomically` now where it could not write; what is at `path` stays."""
     if path.is_dir():
         raise InputError(str(path), "is a folder", "a place for a file", fix)
     aside = _aside(path)

@@ -60,13 +60,13 @@ def advise(
         max(tried, key=lambda p: p.ratio),
     )
     sentence = (
-        f"To tell them apart, measure {here.output} for a blow at {here.struck} in a posture of today"
+        f"To tell them apart, measure {here.output} for an impact at {here.struck} in a measured posture"
         f" ({_degrees(here.posture)}): "
     )
     sentence += f"they differ there by up to {here.ratio:.1f} times the noise."
     if best.new and best.ratio > 1.5 * here.ratio:
         sentence += (
-            f" Better still, {best.output} for a blow at {best.struck} at joint angles"
+            f" Better still, {best.output} for an impact at {best.struck} at joint angles"
             f" {_degrees(best.posture)}: {best.ratio:.1f} times."
         )
     return sentence

@@ -17,7 +17,7 @@ from identify.vibration.problem import Given, Problem
 
 
 def level_gap(problem: Problem) -> float:
-    """RMS difference of FRFs measured at one posture with blows of different strength, over its noise; NaN
+    """RMS difference of FRFs measured at one posture with impacts of different strength, over its noise; NaN
     where there are none.
 
     1 is what noise makes of a linear robot, whatever its model.
@@ -40,7 +40,7 @@ def _differences(measurements: Sequence[Given]) -> Iterator[Array]:
 
 
 def _alike(one: Given, other: Given) -> bool:
-    """Same posture, robot and channels, blows of different strength."""
+    """Same posture, robot and channels, impacts of different strength."""
     a, b = (
         (m.posture.tolist(), m.settings.detached, m.data.outputs, m.data.inputs, m.data.frequency_hz.tolist())  # type: ignore[union-attr]
         for m in (one, other)

@@ -13,7 +13,7 @@ from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
-from identify.core.atomic import write_whole
+from identify.core.atomic import write_atomically
 from identify.core.config_paths import relocate_measurement, relocated
 from identify.core.yaml_input import round_trip
 from identify.model.effects.base import Effect
@@ -24,7 +24,9 @@ _PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",))
 
 def write_config(text: str, path: Path) -> None:
     """Write the text of a config, whole or not at all."""
-    write_whole(path, partial(Path.write_text, data=text, encoding="utf-8"), "choose another with `--out`")
+    write_atomically(
+        path, partial(Path.write_text, data=text, encoding="utf-8"), "choose another with `--out`"
+    )
 
 
 def config_text(

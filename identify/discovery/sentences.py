@@ -71,7 +71,7 @@ def decision(step: Step, kept: bool) -> str:
     found = f"{_capital(best.effect.sentence())} fits best: {fell}, {share:.0%} of what is above noise."
     if kept:
         return found + " It was added."
-    return found + " It was not kept: it patches over something else rather than explaining it."
+    return found + " It was not kept: it compensates for another missing effect rather than being one."
 
 
 def verdict(found: Discovery) -> tuple[str, ...]:

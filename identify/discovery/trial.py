@@ -45,7 +45,7 @@ class Task:
     `brief`: a few steps on few lines; `quick`: more of them; `thorough`: from several starts, on all lines.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
-    every blow anew takes long.
+    every impact anew takes long.
     """
 
     known: tuple[Effect, ...]

@@ -1,5 +1,5 @@
-"""What makes a run resumable: every cost, and the gradients that are dear, in the order in which they were
-computed.
+"""What makes a run resumable: every cost, and the gradients that are expensive, in the order in which they
+were computed.
 
 Optimizers are deterministic given their seed, so a run that is interrupted at any moment is resumed by
 running it again with the costs it had already: they are replayed in microseconds, and what follows is bit for

@@ -11,7 +11,7 @@ from identify.core.arrays import Array, Index
 class Objective(ABC):
     """A cost that has met its data: a function of parameter values alone."""
 
-    dear: ClassVar[bool] = False
+    expensive: ClassVar[bool] = False
     """Whether residuals take so long that an interrupted run remembers them (`identify.fitting.journal`)."""
 
     @abstractmethod

@@ -17,7 +17,7 @@ from identify.results.tables import ParameterTable
 def parameter_table(
     p: Sequence[Parameter], fitted: Array, trusted: Uncertainty, scale: Scale
 ) -> tables.ParameterTable:
-    """All parameters with what the data say about the free ones; fitted (parameters,)."""
+    """All parameters with the identifiability of the free ones; fitted (parameters,)."""
     free = scale.free
 
     def spread(values: Array) -> Array:

@@ -4,7 +4,7 @@ structured residuals.
 All of it rests on residuals e in units of their noise at the optimum, whichever cost and optimizer found it,
 and on their derivatives J on the search scale (ln value for stiffness and damping).  Were the residuals
 independent, the covariance would be (J'J)^-1.  They are not: an exponential window smears noise over
-neighbouring lines, and noise on the force is common to all responses of a blow.  So the covariance is the
+neighbouring lines, and noise on the force is common to all responses of an impact.  So the covariance is the
 sandwich A^-1 B A^-1 with A = J'J + P and B the variance of the scores J'e, never less than independence says.
 P is what the bounds alone say: too weak to matter for a parameter that the data determine, enough to keep the
 others finite.
@@ -35,7 +35,7 @@ _UNDETERMINED = 1.0
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What the data say about the free parameters (f of them).
+    """Identifiability of the free parameters (f of them).
 
     std (f,): standard deviation on the search scale; independent_std (f,): that for independent noise; low,
     high (f,): 95 % limits of the values, clipped to the bounds; one-sided for a parameter at a bound, which

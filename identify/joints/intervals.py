@@ -40,7 +40,7 @@ class Value:
 
     @property
     def status(self) -> str:
-        """What the data say about it."""
+        """Whether the data determine it."""
         half = (self.high - self.low) / 2
         if not np.isfinite(half):
             return BLIND

@@ -25,7 +25,7 @@ from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
 from identify.batch.loop import Watch, run_jobs
 from identify.batch.settings import posture_of, read_table
-from identify.core import atomic as whole
+from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.fitting.resume import held
@@ -119,7 +119,7 @@ def run_map(
         seconds = time.perf_counter() - begun
         result = _result(fit, fitted, model, rows, line_hz, options.tool, about, seconds)
         result_file.write(result, path)
-        whole.write_whole(
+        atomic.write_atomically(
             path.with_suffix(".csv"),
             lambda aside: aside.write_text(table_of(rows), encoding="utf-8"),
             _ELSEWHERE,

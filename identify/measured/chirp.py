@@ -64,8 +64,8 @@ def frf_from_chirp(history: TimeHistory, chirp: Chirp) -> FrfSet:
     """Receptances X/A (lines, responses, 1 of 2 inputs) of each block, averaged over blocks with the power of
     the force as weight (H1).
 
-    The set's `together` says that the forces act at once.  InputError for channels that the record lacks, or
-    a chirp that does not turn one way.
+    The set's `simultaneous_inputs` says that the forces act at once.  InputError for channels that the
+    record lacks, or a chirp that does not turn one way.
     """
     angle = history.data[:, :, _signal(history, chirp.angle, "rad")]
     frequency_hz = np.fft.rfftfreq(history.data.shape[1], 1 / history.sample_rate_hz)[1:]
@@ -97,7 +97,7 @@ def frf_from_chirp(history: TimeHistory, chirp: Chirp) -> FrfSet:
         outputs=tuple(history.channels[n] for n in responses),
         inputs=tuple(Channel.parse(text, "chirp.acts_at") for text in chirp.acts_at),
         quantity="receptance",
-        together=_LAG,
+        simultaneous_inputs=_LAG,
         source=history.source,
         sha256=history.sha256,
     )

@@ -27,10 +27,11 @@ class FrfSet:
     frequency_hz (L,), rising; frf (L, outputs, inputs), complex128, SI, NaN where a pair was not measured;
     coherence like frf or None; noise like frf or None: known standard deviation of real or imaginary part;
     averages behind each FRF or None; window_decay_per_s is the decay sigma of an exponential window e^{-sigma
-    t} that was put on force and response (0: none), so that the set samples H(sigma + j omega); together
-    (inputs,): phasors of forces that act at once, such as 1 and -j of one that rotates: the FRFs of the first
-    input are then the responses to all of them, and those of the others are NaN; source says which file it
-    came from, sha256 what was in it; notes are sentences on what of the file was not read.
+    t} that was put on force and response (0: none), so that the set samples H(sigma + j omega);
+    simultaneous_inputs (inputs,): phasors of forces that act at once, such as 1 and -j of one that
+    rotates: the FRFs of the first input are then the responses to all of them, and those of the others are
+    NaN; source says which file it came from, sha256 what was in it; notes are sentences on what of the file
+    was not read.
     """
 
     frequency_hz: Array
@@ -42,7 +43,7 @@ class FrfSet:
     noise: Array | None = None
     averages: int | None = None
     window_decay_per_s: float = 0.0
-    together: tuple[complex, ...] | None = None
+    simultaneous_inputs: tuple[complex, ...] | None = None
     source: str = ""
     sha256: str = ""
     notes: tuple[str, ...] = ()
@@ -87,5 +88,7 @@ class FrfSet:
             noise=None if self.noise is None else self.noise[pick],
             outputs=tuple(self.outputs[i] for i in outputs),
             inputs=tuple(self.inputs[i] for i in inputs),
-            together=None if self.together is None else tuple(self.together[i] for i in inputs),
+            simultaneous_inputs=None
+            if self.simultaneous_inputs is None
+            else tuple(self.simultaneous_inputs[i] for i in inputs),
         )

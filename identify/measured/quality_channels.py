@@ -95,9 +95,9 @@ def dead(frf_set: FrfSet) -> Iterator[Finding]:
     """Channels that are zero or constant."""
     for kind, channels, axis in (("Output", frf_set.outputs, 2), ("Input", frf_set.inputs, 1)):
         spread = np.nanmax(np.abs(np.diff(frf_set.frf, axis=0)), axis=0, initial=0.0)
-        still = np.nanmax(spread, axis=axis - 1, initial=0.0) == 0
+        constant = np.nanmax(spread, axis=axis - 1, initial=0.0) == 0
         found: list[Channel] = [
-            channel for channel, flat in zip(channels, still.tolist(), strict=True) if flat
+            channel for channel, flat in zip(channels, constant.tolist(), strict=True) if flat
         ]
         if found and len(frf_set.frequency_hz) > 1:
             sentence = (

@@ -19,7 +19,7 @@ CHANCE = 1e-8
 """Chance that noise alone explains as much as a mode must: poles are sought at thousands of places."""
 _LEAST_LINES = 64
 _MODEL_ERROR = 4.0
-"""How much more than errors that hang together give on average a mode must explain."""
+"""How much more than errors that are correlated give on average a mode must explain."""
 
 
 def reweighted(found: Fit) -> Equations:
@@ -70,7 +70,7 @@ def residual(found: Fit) -> Complex:
 
 def local_variance(found: Fit) -> tuple[Array, Array]:
     """Variance of a real weighted equation around every mode, and the factor by which a mode's unknowns are
-    less sure because errors hang together over lines, both (m,).
+    less sure because errors are correlated over lines, both (m,).
 
     Around: within five half-power bandwidths, at least 64 lines.  The factor is the variance of sums over a
     half-power bandwidth, over that of as many independent lines; what chance may give counts as 1.
@@ -150,6 +150,6 @@ def required(found: Fit) -> Array:
     variance, factor = local_variance(found)
     freedom = 2 * found.solution.shape[1] + 2 * found.participation.shape[1]
     floor = 1e-24 * found.moments.energy + np.finfo(float).tiny
-    # Errors that hang together are errors of the model, and poles are drawn to the largest of them.
+    # Correlated errors are errors of the model, and poles are drawn to the largest of them.
     margin = 1 + _MODEL_ERROR * (1 - 1 / factor)
     return np.asarray(variance * factor * margin * chdtri(freedom, CHANCE) + floor)

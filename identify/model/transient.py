@@ -173,5 +173,5 @@ class _Loop:
 
 def _growth(rate: Complex, time: float) -> Complex:
     """The integral of e^(rate t) over `time`; `time` itself at a rate of zero."""
-    still = np.abs(rate * time) < 1e-12
-    return np.asarray(np.where(still, time, np.expm1(rate * time) / np.where(still, 1.0, rate)))
+    limit = np.abs(rate * time) < 1e-12
+    return np.asarray(np.where(limit, time, np.expm1(rate * time) / np.where(limit, 1.0, rate)))

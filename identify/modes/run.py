@@ -18,7 +18,7 @@ from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 from threadpoolctl import threadpool_limits
 
-from identify.core.atomic import write_whole
+from identify.core.atomic import write_atomically
 from identify.core.errors import InputError
 from identify.core.interruption import check
 from identify.fitting.resume import held
@@ -245,6 +245,6 @@ def _write_tables(table: ModalTable, sensors: MeasuredGeometry | None, path: Pat
     if not len(table):
         return []
     shapes, fix = path.with_suffix(".uff"), "choose another with `--out`"
-    write_whole(path, partial(write_modal_table, table=table), fix)
-    write_whole(shapes, partial(write_shapes, table=table, geometry=sensors), fix)
+    write_atomically(path, partial(write_modal_table, table=table), fix)
+    write_atomically(shapes, partial(write_shapes, table=table, geometry=sensors), fix)
     return [path, shapes]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.core.atomic import check_writable, write_whole
+from identify.core.atomic import check_writable, write_atomically
 from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress
 from identify.fitting.resume import held, override, resumable, run_key
@@ -77,7 +77,7 @@ def write_tables(result: MotionResult, folder: Path | None) -> list[Path]:
         return []
     paths = [folder / f"{result.name}_{re.sub(_NOT_IN_NAMES, '_', name)}.csv" for name in result.records]
     for path, record in zip(paths, result.records.values(), strict=True):
-        write_whole(path, partial(_write_table, record=record), _OTHER_TABLES)
+        write_atomically(path, partial(_write_table, record=record), _OTHER_TABLES)
     return paths
 
 

@@ -31,7 +31,7 @@ _DIFFERENCE = 1e-3
 class TrajectoryObjective(Objective):
     """Simulated less recorded signals over their noise; a whole population moves side by side."""
 
-    dear: ClassVar[bool] = True
+    expensive: ClassVar[bool] = True
 
     def __init__(
         self, problem: MotionProblem, records: Sequence[PreparedRecord], noise: Mapping[str, float]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from identify.core.atomic import write_whole
+from identify.core.atomic import write_atomically
 from identify.core.interruption import check
 from identify.reports.kinds import read_any, report_of
 from identify.reports.kit.document import document
@@ -52,4 +52,4 @@ def _export(found: Sequence[tuple[str, bytes]], folder: Path) -> list[Path]:
 
 def _write(target: Path, content: bytes, fix: str) -> None:
     check()
-    write_whole(target, partial(Path.write_bytes, data=content), fix)
+    write_atomically(target, partial(Path.write_bytes, data=content), fix)

@@ -14,8 +14,7 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
-from identify.core import atomic as whole
-from identify.core import binary_input
+from identify.core import atomic, binary_input
 from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
 from identify.core.hdf5_tree import tree_of
@@ -39,7 +38,7 @@ T = TypeVar("T")
 
 def check_writable(path: Path) -> None:
     """Raise an InputError where a result cannot be written; what is at `path` stays."""
-    whole.check_writable(path, _ELSEWHERE)
+    atomic.check_writable(path, _ELSEWHERE)
 
 
 def write(result: Any, path: Path) -> None:
@@ -53,7 +52,7 @@ def write(result: Any, path: Path) -> None:
         file.attrs[CHECKSUM] = checksum(tree_of(file))
         file.flush()
         image = file.id.get_file_image()
-    whole.write_whole(path, partial(Path.write_bytes, data=image), _ELSEWHERE)
+    atomic.write_atomically(path, partial(Path.write_bytes, data=image), _ELSEWHERE)
     binary_input.wrote(path)
 
 

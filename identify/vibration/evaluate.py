@@ -46,7 +46,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
     targets, scale = problem.targets(), Scale(problem.parameters)
     trusted = uncertainty(targets, scale, fit.values)
     names = [problem.parameters[number].name for number in scale.free]
-    together = tuple(", ".join(group) for group in inseparable(trusted, names))
+    groups = tuple(", ".join(group) for group in inseparable(trusted, names))
     gaps = gap(targets, fit.values), gap(problem.targets("validate"), fit.values)
     study = problem.file.study
     return results.FitResult(
@@ -54,7 +54,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         name=study.name,
         seed=study.seed,
         verdict=(
-            *_verdict(fit, trusted, gaps, together, trusted.count),
+            *_verdict(fit, trusted, gaps, groups, trusted.count),
             *filter(None, (at_bounds(trusted, scale), _what_next(problem, gaps[0]))),
         ),
         notes=(*trusted.notes, *fault_notes(targets.frf, fit.values), *_start_notes(fit)),
@@ -69,7 +69,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         correlation=trusted.correlation,
         singular_values=trusted.singular_values,
         directions=trusted.directions,
-        inseparable=together,
+        inseparable=groups,
         starts=start_table(fit),
         history=fit.history,
         measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
@@ -81,7 +81,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
 
 
 def _verdict(
-    fit: Fit, trusted: Uncertainty, gaps: tuple[float, float], together: Sequence[str], count: int
+    fit: Fit, trusted: Uncertainty, gaps: tuple[float, float], groups: Sequence[str], count: int
 ) -> tuple[str, ...]:
     starts = f"{fit.agreeing} of {len(fit.starts)} starts" if len(fit.starts) > 1 else "one start"
     found = f"The fit ended at a cost of {fit.cost:.4g} after {fit.seconds:.1f} s; {starts} led there."
@@ -105,7 +105,7 @@ def _verdict(
         quality = f"The model {word}: the residual is {gaps[0]:.2f} times the noise{on}."
     status = np.array(trusted.status)
     determined = int(np.sum(status == "determined"))
-    rest = "" if not together else " Not determined, alone or in combination: " + "; ".join(together) + "."
+    rest = "" if not groups else " Not determined, alone or in combination: " + "; ".join(groups) + "."
     return found, quality, f"{determined} of {parameters} free parameters are determined by the data.{rest}"
 
 

@@ -277,7 +277,7 @@ def _read(file: StudyFile, settings: MeasurementSettings, name: str, posture: Ar
 
 
 def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
-    """The blows as stated, and the length of the records, one over the spacing of lines."""
+    """The impacts as stated, and the length of the records, one over the spacing of lines."""
     if settings.impact is None or len(data.frequency_hz) < 2:
         return None
     return Impact(

@@ -149,7 +149,7 @@ def test_the_index_of_many_jobs_is_written_now_and_then(
         written.append(path)
         now[0] += 0.05
 
-    monkeypatch.setattr(index_module, "write_whole", slowly)
+    monkeypatch.setattr(index_module, "write_atomically", slowly)
     index = BatchIndex(
         tmp_path / "index.json", {"batch": "many"}, {f"j{n}": Entry() for n in range(1000)}, began=0.0
     )

@@ -91,7 +91,9 @@ def response_modes(target: FrfTarget, values: Array | None) -> ModalTable:
     """Modes of the normalised responses, measured or, at values, of the model, by the same analysis."""
     frf = target.data.frf if values is None else target.predict(values)
     return analyse(
-        replace(target.data, frf=frf, together=None, noise=None).pairs(list(range(frf.shape[1])), [0])
+        replace(target.data, frf=frf, simultaneous_inputs=None, noise=None).pairs(
+            list(range(frf.shape[1])), [0]
+        )
     ).table
 
 

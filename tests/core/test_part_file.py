@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.core.atomic import locked, remove_asides, write_whole
+from identify.core.atomic import locked, remove_asides, write_atomically
 from identify.core.errors import InputError
 from identify.core.part_file import DamagedPart, PartFile
 from identify.fitting.journal import Journal
@@ -168,6 +168,6 @@ def test_what_cannot_be_written_leaves_what_was_there(tmp_path: Path) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with pytest.raises(InputError, match="No space left"):
-        write_whole(path, fails, "make room")
+        write_atomically(path, fails, "make room")
     assert [one.name for one in tmp_path.iterdir()] == ["x.h5"]
     assert path.read_text() == "before"

@@ -154,7 +154,7 @@ class TestCandidates:
         assert ["ry"] in axes
         assert ["rx", "ry"] not in axes
 
-    def test_amplitude_needs_blows_of_different_strength(self, problem: Problem) -> None:
+    def test_amplitude_needs_impacts_of_different_strength(self, problem: Problem) -> None:
         assert not any(effect.needs_levels for effect in candidates(problem, problem.file.study.effects))
 
 

@@ -72,7 +72,7 @@ def _worst(found: FrfSet) -> float:
 def test_the_normalised_response_is_the_combination_of_direct_and_cross_frfs(force: str) -> None:
     found = frf_from_chirp(_record(), Chirp(**SETTINGS, force=force))
     assert found.quantity == "receptance"
-    assert found.together == (1, -1j)
+    assert found.simultaneous_inputs == (1, -1j)
     assert [str(channel) for channel in found.outputs + found.inputs] == ["12:+X", "12:+Y", "14:+X", "14:+Y"]
     assert np.isnan(found.frf[:, :, 1]).all() and list(found.measured[0]) == [True, False]
     assert _worst(found) < 0.02

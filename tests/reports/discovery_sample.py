@@ -136,7 +136,7 @@ def _step(gap: float, other: float, best: str, kept: bool) -> StepResult:
         best=best,
         kept=kept,
         alike=(BASE,) if best == ODD else (),
-        advice="To tell them apart, measure p<4>:+X for a blow at p<1>:+X & look." if best == ODD else "",
+        advice="To tell them apart, measure p<4>:+X for an impact at p<1>:+X & look." if best == ODD else "",
         decision=decided,
     )
 

@@ -118,11 +118,11 @@ class Search:
         check()
         self.evaluations += 1
         size = len(x) + 1
-        rows = self.journal.replay(size * size) if self.objective.dear else None
+        rows = self.journal.replay(size * size) if self.objective.expensive else None
         if rows is None:
             residuals, slopes = self.objective.residuals(self.scale.to_values(x), self.scale.free)
             rows = _compressed(residuals, slopes * self.scale.slope(x)).ravel()
-            if self.objective.dear:
+            if self.objective.expensive:
                 self.journal.record(rows)
         rows = rows.reshape(size, size)
         return rows[:, -1], rows[:, :-1]

@@ -67,11 +67,13 @@ class SensorRotation(MeasurementEffect):
             axis, np.eye(3)
         )  # rows axis x e_b: the transpose of the matrix of the cross product
         along = np.outer(axis, axis)
-        still, cosine, sine = (turned(channels, numbers, part) for part in (along, np.eye(3) - along, across))
+        constant, cosine, sine = (
+            turned(channels, numbers, part) for part in (along, np.eye(3) - along, across)
+        )
 
         def matrix(own: Array) -> Array:
             angle = own[..., None]
-            return np.asarray(still + np.cos(angle) * cosine + np.sin(angle) * sine)
+            return np.asarray(constant + np.cos(angle) * cosine + np.sin(angle) * sine)
 
         def slope(own: Array) -> Array:
             return np.asarray((np.cos(own) * sine - np.sin(own) * cosine)[..., None])

@@ -46,7 +46,7 @@ class FrfAreaObjective(FrfObjective[FrfArea]):
         """Sum of absolute differences; in decibels, a channel that the model cannot move is left out."""
         difference = np.abs(self._difference(target.predict_pairs(candidates), target.measured))
         if self.cost.scale == "log":
-            difference = difference[..., target.moved]
+            difference = difference[..., target.observable]
         return np.asarray(np.sum(difference, axis=(-2, -1)))
 
     def parts(self, target: FrfTarget, values: Array, free: Index) -> tuple[Array, Array]:
@@ -54,7 +54,11 @@ class FrfAreaObjective(FrfObjective[FrfArea]):
         h, slope = target.gradient_pairs(values, free)
         measured = target.measured
         if self.cost.scale == "log":
-            h, slope, measured = h[:, target.moved], slope[:, target.moved], measured[:, target.moved]
+            h, slope, measured = (
+                h[:, target.observable],
+                slope[:, target.observable],
+                measured[:, target.observable],
+            )
             slope = slope / h[..., None] * _DECIBEL
         elif self.cost.compare == "magnitude":
             slope = slope * np.exp(-1j * np.angle(h))[..., None]

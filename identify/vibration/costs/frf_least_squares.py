@@ -76,14 +76,14 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         h, gradient = target.gradient_pairs(values, free)
         if self.cost.residual == "complex":
             return real_rows((h - target.measured) / target.sigma, gradient / target.sigma[..., None])
-        slope = gradient[:, target.moved] / h[:, target.moved, None]
+        slope = gradient[:, target.observable] / h[:, target.observable, None]
         return real_rows(self._logarithm(target, h), slope * self._weights(target)[..., None])
 
     def _logarithm(self, target: FrfTarget, h: Complex) -> Complex:
-        """Weighted ln(H_sim/H_exp) of the pairs that the model moves, (..., lines, moved)."""
-        ratio = h[..., target.moved] / target.measured[:, target.moved]
+        """Weighted ln(H_sim/H_exp) of the pairs that the model moves, (..., lines, observable)."""
+        ratio = h[..., target.observable] / target.measured[:, target.observable]
         return np.asarray(np.log(ratio) * self._weights(target), dtype=complex)
 
     def _weights(self, target: FrfTarget) -> Array:
-        noise = target.sigma[:, target.moved] / np.abs(target.measured[:, target.moved])
+        noise = target.sigma[:, target.observable] / np.abs(target.measured[:, target.observable])
         return np.asarray(1.0 / np.hypot(_LOG_FLOOR, noise))

@@ -80,7 +80,7 @@ class FrfTarget:
         return outputs, inputs
 
     @cached_property
-    def moved(self) -> NDArray[np.intp]:
+    def observable(self) -> NDArray[np.intp]:
         """Which pairs the model moves at all: a point on a rigid base has no FRF to compare on a logarithmic
         scale.
         """
@@ -117,10 +117,10 @@ class FrfTarget:
 
     def _at_once(self, h: Complex) -> Complex:
         """With forces that act together, their joint response in place of that of the first (..., inputs)."""
-        if self.data.together is None:
+        if self.data.simultaneous_inputs is None:
             return h
         mixed = h.copy()
-        mixed[..., 0] = h @ np.array(self.data.together)
+        mixed[..., 0] = h @ np.array(self.data.simultaneous_inputs)
         return mixed
 
     def _linear(self, values: Array, s: Complex) -> Complex:

@@ -16,7 +16,7 @@ PHASORS = (1.0 + 0j, -1j, 0j)
 def test_the_joint_response_stands_in_the_first_column(tmp_path: Path) -> None:
     each, parameters = targets(tmp_path)
     apart = each.frf[0]
-    at_once = replace(apart, data=replace(apart.data, together=PHASORS))
+    at_once = replace(apart, data=replace(apart.data, simultaneous_inputs=PHASORS))
     values = np.array([parameter.initial for parameter in parameters]) * np.linspace(
         0.8, 1.2, len(parameters)
     )
