@@ -13,6 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from scipy.io import loadmat
 from typer.testing import CliRunner
 
 from identify.cli import app
@@ -217,6 +218,26 @@ def test_a_geometry_without_unit_is_left_out_unless_the_unit_is_given(tmp_path: 
     kept, _ = run_modes(data, tmp_path / "a_modes.h5", modal={"max_order": 12}, length_unit="mm")
     geometry = kept.measurements["a"].geometry
     assert geometry is not None and geometry.points.max() == pytest.approx(0.9e-3)
+
+
+def test_frfs_that_the_modes_do_not_rebuild_end_with_a_way_out(tmp_path: Path) -> None:
+    spectra = loadmat(shared("data", "pydvma_ruler", "ruler_grid_acc_3.mat"))["yspec"]
+    lines_hz = np.arange(len(spectra)) * 20_000 / 32_768
+    points = tuple(Channel(k + 1, 3) for k in range(spectra.shape[1]))
+    ruler = FrfSet(lines_hz, spectra[:, :, None], points, points[:1], "accelerance", source="ruler")
+    data = tmp_path / "ruler.uff"
+    write_uff58(data, ruler)
+    said = invoke(data, "--out", tmp_path / "whole.h5", "--no-report", "--quiet")
+    assert said.exit_code == EXIT_NOT_CONVERGED
+    assert "do not rebuild the FRFs: narrow the band with `--band`" in said.output
+    kept = result_file.read(tmp_path / "whole.h5", ModesResult)
+    assert kept.found > 0 and kept.measurements["ruler"].total_error > 0.5
+    said = invoke(data, "--band", 20, 600, "--out", tmp_path / "low.h5", "--no-report", "--quiet")
+    assert said.exit_code == 0, said.output
+    low = result_file.read(tmp_path / "low.h5", ModesResult).measurements["ruler"]
+    for peak in (39, 108, 212, 352, 551):
+        assert np.min(np.abs(low.modes.frequency_hz - peak)) < 1, peak
+    assert low.total_error < 0.2
 
 
 def test_noise_alone_has_no_modes(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Experimental modal analysis without clicking: measured FRFs in, modal table and its quality out.
 
 The steps, each in its own file: `layout`, `stabilisation` (with `plscf` or `lsce`), `selection`, `verify`
-(with `refine` and `lsfd`), `scaling`, `cmif`, `reciprocity`, `window`.
+(with `refine`, `lsfd` and `imperfect`), `scaling`, `cmif`, `reciprocity`, `window`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from identify.modal.scaling import Scaling, scale
 from identify.modal.selection import Candidate, candidates, select
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram, stabilisation
-from identify.modal.verify import Verified, unrefined, verify
+from identify.modal.verified import Verified, unrefined
+from identify.modal.verify import verify
 from identify.modal.window import frequency_and_damping, seen_through
 
 
@@ -79,7 +80,7 @@ def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnal
         candidates(diagram, 0.0 if manual else settings.min_presence / 2), layout, settings
     )
     if settings.refine:
-        verified = verify(accepted, layout, settings, diagram)
+        verified = verify(accepted, layout, settings)
     else:
         verified = unrefined(accepted, layout, settings)
     verified = replace(verified, rejected=sorted(rejected + verified.rejected, key=lambda c: c.frequency_hz))
@@ -106,7 +107,8 @@ def _result(
     frequency, damping = frequency_and_damping(model.poles)
     seen_frequency, seen_damping = frequency_and_damping(seen_through(model.poles, layout.decay))
     noise = _noise(model.poles, verified.covariance)
-    std = noise
+    spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
+    std = np.hypot(noise, spread)
     synthesised = synthesise(model, layout.s, layout.power) + synthesise(
         verified.outside, layout.s, layout.power
     )

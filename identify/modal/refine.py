@@ -31,8 +31,7 @@ class Equations:
     """Complete responses and their weights: an FRF of response o and reference j is multiplied by line[l]
     reference[j] response[o], about the inverse of its noise.
 
-    s (L,); frf (L, references, responses); kinds: residual terms, see `lsfd.power_of`; growing: whether noise
-    may grow with the magnitude, or is as large at peaks as beside them.
+    s (L,); frf (L, references, responses); kinds: residual terms, see `lsfd.power_of`.
     """
 
     s: Complex
@@ -42,7 +41,6 @@ class Equations:
     line: Array
     reference: Array
     response: Array
-    growing: bool = True
 
     @classmethod
     def of(cls, layout: Layout, kinds: tuple[str, ...]) -> Equations:

@@ -21,6 +21,7 @@ _MANUAL_REACH = 0.02
 
 
 _LOOSE_MPC, _LOOSE_MPD = 0.5, 1.4
+_SHARE = 0.01
 
 
 @dataclass(frozen=True)
@@ -142,23 +143,31 @@ def _duplicate(candidate: Candidate, accepted: list[Candidate], settings: ModalS
     return ""
 
 
-def _without_idle(
+def without_idle(
     accepted: list[Candidate], layout: Layout, settings: ModalSettings
 ) -> tuple[list[Candidate], list[Candidate]]:
-    """Backward elimination: the mode that explains least goes, until all explain enough."""
+    """Backward elimination: the mode that explains least goes, until all explain their share of the response
+    around them.
+    """
+    share = least_share(settings)
     kept, gone = list(accepted), []
     while kept:
         poles, participation = arrays(kept)
-        share = contributions(layout, poles, participation, settings.residuals)
+        parts = contributions(layout, poles, participation, settings.residuals)
         kept = [
-            replace(candidate, contribution=float(part)) for candidate, part in zip(kept, share, strict=True)
+            replace(candidate, contribution=float(part)) for candidate, part in zip(kept, parts, strict=True)
         ]
         least = min(kept, key=lambda candidate: candidate.contribution)
-        if least.contribution >= settings.min_contribution:
+        if least.contribution >= share:
             break
         kept.remove(least)
         gone.append(replace(least, reason=idle_reason(least.contribution)))
     return kept, gone
+
+
+def least_share(settings: ModalSettings) -> float:
+    """Least part of the energy around a mode that only it explains, where noise is no measure of that."""
+    return _SHARE if settings.min_contribution is None else settings.min_contribution
 
 
 def idle_reason(contribution: float) -> str:

@@ -59,8 +59,13 @@ class ModalSettings(BaseModel):
     duplicate_mac: float = Field(
         0.7, ge=0, le=1, description="MAC that makes a close cluster a duplicate of a firmer one"
     )
-    min_contribution: float = Field(
-        0.01, ge=0, description="least part of the energy around a mode that only it explains"
+    min_contribution: float | None = Field(
+        None,
+        ge=0,
+        description=(
+            "least part of the energy around a mode that only it explains; where not given, more than noise"
+            " could, or 0.01 where the modes leave more than noise"
+        ),
     )
     modes_hz: tuple[float, ...] | None = Field(
         None, description="manual choice: the clusters nearest to these frequencies"

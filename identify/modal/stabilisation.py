@@ -161,9 +161,3 @@ def _neighbours(diagram: Diagram, radius: float) -> tuple[Index, Index, Array]:
     distance = apart + 1 - mac
     near = distance < radius
     return i[near], j[near], distance[near]
-
-
-def presence(diagram: Diagram, pole: complex) -> float:
-    """Part of the orders that have a pole within a half-bandwidth (rad/s) of this one."""
-    near = np.abs(diagram.poles - pole) < -pole.real
-    return len(np.unique(diagram.order[near])) / len(diagram.orders)

@@ -42,8 +42,8 @@ def reweighted(found: Fit) -> Equations:
         both = reference[:, None] * response
         line = _line_variance(
             np.mean(error * both**2, axis=(1, 2)),
-            np.mean(model * both, axis=(1, 2)) * equations.growing,
-            np.mean((model * both) ** 2, axis=(1, 2)) * equations.growing,
+            np.mean(model * both, axis=(1, 2)),
+            np.mean((model * both) ** 2, axis=(1, 2)),
         )
     return replace(equations, line=1 / np.sqrt(line), reference=reference, response=response)
 
@@ -107,10 +107,9 @@ def independent(error: Complex) -> Array:
     return np.asarray(smooth + np.finfo(float).tiny)
 
 
-def leftover(found: Fit) -> tuple[Array, Array, Array]:
+def leftover(found: Fit) -> tuple[Array, Array]:
     """How well the FRFs within a half-power bandwidth of each mode are explained, (m,) each: what is left
-    over independent noise (1: noise alone); what the mode explains over that and what is left beyond noise
-    together; what it explains over all that was measured there.
+    over independent noise (1: noise alone); what only the mode explains over all that was measured there.
     """
     weighted = found.equations.weighted
     error = (weighted - found.model()).reshape(len(weighted), -1)
@@ -129,8 +128,7 @@ def leftover(found: Fit) -> tuple[Array, Array, Array]:
     )
     left, energy, noise = (v[last] - v[first] for v in (left, energy, noise))
     rises = found.rises()
-    over = rises / (rises + np.maximum(left - noise, 0) + np.finfo(float).tiny)
-    return left / noise, over, rises / np.maximum(energy, np.finfo(float).tiny)
+    return left / noise, rises / np.maximum(energy, np.finfo(float).tiny)
 
 
 def over_noise(found: Fit) -> float:

@@ -24,7 +24,7 @@ FAILED_REBUILD = 0.5
 @dataclass(frozen=True)
 class ModeTable:
     """Modes (m), by frequency: damping ratios without the exponential window, seen_*: as it showed them;
-    *_std: standard deviations, from the noise of the FRFs.
+    *_std: standard deviations, over orders and noise.
 
     mpc (m,); mpd_deg (m,); channels of the shapes (m, channels); participation (m, references); auto_mac (m,
     m).

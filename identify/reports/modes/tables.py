@@ -102,8 +102,8 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         else "no exponential window was told"
     )
     note = (
-        "± 95 %: half a 95 % interval, from what the modes leave of the FRFs as noise; where they leave more"
-        f" than noise, a bias comes on top; {window}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
+        "± 95 %: half a 95 % interval, from scatter over orders and noise together; where modes are missing,"
+        f" a bias comes on top; {window}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
         " mean phase deviation, 0 for a real shape."
     )
     return Table(f"Modes, {m.name}", columns, tuple(rows), note)

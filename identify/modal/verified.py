@@ -1,0 +1,68 @@
+"""What refinement leaves of the selected modes, for `verify` and `imperfect`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Complex
+from identify.modal.layout import Layout
+from identify.modal.lsfd import ModalModel, lsfd
+from identify.modal.selection import Candidate, arrays, without_idle
+from identify.modal.settings import ModalSettings
+
+BEYOND = 1.5
+"""How far (as a factor) beyond the band a resonance may be and still be told from residuals."""
+
+
+@dataclass(frozen=True)
+class Verified:
+    """Modes that the data need, their model (rows in the same order), pole covariance (m, 2, 2) and those
+    that are none.
+
+    outside: what was fitted with the rest and is no mode of the table: resonances beyond the band, poles with
+    too much damping or a complex shape; they act as residuals.
+    """
+
+    modes: list[Candidate]
+    model: ModalModel
+    outside: ModalModel
+    covariance: np.ndarray
+    rejected: list[Candidate]
+
+
+def unrefined(modes: list[Candidate], layout: Layout, settings: ModalSettings) -> Verified:
+    """The modes as their clusters give them, those that explain too little aside; all that were chosen."""
+    idle: list[Candidate] = []
+    if settings.modes_hz is None:
+        modes, idle = without_idle(modes, layout, settings)
+    poles, participation = pole_arrays(modes, layout)
+    model = lsfd(layout, poles, participation, settings.residuals)
+    return Verified(modes, model, rows(model, np.zeros(0, dtype=int), {}), np.zeros((len(modes), 2, 2)), idle)
+
+
+def pole_arrays(modes: list[Candidate], layout: Layout) -> tuple[Complex, Complex]:
+    """Poles (m,) and participation (m, references) of the candidates, also of none."""
+    if modes:
+        return arrays(modes)
+    return np.zeros(0, dtype=complex), np.zeros((0, len(layout.references)), dtype=complex)
+
+
+def stays(mode: Candidate, pole: complex, layout: Layout) -> bool:
+    """Whether a decaying pole is within a half-bandwidth of its cluster, and its half-power band touches the
+    measured band.
+    """
+    frequency, damping = abs(pole) / (2 * np.pi), -pole.real / abs(pole)
+    seen = (
+        layout.frequency_hz[0] <= frequency * (1 + damping)
+        and frequency * (1 - damping) <= layout.frequency_hz[-1]
+    )
+    return bool(
+        seen and damping > 0 and abs(pole - mode.pole) <= max(mode.half_bandwidth, np.pi * layout.spacing_hz)
+    )
+
+
+def rows(model: ModalModel, which: np.ndarray, residuals: dict[str, np.ndarray]) -> ModalModel:
+    """Some rows of a model."""
+    return ModalModel(model.poles[which], model.participation[which], model.shapes[which], residuals)
