@@ -47,7 +47,7 @@ def held(path: Path, *, replace: bool = False) -> Iterator[None]:
 @contextmanager
 def kept_aside(path: Path, key: str, *, resume: bool = False, replace: bool = False) -> Iterator[PartFile]:
     """The part file of a run of `key` that will write `path`; it stays where the run does not come to its
-    end, whatever the reason, and is taken away where it does.
+    end, whatever the reason, and is taken away where it does, or where it has not begun.
 
     resume: with what an interrupted run of that key has left; InputError where it is one of something else,
     unless that may be replaced.
@@ -62,8 +62,11 @@ def kept_aside(path: Path, key: str, *, resume: bool = False, replace: bool = Fa
     try:
         yield part
     except BaseException:
-        with suppress(InputError):
-            part.flush()
+        if part.records:
+            with suppress(InputError):
+                part.flush()
+        else:
+            part.remove()  # refused before anything was worth keeping
         raise
     part.remove()
 

@@ -158,9 +158,9 @@ def test_a_finished_run_is_not_run_again(tilted: tuple[DiscoveryResult, list[Pat
 
 
 def test_nothing_is_added_where_nothing_is_hidden(tmp_path: Path) -> None:
-    result, written = run_discover(hidden(tmp_path, "none", 4), tmp_path / "none.h5", {}, Story(), workers=1)
+    result, written = run_discover(hidden(tmp_path, "none", 4), tmp_path / "found.h5", {}, Story(), workers=1)
     assert result.added.sentence == ()
-    assert written == [tmp_path / "none.h5"]
+    assert written == [tmp_path / "found.h5"]
     assert result.verdict[0].startswith("Nothing is missing")
 
 
@@ -208,7 +208,7 @@ def test_data_without_noise_are_refused(tmp_path: Path) -> None:
         app, ["discover", str(CONFIG.with_name("umons_tx200.yaml")), "--workers", "1"]
     )
     assert isinstance(answer.exception, InputError)
-    assert "modal table" in str(answer.exception)
+    assert "expected frf-least-squares" in str(answer.exception)
 
 
 @pytest.mark.parametrize("cost", ["frf-area", {"kind": "frf-least-squares", "residual": "log"}])

@@ -17,7 +17,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from identify.reports.kinds import KINDS
+from identify.core.analyses import OF_KIND
 from identify.reports.kit.cells import NONE, Number, Table
 from tests.reports.browser import Page, browser
 from tests.reports.kinds import CASES, Made, make
@@ -44,7 +44,7 @@ def page() -> Iterator[Page]:
 
 
 def test_every_kind_has_a_case() -> None:
-    assert {case.kind for case in CASES} == set(KINDS)
+    assert {case.kind for case in CASES} == set(OF_KIND)
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])

@@ -91,8 +91,20 @@ def batch_result() -> BatchResult:
         ("a sign of something",),
     )
     modes = ModesByPosture(hz, 0.03 + 0 * hz, 1.001 * hz, 0.031 + 0 * hz)
-    head = (result_file.LAYOUT, "batch", "made_up", verdict, notes, "2 local workers", 12.5, "", float("nan"))
-    return BatchResult(*head, jobs, parameters, modes, d, frf_result().provenance)
+    return BatchResult(
+        name="made_up",
+        verdict=verdict,
+        notes=notes,
+        seconds=12.5,
+        provenance=frf_result().provenance,
+        workers="2 local workers",
+        joint_file="",
+        joint_gap=float("nan"),
+        jobs=jobs,
+        parameters=parameters,
+        modes=modes,
+        dependence=d,
+    )
 
 
 def map_result() -> MapResult:
@@ -120,18 +132,19 @@ def map_result() -> MapResult:
         "The first mode lies between 10 and 14 Hz.",
         "The tool is most compliant at p01.",
     )
-    head = (
-        result_file.LAYOUT,
-        "map",
-        "made_up",
-        said,
-        ("intervals say <what>",),
-        3.5,
-        "2 local workers",
-        "fit.h5",
-        "tip on link3",
+    return MapResult(
+        name="made_up",
+        verdict=said,
+        notes=("intervals say <what>",),
+        seconds=3.5,
+        provenance=frf_result().provenance,
+        workers="2 local workers",
+        model="fit.h5",
+        tool="tip on link3",
+        joints=("j1", "j2", "j3"),
+        line_hz=line,
+        rows=rows,
     )
-    return MapResult(*head, ("j1", "j2", "j3"), line, rows, frf_result().provenance)
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,8 @@ from tests.reports.sample import frf_result, modal_result
 
 def _all(result: FitResult) -> list[Table]:
     run = (
-        tables.parameter_table,
         tables.start_table,
         tables.direction_table,
-        tables.provenance_table,
         tables.published_table,
         tables.published_modes_table,
         tables.profile_table,
@@ -26,7 +24,8 @@ def _all(result: FitResult) -> list[Table]:
         measurement_tables.error_table,
     )
     measurements = list(result.measurements.values())
-    made = [make(result) for make in run] + [measurement_tables.mode_table(m) for m in measurements]
+    made = [tables.parameter_rows(result.parameters), *(make(result) for make in run)]
+    made += [measurement_tables.mode_table(m) for m in measurements]
     made += [measurement_tables.frf_table(m.name, m.frf) for m in measurements if m.frf]
     return [table for table in made if table is not None]
 
@@ -39,7 +38,7 @@ def test_every_row_fits_its_columns(result: FitResult) -> None:
 
 
 def test_parameters() -> None:
-    rows = tables.parameter_table(frf_result()).rows
+    rows = tables.parameter_rows(frf_result().parameters).rows
     assert rows[0] == (
         "joint1.rz.stiffness",
         "1.835e6",
@@ -52,7 +51,7 @@ def test_parameters() -> None:
         "1.000e8",
         "determined",
     )
-    assert rows[2][-1] == "weak, at its upper bound"
+    assert rows[2][-1] == "weak"
     assert rows[3][3:6] == (NONE, NONE, NONE)
     assert rows[3][-1] == "fixed"
 

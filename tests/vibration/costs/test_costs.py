@@ -173,10 +173,10 @@ def test_a_tenth_counts_as_one_where_noise_is_small_and_noise_as_one_where_it_is
 
 def test_the_weight_of_a_mode_is_a_bell_of_the_stated_width() -> None:
     """Its standard deviation by moments, its height at the mode and far away."""
-    from identify.vibration.costs.normalized_response import Weights
+    from identify.vibration.costs.normalized_response import ResonanceWeights
 
     f = np.linspace(0.0, 60.0, 6001)
-    bell = Weights(modes_hz=[30.0], width_hz=2.5, height=4.0).at(f) - 1
+    bell = ResonanceWeights(modes_hz=[30.0], width_hz=2.5, height=4.0).at(f) - 1
     assert bell.max() == pytest.approx(3.0)
     assert bell[[0, -1]] == pytest.approx([0, 0], abs=1e-9)
     assert np.sum(bell * f) / bell.sum() == pytest.approx(30.0)
