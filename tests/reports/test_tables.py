@@ -52,6 +52,9 @@ def test_parameters() -> None:
         "determined",
     )
     assert rows[2][-1] == "weak"
+    p = frf_result().parameters
+    at_bound = dataclasses.replace(p, status=(*p.status[:2], "at its upper bound", *p.status[3:]))
+    assert tables.parameter_rows(at_bound).rows[2][-1] == "at its upper bound"
     assert rows[3][3:6] == (NONE, NONE, NONE)
     assert rows[3][-1] == "fixed"
 
