@@ -9,6 +9,7 @@ import pytest
 
 from identify.reports.fit import measurement_tables, tables
 from identify.reports.kit.cells import NONE, Table
+from identify.reports.kit.settings import provenance_table
 from identify.results.fit import FitResult
 from tests.reports.sample import frf_result, modal_result
 
@@ -17,6 +18,7 @@ def _all(result: FitResult) -> list[Table]:
     run = (
         tables.start_table,
         tables.direction_table,
+        provenance_table,
         tables.published_table,
         tables.published_modes_table,
         tables.profile_table,
