@@ -20,10 +20,11 @@ from identify.explain.study import read_explain_study
 from identify.joints.study import read_joint_study
 from identify.measured import delimited, hdf5
 from identify.measured.frf_set import FrfSet
-from identify.measured.loaders import load_frf_set
+from identify.measured.loaders import load_frf_set, load_time_history
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import read_modal_table, write_modal_table
 from identify.measured.quality import check
+from identify.measured.record_files import RecordFile
 from identify.measured.uff.write import write_uff58
 from identify.motion.study import read_motion_study
 from identify.reports.kinds import read_any
@@ -38,9 +39,13 @@ from identify.vibration.reference import read_reference
 from identify.vibration.study import read_study
 from tests.hostile.mutate import BYTES, TEXT, Mutant
 from tests.measured.frf_sets import some_set
+from tests.measured.mat_files import content, write_v73
 from tests.reports.modes_sample import modes_result
+from tests.shared import ROOT as SHARED
 
 ROOT = Path(__file__).parents[2]
+MEASURED = SHARED / "data/kuka_kr300_weigand/data_FF_A.mat"
+_VARIABLES = ["rec.time_cont", "rec.act_pos_mot_deg", "rec.act_torque_abs_nm"]
 Facts = Mapping[str, Any]
 """What was read, by owner: an array, or anything that can be compared by its text."""
 
@@ -107,6 +112,19 @@ def modal_facts(read: Callable[[Path], ModalTable], path: Path) -> Facts:
     return {f"mode {f}": (f, d, s) for f, d, s in rows}
 
 
+def history_facts(path: Path) -> Facts:
+    """A fact for every channel of time histories."""
+    history = load_time_history(path)
+    channels = {str(name): history.data[..., i] for i, name in enumerate(history.channels)}
+    return {**channels, "rate": history.sample_rate_hz}
+
+
+def record_facts(names: list[str], path: Path) -> Facts:
+    """A fact for every array of a recorded motion."""
+    file = RecordFile(path)
+    return {name: file.array(name) for name in names}
+
+
 def reference_facts(known: list[str], path: Path) -> Facts:
     """A fact for every parameter and mode."""
     found = read_reference(path, known)
@@ -146,7 +164,10 @@ def kinds(folder: Path) -> list[Kind]:
     write_uff58(made / "binary.uff", frfs, binary=True)
     delimited.write_frf(made / "frf.csv", frfs)
     hdf5.write_frf(made / "frf.h5", frfs)
-    _write_mat(made / "frf.mat", frfs)
+    savemat(made / "frf.mat", content(frfs))
+    write_v73(made / "frf73.mat", content(frfs))
+    runs = data / "joint_runs/speed08.csv"
+    columns = runs.read_text().splitlines()[0].split(",")
     shaped = read_modal_table(data / "umons_tx200/modes_measured.yaml")
     write_modal_table(made / "modes.csv", shaped)
     result_file.write(modes_result(), made / "result.h5")
@@ -175,21 +196,15 @@ def kinds(folder: Path) -> list[Kind]:
         Kind("result without checksum", made / "old.h5", result_facts, text=False),
         Kind("study with its files", made / "problem.yaml", problem_facts, owners=1000),
     ]
+    listed += [
+        Kind("mat v7.3", made / "frf73.mat", frf_facts, text=False),
+        Kind("histories uff", data / "fast_chirp_rx160/zone1_pass1.uff", history_facts, text=False),
+        Kind("records csv", runs, partial(record_facts, columns)),
+    ]
+    if MEASURED.exists():
+        listed.append(Kind("records mat", MEASURED, partial(record_facts, _VARIABLES), text=False))
     configs = sorted((ROOT / "configs").glob("*.yaml"))
     return listed + [Kind(f"config {path.stem}", path, config_facts) for path in configs]
-
-
-def _write_mat(path: Path, frfs: FrfSet) -> None:
-    savemat(
-        path,
-        {
-            "frequency_hz": frfs.frequency_hz,
-            "frf": frfs.frf,
-            "outputs": [str(channel) for channel in frfs.outputs],
-            "inputs": [str(channel) for channel in frfs.inputs],
-            "unit": "m/s^2/N",
-        },
-    )
 
 
 def excess(kind: Kind, mutant: Mutant, original: bytes, before: Facts, after: Facts) -> str:
