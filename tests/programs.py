@@ -20,6 +20,7 @@ import h5py
 import numpy as np
 
 from identify import cli
+from identify.core import part_file
 
 _PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.show", "scipy.stats"]
 _OF_TIME = re.compile(r"/(seconds|written|checksum|workers|realtime_factor|jobs/file)$")
@@ -35,10 +36,13 @@ def programs() -> ForkServerContext:
 
 @dataclass(frozen=True)
 class Trouble:
-    """What befalls a run from within: a signal at its n-th write to the disk, no file above so many bytes."""
+    """What befalls a run from within: a signal at its n-th write to the disk, no file above so many bytes,
+    and whether its journal is written at each record rather than about once a second.
+    """
 
     signal_at_write: tuple[int, int] | None = None
     largest_file: int | None = None
+    each_record: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,8 @@ def _main(words: list[str], said: Path, ready: Path, trouble: Trouble) -> None:
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - as long as the process
     if trouble.signal_at_write is not None:
         _at_write(*trouble.signal_at_write)
+    if trouble.each_record:
+        part_file._EVERY_S = 0.0
     if trouble.largest_file is not None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (trouble.largest_file, resource.RLIM_INFINITY))
     command = cli.app

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from identify.core.errors import InputError
-from identify.fitting.fit import Progress, fit
+from identify.fitting.fit import Fit, Progress, Start, fit
 from identify.results.file import read, write
 from identify.results.fit import FitResult
+from identify.vibration.evaluate import evaluate
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.run import run_fit
@@ -163,3 +164,17 @@ def test_tx200_is_as_good_as_the_issue_asks() -> None:
         for joint in (1, 2, 3):
             paper = problem.reference.parameters[f"joint{joint}.rz.stiffness"]
             assert 1 / 3 < found.values[2 * (joint - 1)] / paper < 3
+
+
+def test_what_of_a_file_was_not_read_is_said_in_the_result() -> None:
+    problem = load_problem(read_study(ARM))
+    start = Start(problem.initial, problem.initial, 1.0, 0, 0.0, True, "")
+    begun = Fit(problem.initial, 1.0, (start,), np.zeros((0, 5)), 0.0)
+    assert not any("not read" in note for note in evaluate(problem, begun, "").notes)
+    first = problem.measurements[0]
+    data = dataclasses.replace(first.target.data, notes=("dataset 7 (function type 9) is not read",))
+    target = dataclasses.replace(first.target, data=data)
+    rest = problem.measurements[1:]
+    partly = dataclasses.replace(problem, measurements=(dataclasses.replace(first, target=target), *rest))
+    expected = "posture1: in the file, dataset 7 (function type 9) is not read"
+    assert evaluate(partly, begun, "").notes[0] == expected

@@ -105,6 +105,18 @@ def test_a_full_disk_is_a_sentence(
     _resumed(case, out, calm)
 
 
+def test_a_disk_that_fills_during_the_journal_is_a_sentence_and_keeps_its_whole_records(
+    context: ForkServerContext, case: Case, calm: Path, tmp_path: Path
+) -> None:
+    out, said = tmp_path / "out.h5", tmp_path / "said.txt"
+    trouble = Trouble(largest_file=3000, each_record=True)
+    assert begun(context, _words(case, out), said, trouble).ended() == 2
+    assert "out.h5.part: cannot be written" in said.read_text()
+    part = PartFile.read(part_of(out))
+    assert part is not None and len(part.records) > 3
+    _resumed(case, out, calm)
+
+
 def test_a_second_run_is_refused_and_the_first_is_not_disturbed(
     context: ForkServerContext, case: Case, calm: Path, tmp_path: Path
 ) -> None:

@@ -19,6 +19,7 @@ from identify.model.effects.base import Effect
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
+from identify.vibration.study import StudyFile
 
 Option = selection.Option[Effect, Trial]
 Step = selection.Step[Effect, Trial]
@@ -59,16 +60,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
 
 
 def check_data(problem: Problem) -> None:
-    """Raise an InputError unless the study's cost is the likelihood, and every measurement to be fitted has
-    FRFs with known noise.
-    """
-    if problem.file.study.cost != parse_cost("frf-least-squares"):
-        raise InputError(
-            "cost",
-            problem.file.study.cost.kind,
-            "frf-least-squares without options, the likelihood that discovery weighs evidence with",
-            "set `cost: frf-least-squares`",
-        )
+    """Raise an InputError unless every measurement to be fitted has FRFs with known noise."""
     for m in problem.measurements:
         if not isinstance(m.target, FrfTarget):
             raise InputError(
@@ -78,6 +70,17 @@ def check_data(problem: Problem) -> None:
                 "discovery compares FRFs with their noise; leave the table out",
             )
         _ = m.target.sigma
+
+
+def check_cost(file: StudyFile) -> None:
+    """Raise an InputError unless the study's cost is the likelihood; needs no data."""
+    if file.study.cost != parse_cost("frf-least-squares"):
+        raise InputError(
+            f"{file.path}, key cost",
+            file.study.cost.kind,
+            "frf-least-squares without options, the likelihood that discovery weighs evidence with",
+            "set `cost: frf-least-squares`",
+        )
 
 
 def in_turn(

@@ -20,7 +20,7 @@ from identify.core.part_file import PartFile
 from identify.discovery import sentences
 from identify.discovery.advise import advise
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
-from identify.discovery.loop import Discovery, Step, check_data, discover
+from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
 from identify.discovery.new_config import config_text, entry_of, write_config
 from identify.discovery.trial import Trial
 from identify.discovery.workers import Workers
@@ -61,6 +61,7 @@ def run_discover(
     path = out or Path("reports") / f"{file.study.name}_discovery.h5"
     if config.resolve() == path.with_suffix(".yaml").resolve():
         raise InputError(str(config), "would be overwritten by the new study", fix="choose another `--out`")
+    check_cost(file)
     with threadpool_limits(1):
         problem = load_problem(file)
         check_data(problem)

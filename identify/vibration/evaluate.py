@@ -57,7 +57,12 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
             *_verdict(fit, trusted, gaps, groups, trusted.count),
             *filter(None, (at_bounds(trusted, scale), _what_next(problem, gaps[0]))),
         ),
-        notes=(*trusted.notes, *fault_notes(targets.frf, fit.values), *_start_notes(fit)),
+        notes=(
+            *_file_notes(problem),
+            *trusted.notes,
+            *fault_notes(targets.frf, fit.values),
+            *_start_notes(fit),
+        ),
         effects=tuple(effect.sentence() for effect in study.effects),
         cost_kind=study.cost.kind,
         cost=fit.cost,
@@ -118,6 +123,16 @@ def _what_next(problem: Problem, gap: float) -> str:
             f"Something is missing from the model: `identify discover {problem.file.path.name}` looks for it."
         )
     return ""
+
+
+def _file_notes(problem: Problem) -> list[str]:
+    """What of the measured files was not read, in sentences."""
+    return [
+        f"{m.name}: in the file, {note}"
+        for m in problem.measurements
+        if isinstance(m.target, FrfTarget)
+        for note in m.target.data.notes
+    ]
 
 
 def _start_notes(fit: Fit) -> list[str]:

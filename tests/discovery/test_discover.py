@@ -18,13 +18,12 @@ from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.discovery import workbench
 from identify.discovery.candidates import candidates
-from identify.discovery.loop import check_data
+from identify.discovery.loop import check_cost
 from identify.discovery.run import run_discover
 from identify.fitting.selection.workbench import Story
 from identify.results import file as result_file
 from identify.results.discovery import DiscoveryResult
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.problem import load_problem
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
 from tests.generator.cases import hide
@@ -215,8 +214,7 @@ def test_data_without_noise_are_refused(tmp_path: Path) -> None:
 def test_another_cost_than_the_likelihood_is_refused(cost: object) -> None:
     """It was ignored, and the result gave the likelihood's value for it."""
     file = read_study(CONFIG.with_name("arm_hammer_test.yaml"))
-    problem = load_problem(file)
-    check_data(problem)
+    check_cost(file)
     study = file.study.model_copy(update={"cost": parse_cost(cost)})
-    with pytest.raises(InputError, match=r"cost: .*likelihood"):
-        check_data(replace(problem, file=file.model_copy(update={"study": study})))
+    with pytest.raises(InputError, match=r"key cost: .*likelihood"):
+        check_cost(file.model_copy(update={"study": study}))
