@@ -23,14 +23,14 @@ _AXES = ("X", "Y", "Z")
 
 @dataclass(frozen=True)
 class _Place:
-    """A measurement that could be made: at a posture (rad), a response channel and a struck channel; ratio:
+    """A measurement that could be made: at a posture (rad), a response channel and an impact channel; ratio:
     how far apart in noise.
     """
 
     posture: Array
     new: bool
     output: str
-    struck: str
+    impact: str
     ratio: float
 
 
@@ -39,7 +39,7 @@ def advise(
     one: tuple[Sequence[Effect], Mapping[str, float]],
     other: tuple[Sequence[Effect], Mapping[str, float]],
 ) -> str:
-    """Which response, blow and posture would tell two models (effects, values by name) apart, against noise
+    """Which response, impact and posture would tell two models (effects, values by name) apart, against noise
     like today's.
     """
     from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
@@ -60,13 +60,13 @@ def advise(
         max(tried, key=lambda p: p.ratio),
     )
     sentence = (
-        f"To tell them apart, measure {here.output} for an impact at {here.struck} in a measured posture"
+        f"To tell them apart, measure {here.output} for an impact at {here.impact} in a measured posture"
         f" ({_degrees(here.posture)}): "
     )
     sentence += f"they differ there by up to {here.ratio:.1f} times the noise."
     if best.new and best.ratio > 1.5 * here.ratio:
         sentence += (
-            f" Better still, {best.output} for an impact at {best.struck} at joint angles"
+            f" Better still, {best.output} for an impact at {best.impact} at joint angles"
             f" {_degrees(best.posture)}: {best.ratio:.1f} times."
         )
     return sentence
@@ -83,9 +83,9 @@ def _furthest(
     """Where two models differ most at a posture, over all points and axes."""
     first, second = (_all_frfs(problem, target, posture, effects, values) for effects, values in models)
     apart = np.abs(first - second).max(axis=0) / noise
-    output, struck = np.unravel_index(int(np.argmax(apart)), apart.shape)
+    output, impact = np.unravel_index(int(np.argmax(apart)), apart.shape)
     names = [f"{point.name}:{axis}" for point in problem.points.values() for axis in _AXES]
-    return _Place(posture, new, names[int(output)], names[int(struck)], float(apart[output, struck]))
+    return _Place(posture, new, names[int(output)], names[int(impact)], float(apart[output, impact]))
 
 
 def _all_frfs(

@@ -58,8 +58,8 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
         information, count = information + own, count + 2 * e.size
         common = target.predict_pairs(values) / target.sigma if target.noise is not None else target.measured
         for entry in np.unique(target.pairs[1]):
-            blow = target.pairs[1] == entry
-            variance += score_variance(e[:, blow], j[:, blow], common[:, blow])
+            column = target.pairs[1] == entry
+            variance += score_variance(e[:, column], j[:, column], common[:, column])
     variance *= count / max(1, count - len(free))
     for modal in targets.modal:
         residuals, slopes = _modal_residuals(modal, values, free)

@@ -40,7 +40,7 @@ NODES = [5, 7, 9, 11, 13, 14]
 
 
 @dataclass(frozen=True)
-class Blow:
+class Hit:
     """One simulated impact: what the hammer did and how the arm moved, without noise."""
 
     impact: Impact
@@ -59,26 +59,26 @@ class Repeated:
         linear = [linearise(plant, self.spec.hammer_points[0]) for plant in plants]
         self.chain: Chain = make_chain(self.spec, stated_decay(self.spec, linear), plants)
         self.names, rng = plants[0].sensors, np.random.default_rng(seed)
-        self.blows = [[self._blows(plant, axis, rng) for axis in range(3)] for plant in plants]
+        self.hits = [[self._hits(plant, axis, rng) for axis in range(3)] for plant in plants]
 
-    def _blows(self, plant: object, axis: int, rng: np.random.Generator) -> list[Blow]:
-        blows = []
+    def _hits(self, plant: object, axis: int, rng: np.random.Generator) -> list[Hit]:
+        hits = []
         for _ in range(self.spec.averages):
             impact = swing(rng, axis, self.spec.peak_n, 0.0, self.chain.step)
             motion = plant.respond(
                 self.spec.hammer_points[0], impact.force, impact.end, self.chain.step, self.chain.steps
             )  # type: ignore[attr-defined]
-            blows.append(Blow(impact, motion))
-        return blows
+            hits.append(Hit(impact, motion))
+        return hits
 
     def measure(self, posture: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """FRFs and coherences (lines, outputs, 3) of one posture with fresh noise."""
         times, window, columns = self.chain.step * np.arange(self.chain.steps), self.chain.window(), []
-        for blows in self.blows[posture]:
+        for hits in self.hits[posture]:
             forces, responses = [], []
-            for blow in blows:
-                forces.append(window * self.chain.force(blow.impact.reading(times), rng))
-                records = self.chain.responses(blow.motion, self.names, rng)
+            for hit in hits:
+                forces.append(window * self.chain.force(hit.impact.reading(times), rng))
+                records = self.chain.responses(hit.motion, self.names, rng)
                 responses.append(window[:, None] * records.reshape(self.chain.samples, -1))
             columns.append(
                 h1(np.array(forces), np.array(responses), self.spec.sample_rate_hz).band(*self.spec.band_hz)

@@ -32,7 +32,7 @@ KINDS = ("tilt_j2", "base_rocking", "radial_j3", "absorber_l3", "payload", "dela
 NOISE = (0.01, 0.1, 1.0, 4.0)
 """Of each response sample, m/s^2.  0.01 is an ordinary accelerometer."""
 FORCE_NOISE = 0.3
-"""Of each force sample, N.  With 10 N, as strong over the record as the blow itself, H1 is so biased that
+"""Of each force sample, N.  With 10 N, as strong over the record as the impact itself, H1 is so biased that
 masses are named that are not there: 2 of 4 nulls."""
 SIZES = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Times the ordinary size of what is hidden; a compliance is divided by it."""

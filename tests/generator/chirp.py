@@ -30,7 +30,7 @@ from tests.generator.universal import Function, Record, dataset, time_dataset
 RATE, STEP, OVERSAMPLING = 256.0, 1 / 4096, 16
 SECONDS, SWEEP_S, END_HZ = 6.0, 4.0, 40.0
 OFFSET_KG, RADIUS_M = 0.16, 0.02
-PASSES, BLOWS = 3, 3
+PASSES, HITS = 3, 3
 _VARIES = {"stiffness": 0.005, "damping": 0.03, "friction": 0.1, "posture_deg": 0.1}
 """Standard deviations from pass to pass, relative but for the posture: temperature, lubrication, where the
 path began.
@@ -197,7 +197,7 @@ def records(ride: Ride, sweep: Sweep, rng: np.random.Generator) -> list[Record]:
 
 
 def hammer(robot: Machine, zone: str, rng: np.random.Generator) -> bytes:
-    """FRFs of the bracket from the tool in all three directions, some blows each of 200 N, the robot moving,
+    """FRFs of the bracket from the tool in all three directions, some hits each of 200 N, the robot moving,
     a spacer for the load cell.
     """
     held, steps = plant(robot, ZONES_DEG[zone], spacer=True), round(_HAMMER_S / STEP)
@@ -206,11 +206,11 @@ def hammer(robot: Machine, zone: str, rng: np.random.Generator) -> bytes:
     idle = held.ride("tool", lambda time: np.zeros(3), rates, STEP, steps, [])
     for axis in range(3):
         forces, responses = [], []
-        for _ in range(BLOWS):
-            blow = replace(swing(rng, axis, 200.0, 0.0, STEP), start=0.05)
-            ride = held.ride("tool", blow.force, rates, STEP, steps, [])
+        for _ in range(HITS):
+            hit = replace(swing(rng, axis, 200.0, 0.0, STEP), start=0.05)
+            ride = held.ride("tool", hit.force, rates, STEP, steps, [])
             force, motion = (
-                sampled(blow.reading(times)),
+                sampled(hit.reading(times)),
                 sampled(ride.acceleration[:, 0] - idle.acceleration[:, 0]),
             )
             forces.append(force + 0.1 * rng.normal(size=len(force)))

@@ -2,7 +2,7 @@
 data/kobe_36dof.
 
 First the arm without J4 to J6, then the whole of it; servos on.  Base and first link are elastic, which the
-user of the data is not told. Five blows along Y; every point is recorded with each, with noise of its own on
+user of the data is not told. Five hits along Y; every point is recorded with each, with noise of its own on
 force and response, as if it had been struck anew.
 """
 
@@ -27,7 +27,7 @@ from tests.generator.servo import Loop, ServoPlant
 from tests.generator.structure import BaseCompliance, LinkFlexibility
 from tests.generator.tree import Dof, Tree, at_posture
 
-BLOWS, PEAK_N = 5, 150.0
+HITS, PEAK_N = 5, 150.0
 CHAIN = Chain(
     rate=512.0, duration=2.0, oversampling=32, noise_force=0.1, noise_response=8e-3, window_decay=2.0
 )
@@ -93,17 +93,17 @@ def plant(robot: Kobe, joints: int) -> ServoPlant:
 
 
 def hammer_test(held: ServoPlant, seed: int) -> Estimate:
-    """FRFs of all channels (lines, outputs) from blows along Y of the last point."""
+    """FRFs of all channels (lines, outputs) from hits along Y of the last point."""
     rng = np.random.default_rng([seed, 0x4B])
-    blows = [swing(rng, 1, PEAK_N, 0.0, CHAIN.step) for _ in range(BLOWS)]
+    hits = [swing(rng, 1, PEAK_N, 0.0, CHAIN.step) for _ in range(HITS)]
     times, window, points = CHAIN.step * np.arange(CHAIN.steps), CHAIN.window(), len(held.sensors)
-    forces, responses = np.empty((points, BLOWS, CHAIN.samples)), np.empty((points, BLOWS, CHAIN.samples, 3))
-    for number, blow in enumerate(blows):
-        motion = held.respond(held.sensors[-1], blow.force, blow.end, CHAIN.step, CHAIN.steps)
+    forces, responses = np.empty((points, HITS, CHAIN.samples)), np.empty((points, HITS, CHAIN.samples, 3))
+    for number, hit in enumerate(hits):
+        motion = held.respond(held.sensors[-1], hit.force, hit.end, CHAIN.step, CHAIN.steps)
         recorded = window[:, None, None] * CHAIN.responses(motion, held.sensors, rng)
         responses[:, number] = np.moveaxis(recorded, 1, 0)
         for point in range(points):
-            forces[point, number] = window * CHAIN.force(blow.reading(times), rng)
+            forces[point, number] = window * CHAIN.force(hit.reading(times), rng)
     each = [h1(forces[point], responses[point], CHAIN.rate).band(*BAND_HZ) for point in range(points)]
     return Estimate(
         each[0].frequency_hz, np.hstack([one.h1 for one in each]), np.hstack([one.coherence for one in each])
@@ -126,7 +126,7 @@ def write(path: Path, estimate: Estimate, nodes: list[int]) -> None:
         file["outputs"] = [f"{node}:+{axis}" for node in nodes for axis in "XYZ"]
         file["inputs"] = [f"{nodes[-1]}:+Y"]
         file.attrs.update(
-            quantity="accelerance", unit="(m/s^2)/N", averages=BLOWS, window_decay_per_s=CHAIN.window_decay
+            quantity="accelerance", unit="(m/s^2)/N", averages=HITS, window_decay_per_s=CHAIN.window_decay
         )
 
 

@@ -28,7 +28,7 @@ def test_frf_of_a_short_record_is_the_sum_over_that_record(power: int) -> None:
     motion = {0: x, 1: v, 2: -(c * v + k * x) / m}[power]
     expected = np.array([np.sum(motion * np.exp(-s * t)) * 1e-5 for s in S]) + (
         1 / m if power == 2 else 0
-    )  # the blow itself
+    )  # the impact itself
     matrices = [np.array([[value]]) for value in (m, c, k)]
     found = frf(*matrices, S, np.ones((1, 1)), np.ones((1, 1)), power, T)[:, 0, 0]
     assert found == pytest.approx(expected, rel=1e-5)

@@ -1,5 +1,5 @@
-"""Nonlinear torques after a blow: against closed forms, and against an integrator that knows nothing of modes
-and time steps.
+"""Nonlinear torques after an impact: against closed forms, and against an integrator that knows nothing of
+modes and time steps.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from identify.model.transient import AttachedTorque, Models, Response, simulate
 
 Array = NDArray[np.float64]
 MASS, STIFFNESS, SPEED = 2.0, 2.0 * (2 * np.pi * 10) ** 2, 0.3
-"""One mass on a spring, 10 Hz, and the speed (m/s) that the blow gives it."""
+"""One mass on a spring, 10 Hz, and the speed (m/s) that the impact gives it."""
 RIGID = (1e9, 1e-9)
 
 
@@ -66,7 +66,7 @@ def test_friction_that_holds_the_spring_stops_the_mass_for_good() -> None:
 @pytest.mark.parametrize("stiffer", [0.1, 0.5])
 def test_a_cubic_spring_follows_its_backbone(stiffer: float) -> None:
     """After one period of the Duffing oscillator, 4 K(m) / sqrt((k + k3 a^2) / M), everything is as after the
-    blow.
+    impact.
     """
     linear_amplitude = SPEED * np.sqrt(MASS / STIFFNESS)
     cubic = stiffer * STIFFNESS / linear_amplitude**2

@@ -170,7 +170,7 @@ def _tested(case: str, folder: Path, levels: Sequence[float] = (0.3, 3.0)) -> Pa
 
 
 def _study(test: Path, effects: list[dict[str, Any]], stated: bool = True) -> Path:
-    """A config beside the test; `stated` says whether it tells how hard the blows were."""
+    """A config beside the test; `stated` says whether it tells how hard the impacts were."""
     about = json.loads((test / "test.json").read_text())
     usual = {"averages": about["averages"], "window_decay_per_s": about["exponential_window_decay_per_s"]}
     files = [
@@ -210,7 +210,7 @@ def _fitted(test: Path, effects: list[dict[str, Any]]) -> tuple[Problem, np.ndar
 def test_it_is_found_in_a_simulated_test(
     case: str, kind: str, parameter: str, truth_of: str, close: float, tmp_path: Path
 ) -> None:
-    """Four blows within 20 % of their level leave 6 % of their mean open (one sigma), and twice that of a
+    """Four impacts within 20 % of their level leave 6 % of their mean open (one sigma), and twice that of a
     cubic stiffness.
     """
     joint = int(case[-1])
