@@ -115,6 +115,16 @@ class FrfTarget:
             h = reading.apply(h, values[..., numbers], s)
         return self._at_once(h[..., : len(self.data.outputs), :])
 
+    def read(self, h: Complex, values: Array) -> Complex:
+        """(lines, outputs, inputs, k) as the instruments record k changes of H (lines, channels, inputs, k),
+        in which they are linear.
+        """
+        s, flat = self.s_at(values), h.reshape(*h.shape[:2], -1)
+        for reading, numbers in self.readings:
+            flat = reading.apply(flat, values[numbers], s)
+        read = flat.reshape(h.shape)[:, : len(self.data.outputs)]
+        return np.asarray(np.moveaxis(self._at_once(np.moveaxis(read, 2, 3)), 3, 2))
+
     def _at_once(self, h: Complex) -> Complex:
         """With forces that act together, their joint response in place of that of the first (..., inputs)."""
         if self.data.simultaneous_inputs is None:
@@ -125,7 +135,7 @@ class FrfTarget:
 
     def _linear(self, values: Array, s: Complex) -> Complex:
         return frf(
-            *self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self._ends
+            *self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self.ends
         )
 
     def _impacted(self, simulated: SimulatedImpact, values: Array) -> Complex:
@@ -155,7 +165,7 @@ class FrfTarget:
         return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
 
     @property
-    def _ends(self) -> float | None:
+    def ends(self) -> float | None:
         """The record, but not with hysteretic damping, which has no free motion in time."""
         return None if np.any(self.system.terms["hysteretic"]) else self.record
 
@@ -185,7 +195,7 @@ class FrfTarget:
         s, decay = self.s_at(values), self._decay[free]
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.simulated is None:
-            h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self._ends)
+            h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self.ends)
         else:
             impacted = self._simulator.impacted(self.simulated, values, s, free)
             h, gradient = gradient_with(impacted, matrices, self.system.factors, *at, free)
@@ -207,7 +217,7 @@ class FrfTarget:
         """(lines, outputs, inputs): dH/ds."""
         matrices, power = self.system.matrices(values), POWER[self.data.quantity]
         if self.simulated is None:
-            return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self._ends)
+            return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self.ends)
         either = [self.s_at(values) + change for change in (_CHANGE, -_CHANGE)]
         impacted = [self._simulator.each(self.simulated, values[None], s)[0] for s in either]
         up, down = (
@@ -255,13 +265,20 @@ def frf_target(
     measuring = [
         (effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)
     ]
-    channels = data.outputs
-    for effect, _ in measuring:
-        channels += effect.needed(channels, points)
+    channels = needed_channels(data, system, points)
     readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
     out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
     simulated = simulated_impact(name, data, system, force.T, impact)
     return FrfTarget(name, data, system, out, force.T, noise, readings, record, simulated)
+
+
+def needed_channels(data: FrfSet, system: System, points: Mapping[int, Point]) -> tuple[Channel, ...]:
+    """The set's outputs, then what readings of the system's effects need besides."""
+    channels = data.outputs
+    for effect, _ in system.effects:
+        if isinstance(effect, MeasurementEffect):
+            channels += effect.needed(channels, points)
+    return channels
 
 
 def record_length(data: FrfSet) -> float | None:

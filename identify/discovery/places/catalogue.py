@@ -1,0 +1,83 @@
+"""Every place of a study where something can be missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from identify.core.arrays import Array
+from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
+from identify.model.system import free_coordinates
+from identify.robot.description import Robot
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem
+
+_GROUPS = (("rx", "ry"), ("tx", "ty"), ("tz",), ("rz",))
+
+
+def places_of(problem: Problem) -> list[Place]:
+    """Constraints, attachments and channels."""
+    free = free_coordinates(problem.robot, problem.file.study.effects)
+    return [
+        *_constraints(problem.robot, free),
+        *_flexible(problem, free),
+        *_attachments(problem.robot),
+        *_readings(problem),
+    ]
+
+
+def _constraints(robot: Robot, free: set[str]) -> Iterator[Place]:
+    bodies = [f"joint{number}" for number in range(1, len(robot.joints) + 1)]
+    if robot.links[0].mass > 0:
+        bodies.insert(0, "base")
+    for body in bodies:
+        for axes in _GROUPS:
+            names = [f"{body}.{axis}" for axis in axes]
+            locked = tuple(name for name in names if name not in free)
+            if locked:
+                yield Release(locked)
+            for name in names:
+                if name in free:
+                    yield Beside((name,))
+
+
+def _flexible(problem: Problem, free: set[str]) -> Iterator[Place]:
+    for effect in LinkFlexibility.instances(problem.robot, problem.points):
+        names = tuple(effect.free_coordinates(problem.robot))
+        if not free.intersection(names):
+            yield Release(names)
+
+
+def _attachments(robot: Robot) -> Iterator[Place]:
+    for link in robot.links[1:]:
+        centre = (float(link.centre[0]), float(link.centre[1]), float(link.centre[2]))
+        name = "at its centre of mass"
+        yield Attachment(link.name, centre, ("x", "y", "z"), "link", name)
+        yield Attachment(link.name, centre, ("rx", "ry", "rz"), "link", name)
+        yield Attachment(link.name, centre, ("x", "y", "z"), "base", name)
+        for joint in robot.joints:
+            if joint.parent == link.name:
+                yield Attachment(
+                    link.name, _triple(joint.origin[:3, 3]), ("x", "y", "z"), "base", "at its far end"
+                )
+
+
+def _triple(point: Array) -> tuple[float, float, float]:
+    return float(point[0]), float(point[1]), float(point[2])
+
+
+def _readings(problem: Problem) -> Iterator[Place]:
+    yield Column()
+    targets = [m.target for m in problem.measurements if isinstance(m.target, FrfTarget)]
+    for channel in targets[0].data.inputs:
+        yield Column(str(channel))
+    outputs = sorted({(c.node, abs(c.direction)) for t in targets for c in t.data.outputs})
+    for node in sorted({node for node, _ in outputs}):
+        name = problem.points[node].name if node in problem.points else ""
+        directions = [direction for other, direction in outputs if other == node]
+        for direction in directions:
+            yield Rows(node, (direction,), name)
+        for group in (range(1, 4), range(4, 7)):
+            own = tuple(direction for direction in directions if direction in group)
+            if len(own) > 1:
+                yield Rows(node, own, name)

@@ -1,0 +1,144 @@
+"""The semi-parametric fit of one place: one unknown per line for all sets, which are eliminated line by line
+(variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10-2, 1973), and Gauss-Newton steps on the known
+parameters alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array, Complex, Index
+from identify.core.parameters import Scale
+from identify.discovery.places.predict import PlaceModel, Predicted, Unknown
+
+_RANK = 1e-12
+"""Share of the largest eigenvalue, of columns of one length, below which a combination of unknowns of a line
+is not determined."""
+_LEAST = 1e-8
+_STEPS = (1.0, 0.4, 0.1, 0.02)
+
+
+@dataclass(frozen=True)
+class SemiParametricFit:
+    """How a place ended.
+
+    squares: sum of |residual / noise|^2; count: real numbers measured; unknowns: real numbers that were
+    fitted; values (parameters,).
+    """
+
+    unknown: Unknown
+    values: Array
+    squares: float
+    count: int
+    unknowns: int
+    normal: Normal
+
+    @property
+    def gap(self) -> float:
+        """RMS residual over noise by what is left to explain it."""
+        return float(np.sqrt(self.squares / max(self.count - self.unknowns, 1)))
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal equations with the unknowns of each line (l, m) still in them: inverse (l, m, m) of their Gram
+    matrix, coupling (l, m, p), gradient (l, m); information (p, p) and gradient (p,) of the parameters
+    without the unknowns; determined: how many unknowns the data determine.
+    """
+
+    inverse: Complex
+    coupling: Complex
+    slope: Complex
+    information: Array
+    gradient: Array
+    determined: int
+
+
+def normal_equations(parts: Sequence[Predicted], lines: Sequence[Index], count: int) -> Normal:
+    """Of all sets, whose lines have the given numbers among `count` shared ones."""
+    m, p = parts[0].by_unknown.shape[-1], parts[0].by_parameter.shape[-1]
+    gram = np.zeros((count, m, m), dtype=complex)
+    both = np.zeros((count, m, p + 1), dtype=complex)
+    information = np.zeros((p + 1, p + 1))
+    for part, numbers in zip(parts, lines, strict=True):
+        rows = len(part.residual)
+        unknown = part.by_unknown.reshape(rows, -1, m)
+        right = np.concatenate([part.by_parameter, part.residual[..., None]], axis=3).reshape(rows, -1, p + 1)
+        turned = np.conj(np.swapaxes(unknown, 1, 2))
+        np.add.at(gram, numbers, turned @ unknown)
+        np.add.at(both, numbers, turned @ right)
+        flat = right.reshape(-1, p + 1)
+        information += (np.conj(flat).T @ flat).real
+    inverse, determined = _inverse(gram)
+    through = (inverse @ both).reshape(-1, p + 1)
+    taken = (np.conj(both.reshape(-1, p + 1)).T @ through).real
+    left = information - taken
+    return Normal(inverse, both[..., :p], both[..., p], left[:p, :p], left[:p, p], determined)
+
+
+def _inverse(gram: Complex) -> tuple[Complex, int]:
+    """Inverses (l, m, m) of Gram matrices over what they determine, and how many unknowns that is."""
+    size = np.sqrt(np.einsum("lmm->lm", gram).real)
+    size = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(gram / (size[:, :, None] * size[:, None, :]))
+    kept = values > _RANK * values.max(axis=1, keepdims=True, initial=1e-300)
+    scaled = vectors * np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0)[:, None, :]
+    inverse = scaled @ np.conj(np.swapaxes(vectors, 1, 2)) / (size[:, :, None] * size[:, None, :])
+    return np.asarray(inverse), int(kept.sum())
+
+
+def fit_place(
+    model: PlaceModel, scale: Scale, values: Array, steps: int = 6, unknown: Unknown | None = None
+) -> SemiParametricFit:
+    """A few damped steps from parameter values, and from nothing missing if no unknown is given."""
+    unknown = unknown or model.start(values)
+    lines, count = [view.lines for view in model.views], len(unknown.values)
+    x, free = scale.to_x(values), scale.free
+    lower, upper = scale.bounds()
+    rests = model.rests(unknown, values)
+    parts, damping = model.predict(unknown, values, free, rests), 1e-4
+    squares = model.squares(unknown, values, rests)
+    for _ in range(steps):
+        slope = scale.slope(x)
+        normal = normal_equations(_scaled(parts, slope), lines, count)
+        step, change = _step(normal, damping)
+        for fraction in _STEPS:
+            trial = np.clip(x + fraction * np.clip(step, -1, 1), lower, upper)
+            moved = Unknown(unknown.values + fraction * change, unknown.reference)
+            new = scale.to_values(trial)
+            tried = model.squares(moved, new, rests)
+            if tried < squares:
+                break
+        else:
+            damping *= 100
+            if damping > 1e3:
+                break
+            continue
+        fell = 1 - tried / squares
+        x, values, damping = trial, new, max(damping / 10, _LEAST)
+        unknown = model.refreshed(moved, values)
+        rests = model.rests(unknown, values)
+        parts = model.predict(unknown, values, free, rests)
+        squares = model.squares(unknown, values, rests)
+        if abs(fell) < 1e-3:
+            break
+    normal = normal_equations(_scaled(parts, scale.slope(x)), lines, count)
+    measured = sum(2 * int(np.count_nonzero(view.weight)) for view in model.views)
+    return SemiParametricFit(unknown, values, squares, measured, 2 * normal.determined, normal)
+
+
+def _step(normal: Normal, damping: float) -> tuple[Array, Complex]:
+    """Change of the parameters on the search scale and of the unknowns."""
+    size = np.diag(normal.information)
+    matrix = normal.information + np.diag(damping * size + 1e-12 * size.max(initial=1.0))
+    step = -np.linalg.solve(matrix, normal.gradient)
+    pull = normal.slope + normal.coupling @ np.clip(step, -1, 1)
+    change = -(normal.inverse @ pull[..., None])[..., 0]
+    return np.asarray(step), np.asarray(change)
+
+
+def _scaled(parts: Sequence[Predicted], slope: Array) -> list[Predicted]:
+    return [Predicted(part.residual, part.by_unknown, part.by_parameter * slope) for part in parts]

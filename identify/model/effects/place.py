@@ -1,0 +1,89 @@
+"""Where on a robot, or in its measurement, something can be missing: what an effect says of itself so that
+discovery can look there before it knows what is missing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Axes = Literal["link", "base"]
+
+
+@dataclass(frozen=True)
+class Release:
+    """A constraint that may give way: coordinates, such as joint2.rx, that nothing in the model frees."""
+
+    coordinates: tuple[str, ...]
+
+    def sentence(self) -> str:
+        """For example: joint2.rx, joint2.ry giving way."""
+        return f"{', '.join(self.coordinates)} giving way"
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Something that acts beside what the model has on coordinates that are free, such as the drive
+    joint2.rz.
+    """
+
+    coordinates: tuple[str, ...]
+
+    def sentence(self) -> str:
+        """For example: something beside the spring of joint2.rz."""
+        return f"something beside the spring of {', '.join(self.coordinates)}"
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """Something fixed to a point of a link: forces along axes (x, y, z), then moments about axes (rx, ry,
+    rz), of the link or of the base.
+
+    at_m: the point in the link's frame.
+    """
+
+    link: str
+    at_m: tuple[float, float, float]
+    axes: tuple[str, ...] = ("x", "y", "z")
+    frame: Axes = "link"
+    name: str = ""
+
+    def sentence(self) -> str:
+        """For example: something on link3 at its centre of mass (x, y, z of the link)."""
+        point = self.name or "at [" + ", ".join(f"{x:.3f}" for x in self.at_m) + "] m"
+        return f"something on {self.link} {point} ({', '.join(self.axes)} of the {self.frame})"
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Response channels that read something else: each a combination of those of one point, or a factor."""
+
+    node: int
+    directions: tuple[int, ...]
+    name: str = ""
+
+    def sentence(self) -> str:
+        """For example: the reading of the sensor at elbow (x, y, z)."""
+        axes = ", ".join(("x", "y", "z", "rx", "ry", "rz")[d - 1] for d in self.directions)
+        return f"the reading of the sensor at {self.name or self.node} ({axes})"
+
+
+@dataclass(frozen=True)
+class Column:
+    """The force channel of one impact position and direction, such as 12:+X; empty: of all, which is a factor
+    of all FRFs.
+    """
+
+    channel: str = ""
+    name: str = ""
+
+    def sentence(self) -> str:
+        """For example: the reading of the force at link6_2:+X."""
+        return (
+            f"the reading of the force {self.name or self.channel}"
+            if self.channel
+            else "a factor of all FRFs"
+        )
+
+
+Place = Release | Beside | Attachment | Rows | Column
