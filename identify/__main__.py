@@ -1,6 +1,21 @@
-"""`python -m identify` is the command `identify`."""
+"""The command `identify`, also as `python -m identify`."""
 
-from identify.cli import main
+from __future__ import annotations
+
+import sys
+
+from identify import __version__
+
+
+def main() -> None:
+    """Entry point.  The version is told without loading what parses a command line."""
+    if sys.argv[1:] == ["--version"]:
+        print(f"identify {__version__}")
+        return
+    from identify import cli
+
+    cli.main()
+
 
 if __name__ == "__main__":
     main()

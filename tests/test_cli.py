@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -131,18 +132,51 @@ def test_config_prints_every_key_with_its_meaning() -> None:
     assert sorted(schema["properties"]["optimizer"]["kinds"]) == sorted(OPTIMIZERS.names())
 
 
+def _imported(code: str, names: tuple[str, ...]) -> set[str]:
+    """Which of these packages and modules are there after the code has run in a process of its own."""
+    told = f"{code}\nimport sys; print('\\n'.join({{'.'.join(n.split('.')[:2]) for n in sys.modules}}))"
+    environment = {**os.environ, "MUJOCO_GL": "disable"}
+    ran = subprocess.run(
+        [sys.executable, "-c", told], check=True, capture_output=True, text=True, env=environment
+    )
+    there = set(ran.stdout.split())
+    return {name for name in names if name in there}
+
+
+def _command(*words: str) -> str:
+    return f"""import sys
+from identify.__main__ import main
+sys.argv = ["identify", *{list(words)!r}]
+try:
+    main()
+except SystemExit:
+    pass"""
+
+
 def test_help_is_fast_because_it_imports_nothing_heavy() -> None:
-    code = (
-        "import sys, identify.cli; print([name for name in sys.modules if name.split('.')[0] in "
-        + repr(HEAVY)
-        + "])"
-    )
-    assert (
-        subprocess.run(
-            [sys.executable, "-c", code], check=True, capture_output=True, text=True
-        ).stdout.strip()
-        == "[]"
-    )
+    heavy = (*HEAVY, "numpy", "pydantic", "rich")
+    assert _imported(_command("--help"), heavy) == set()
+    assert _imported(_command("--version"), (*heavy, "typer")) == set()
+    assert _imported(_command("fit", "--help"), HEAVY) == set()
+    assert _imported("import pydantic, rich", heavy) == {"pydantic", "rich"}
+
+
+def test_a_fit_imports_what_it_needs_when_it_needs_it() -> None:
+    late = ("scipy.optimize", "scipy.spatial", "scipy.stats", "scipy.signal", "glfw", "matplotlib", "pymoo")
+    assert _imported("import identify.vibration.run", late) == set()
+    assert "scipy.optimize" in _imported("import scipy; scipy.optimize.least_squares", late)
+
+
+def test_modes_of_a_plain_file_need_no_robot(tmp_path: Path) -> None:
+    words = (str(ROOT / "data/arm_hammer_test/posture1.uff"), "--out", str(tmp_path / "m.h5"))
+    ran = _command("modes", *words, "--no-report", "--quiet", "--band", "3", "40")
+    assert _imported(ran, ("mujoco", "glfw", "identify.robot", "identify.modal")) == {"identify.modal"}
+    assert (tmp_path / "m.h5").exists()
+
+
+def test_a_shell_can_complete() -> None:
+    shown = CliRunner().invoke(app, ["--help"]).stdout
+    assert "--install-completion" in shown
 
 
 def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
+import scipy
 
 from identify.core.arrays import Array
 
@@ -63,7 +63,7 @@ def homogeneity(x: Array, std: Array, angles: Array) -> Homogeneity | None:
     mean = float(np.sum(w * x) / w.sum())
     q, freedom = float(np.sum(w * (x - mean) ** 2)), len(x) - 1
     excess = (q - freedom) / (w.sum() - np.sum(w**2) / w.sum())
-    p_value = float(special.chdtrc(freedom, q))
+    p_value = float(scipy.special.chdtrc(freedom, q))
     return Homogeneity(
         len(x),
         mean,
@@ -90,7 +90,7 @@ def _trend(x: Array, w: Array, angles: Array) -> Trend | None:
     lines = [_line(x, w, angles[:, joint]) for joint in varied]
     steepest = int(np.argmax([abs(slope) / std for slope, std in lines]))
     slope, std = lines[steepest]
-    p_value = 2 * float(special.stdtr(len(x) - 2, -abs(slope) / std))
+    p_value = 2 * float(scipy.special.stdtr(len(x) - 2, -abs(slope) / std))
     return Trend(varied[steepest] + 1, slope, std, min(1.0, len(varied) * p_value))
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.fft import dct, idct
+import scipy
 
 from identify.core.arrays import Array, Mask
 
@@ -68,7 +68,7 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
     fast, less the price of that choice, ln of the number of choices.  By the cosine transform, which has no
     jump at the ends; samples that do not count are bridged by straight lines and lower the number.
     """
-    waves = [dct(_bridged(residual, used), norm="ortho") for residual in (before, after)]
+    waves = [scipy.fft.dct(_bridged(residual, used), norm="ortho") for residual in (before, after)]
     powers = [wave**2 for wave in waves]
     edges = [0, *(2 ** np.arange(int(np.log2(len(before))) + 1)), len(before)]
     floor = 1e-12 * float(powers[0].sum())
@@ -90,7 +90,9 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
         runs |= {(0, split): sum(gains[:split]), (split, ends): sum(gains[split:])}
     first, last = (edges[end] for end in max(runs, key=lambda run: runs[run]))
     inside = (np.arange(len(before)) >= first) & (np.arange(len(before)) < last)
-    parts = [np.where(used, idct(np.where(inside, wave, 0.0), norm="ortho"), 0.0) ** 2 for wave in waves]
+    parts = [
+        np.where(used, scipy.fft.idct(np.where(inside, wave, 0.0), norm="ortho"), 0.0) ** 2 for wave in waves
+    ]
     fall = (parts[0] - parts[1]) / max(float(parts[0].sum()), 1e-300)
     return float(max(runs.values()) * used.mean() - np.log(len(runs))), fall
 

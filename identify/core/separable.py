@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from identify.core.arrays import Array
 
@@ -72,7 +72,7 @@ def separable(
     shapes = starts[int(np.argmin(losses))]
     if len(shapes):
         size = max(float(np.sqrt(min(losses))), 1e-300)
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             lambda x: left(x) / size,
             shapes,
             bounds=(lower, upper),

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from identify.core.arrays import Array, Complex
 from identify.measured.frf_set import POWER
@@ -42,14 +43,12 @@ def advise(
     """Which response, impact and posture would tell two models (effects, values by name) apart, against noise
     like today's.
     """
-    from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
-
     target = next(m.target for m in problem.measurements if isinstance(m.target, FrfTarget))
     noise = float(np.median(target.sigma))
     at_hand = [
         np.deg2rad(m.settings.posture_deg) for m in problem.measurements if m.settings.detached is None
     ]
-    draws = qmc.Sobol(len(at_hand[0]), rng=np.random.default_rng(0)).random(_POSTURES)
+    draws = scipy.stats.qmc.Sobol(len(at_hand[0]), rng=np.random.default_rng(0)).random(_POSTURES)
     others = [at_hand[0] + np.deg2rad(_REACH_DEG) * (2 * draw - 1) for draw in draws]
     tried = [
         _furthest(problem, target, posture, new, (one, other), noise)

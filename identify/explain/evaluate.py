@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.correlated import covariance, white_level
@@ -85,7 +85,7 @@ def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
     columns = jacobian(problem, fit) * fit.weights[None, :, None]
     matrix, freedom = covariance(columns, fit.residual(problem) * fit.weights, problem.mask)
     offset = problem.target.shape[1] if problem.offset else 0
-    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[offset:]
+    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[offset:]
     values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
     return values, np.where(half > 0, half, np.inf)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from identify.core.arrays import Array, Mask
 from identify.explain.effects.base import MotionEffect, NonlinearParameter
@@ -284,7 +284,7 @@ def _searched(left: Callable[[Array], Array], start: Array, bounds: Sequence[Non
     """Nonlinear parameters near `start` that leave least, between their bounds."""
     steps = np.array([_fineness(parameter) for parameter in bounds])
     inner = np.clip(_inner(start, bounds), 0.0, 1.0)
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         lambda x: left(_outer(x, bounds)),
         inner,
         bounds=(0.0, 1.0),

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -157,8 +158,6 @@ def starting_points(parameters: tuple[Parameter, ...], starts: int, factor: floa
     """The initial values, then a Latin hypercube: within the factor on log scales, within the bounds on
     linear ones; each (free,) on the search scale.
     """
-    from scipy.stats import qmc  # noqa: PLC0415  importing it takes as long as all else together
-
     scale = Scale(parameters)
     first = scale.to_x(np.array([parameter.initial for parameter in parameters]))
     if starts == 1:
@@ -170,7 +169,7 @@ def starting_points(parameters: tuple[Parameter, ...], starts: int, factor: floa
         np.where(log, np.maximum(lower, first - reach), lower),
         np.where(log, np.minimum(upper, first + reach), upper),
     )
-    sampler = qmc.LatinHypercube(len(first), rng=np.random.default_rng([seed, 0x5747]))
+    sampler = scipy.stats.qmc.LatinHypercube(len(first), rng=np.random.default_rng([seed, 0x5747]))
     return [first, *(low + sampler.random(starts - 1) * (high - low))]
 
 

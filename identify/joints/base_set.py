@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
+import scipy
 
 from identify.core.arrays import Array
 from identify.robot.description import Link, Robot
@@ -97,7 +97,7 @@ def base_set(names: Sequence[str], columns: Array) -> BaseSet:
     """The base parameters of columns (rows, parameters), earlier names kept before later ones."""
     scale = np.sqrt((columns**2).sum(axis=0))
     seen = [number for number in range(len(names)) if scale[number] > _TOLERANCE * scale.max()]
-    triangle = qr(columns[:, seen] / scale[seen], mode="r", check_finite=False)[0][: len(seen)]
+    triangle = scipy.linalg.qr(columns[:, seen] / scale[seen], mode="r", check_finite=False)[0][: len(seen)]
     kept: list[int] = []
     dropped: list[int] = []
     for row, number in enumerate(

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from identify.core.arrays import Array, Mask
 from identify.core.correlated import covariance
@@ -97,7 +97,7 @@ def independent(jacobian: Array, residual: Array) -> tuple[Array, Array]:
     scale[scale == 0] = 1.0
     bread = np.linalg.pinv((jacobian / scale).T @ (jacobian / scale), rcond=_RANK**2) / np.outer(scale, scale)
     matrix = bread * float(residual @ residual) / freedom
-    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
     return matrix, np.where(blind(jacobian), np.inf, half)
 
 
@@ -106,7 +106,7 @@ def in_time(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, Array]
     in time.
     """
     matrix, freedom = covariance(jacobian, residual, used)
-    half = stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
     return matrix, np.where(blind(jacobian[used]), np.inf, half)
 
 

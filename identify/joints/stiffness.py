@@ -14,8 +14,8 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+import scipy
 from pydantic import Field, model_validator
-from scipy.optimize import least_squares
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -119,7 +119,7 @@ def _fit(windup: Array, torque: Array, rising: Array, start: Array) -> Array:
         ]
     )
     scatter = max(float(np.std(windup)), 1e-300)
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         lambda x: (_predict(x * size, torque, rising)[0] - windup) / scatter,
         start / size,
         jac=lambda x: _predict(x * size, torque, rising)[1] * size / scatter,

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.special import fdtrc
 
 from identify.core.arrays import Array, Mask
 from identify.core.correlated import effective_samples
@@ -191,7 +191,7 @@ class TransmissionError(JointCurve):
                 - 3,
             )
             gain = (float(before @ before) - losses[best]) / 3 / (losses[best] / freedom)
-            if tries * fdtrc(3, freedom, gain) > _CHANCE:
+            if tries * scipy.special.fdtrc(3, freedom, gain) > _CHANCE:
                 break
             found = _fitted(run, np.array([*found, far[best]]), list(range(len(found) + 1))).orders.tolist()
         return np.array(found), list(range(len(found)))

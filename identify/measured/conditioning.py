@@ -10,8 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
-from scipy.signal import butter, sosfiltfilt
+import scipy
 
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
@@ -121,10 +120,10 @@ def _resampled(record: MotionRecord, rate: float) -> tuple[Array, dict[str, Arra
         if rate < record.sample_rate_hz:
             fine = _lowpass(fine, 0.4 * rate, record.sample_rate_hz)
         found[quantity] = np.full((len(time_s), values.shape[1]), np.nan)
-        found[quantity][:, there] = make_interp_spline(record.time_s, fine, k=3)(time_s)
+        found[quantity][:, there] = scipy.interpolate.make_interp_spline(record.time_s, fine, k=3)(time_s)
     return time_s, found
 
 
 def _lowpass(values: Array, cutoff_hz: float, rate: float) -> Array:
-    sections = butter(_ORDER, cutoff_hz, fs=rate, output="sos")
-    return np.asarray(sosfiltfilt(sections, values, axis=0))
+    sections = scipy.signal.butter(_ORDER, cutoff_hz, fs=rate, output="sos")
+    return np.asarray(scipy.signal.sosfiltfilt(sections, values, axis=0))

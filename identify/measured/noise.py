@@ -14,10 +14,10 @@ distributed around it; alpha and beta are piecewise linear and found by maximum 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.special import chdtri
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -31,7 +31,8 @@ _PRINTED = 5e-7
 """Files of single precision print a coherence to six digits: a 1 stands for anything above 1 - 5e-7, and half
 of that is assumed.
 """
-_Bases = tuple[csr_array, csr_array]
+if TYPE_CHECKING:
+    _Bases = tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]
 
 
 def noise_std(frf_set: FrfSet) -> Array:
@@ -121,7 +122,7 @@ def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
     power, line_variance = np.where(known, power, 0.0), np.where(known, line_variance, 0.0)
     spacing = _POOLED_FREEDOM / freedom
     alpha_basis, beta_basis = _hats(len(power), spacing), _hats(len(power), 2 * spacing)
-    limit = float(chdtri(freedom, _RARE)) / freedom
+    limit = float(scipy.special.chdtri(freedom, _RARE)) / freedom
     use, parts = known, None
     for _ in range(_ROUNDS):
         model, parts = _fit(power, np.where(use, line_variance, np.nan), (alpha_basis, beta_basis), parts)
@@ -174,7 +175,7 @@ def _model(alpha: Array, beta: Array, bases: _Bases, power: Array) -> Array:
     return np.asarray(smooth + (bases[1] @ beta)[:, None, :] * power)
 
 
-def _project(basis: csr_array, values: Array) -> Array:
+def _project(basis: scipy.sparse.csr_array, values: Array) -> Array:
     """Sum over the lines (axis 0) of values, weighted by each hat."""
     return np.asarray((basis.T @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:]))
 
@@ -184,7 +185,7 @@ def _share(a: Array, b: Array) -> Array:
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0)
 
 
-def _hats(lines: int, spacing: float) -> csr_array:
+def _hats(lines: int, spacing: float) -> scipy.sparse.csr_array:
     """Piecewise linear basis (lines, knots) with knots about `spacing` lines apart; its rows sum to 1."""
     intervals = max(1, round((lines - 1) / max(spacing, 1.0)))
     position = np.linspace(0, intervals, lines)
@@ -193,4 +194,4 @@ def _hats(lines: int, spacing: float) -> csr_array:
     rows = np.repeat(np.arange(lines), 2)
     columns = np.stack([left, left + 1], axis=1).ravel()
     shares = np.stack([1 - right_share, right_share], axis=1).ravel()
-    return csr_array((shares, (rows, columns)), shape=(lines, intervals + 1))
+    return scipy.sparse.csr_array((shares, (rows, columns)), shape=(lines, intervals + 1))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
@@ -133,7 +133,7 @@ def _assign(cost: Array, allowed: NDArray[np.bool_], unpaired: float) -> tuple[I
     square[np.arange(m), n + np.arange(m)] = unpaired / 2
     square[m + np.arange(n), np.arange(n)] = unpaired / 2
     square[m:, n:] = 0.0
-    rows, columns = linear_sum_assignment(square)
+    rows, columns = scipy.optimize.linear_sum_assignment(square)
     real = (rows < m) & (columns < n)
     return rows[real], columns[real]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+import scipy
 
 from identify.core.arrays import Complex
 from identify.modal.poles import moments
@@ -52,6 +52,6 @@ def solve_denominator(normal: Complex, refs: int) -> Complex:
     """
     inner = normal[refs:, refs:]
     ridge = _RIDGE * np.trace(normal).real / len(normal)
-    factor = cho_factor(inner + ridge * np.eye(len(inner)), lower=True)
-    rest = cho_solve(factor, -normal[refs:, :refs])
+    factor = scipy.linalg.cho_factor(inner + ridge * np.eye(len(inner)), lower=True)
+    rest = scipy.linalg.cho_solve(factor, -normal[refs:, :refs])
     return np.concatenate([np.eye(refs, dtype=complex), rest]).reshape(-1, refs, refs)

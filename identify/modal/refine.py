@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+import scipy
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.modal.gram import Columns, Moments, rebuilt
@@ -165,8 +165,8 @@ def _solved(
     size = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
     factor = factored(normal / np.outer(size, size), _RIDGE)
     right = right / size[:, None]
-    solution = cho_solve(factor, right)
-    inverse = cho_solve(factor, np.eye(len(size)))
+    solution = scipy.linalg.cho_solve(factor, right)
+    inverse = scipy.linalg.cho_solve(factor, np.eye(len(size)))
     cost = max(moments.energy - float(np.sum(right * solution)), 0.0)
     return Fit(equations, poles, participation, free, moments, size, inverse, solution, cost)
 
@@ -219,14 +219,14 @@ def _step(normal: Array, gradient: Array, damping: float) -> Array:
     diagonal = np.diag(normal)
     scale = np.sqrt(np.maximum(diagonal, 1e-30 * np.max(diagonal)) + np.finfo(float).tiny)
     factor = factored(normal / np.outer(scale, scale), damping)
-    return np.asarray(cho_solve(factor, gradient / scale) / scale)
+    return np.asarray(scipy.linalg.cho_solve(factor, gradient / scale) / scale)
 
 
 def factored(matrix: Array, ridge: float) -> tuple[Array, bool]:
     """Cholesky factor of a matrix of unit diagonal with a ridge, as small a one as rounding allows."""
     while True:
         try:
-            factor, lower = cho_factor(matrix + ridge * np.eye(len(matrix)), lower=True)
+            factor, lower = scipy.linalg.cho_factor(matrix + ridge * np.eye(len(matrix)), lower=True)
         except np.linalg.LinAlgError:
             ridge *= 10
         else:

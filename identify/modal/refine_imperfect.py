@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.ndimage import uniform_filter1d
+import scipy
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.core.separable import eliminate
@@ -97,7 +96,7 @@ def _weights(error: Array, layout: Layout) -> Array:
     """
     lines, refs = len(layout.frequency_hz), len(layout.references)
     square = np.sum(error**2, axis=1).reshape(2, lines, refs).sum(axis=0)
-    square = uniform_filter1d(square, max(9, lines // 10), axis=0, mode="nearest")
+    square = scipy.ndimage.uniform_filter1d(square, max(9, lines // 10), axis=0, mode="nearest")
     # Without noise the residual is rounding only, and its ratios mean nothing.
     return np.asarray(1 / np.sqrt(np.maximum(square, 1e-6 * np.max(square)) + np.finfo(float).tiny))
 
@@ -133,8 +132,8 @@ def _minimise(problem: _Problem, state: _State, steps: int, tolerance: float) ->
 
 def _step(normal: Array, gradient: Array, damping: float) -> Array:
     scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    factor = cho_factor(normal / np.outer(scale, scale) + damping * np.eye(len(scale)))
-    return np.asarray(cho_solve(factor, gradient / scale) / scale)
+    factor = scipy.linalg.cho_factor(normal / np.outer(scale, scale) + damping * np.eye(len(scale)))
+    return np.asarray(scipy.linalg.cho_solve(factor, gradient / scale) / scale)
 
 
 def _gradient(problem: _Problem, state: _State) -> tuple[Array, Array]:

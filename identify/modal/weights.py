@@ -8,9 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import median_filter, uniform_filter1d
-from scipy.optimize import nnls
-from scipy.special import chdtri
+import scipy
 
 from identify.core.arrays import Array, Complex
 from identify.modal.refine import Equations, Fit
@@ -53,14 +51,16 @@ def _line_variance(error: Array, first: Array, second: Array) -> Array:
     parts = np.stack([np.ones(len(error)), first, second], axis=1)
     size = np.maximum(parts.max(axis=0), np.finfo(float).tiny)
     reach = max(9, len(error) // 10)
-    variance = uniform_filter1d(error, reach, mode="nearest")
+    variance = scipy.ndimage.uniform_filter1d(error, reach, mode="nearest")
     floor = 1e-20 * np.max(second) + 1e-6 * np.max(variance) + np.finfo(float).tiny
     for _ in range(3):
         row = 1 / (variance + floor)
-        factor, _ = nnls(parts / size * row[:, None], error * row)
+        factor, _ = scipy.optimize.nnls(parts / size * row[:, None], error * row)
         variance = parts / size @ factor
     variance = variance + floor
-    return np.asarray(variance * uniform_filter1d(error / variance, reach, mode="nearest") + floor)
+    return np.asarray(
+        variance * scipy.ndimage.uniform_filter1d(error / variance, reach, mode="nearest") + floor
+    )
 
 
 def residual(found: Fit) -> Complex:
@@ -103,7 +103,7 @@ def independent(error: Complex) -> Array:
     """
     bend = np.mean(np.abs(error[2:] - 2 * error[1:-1] + error[:-2]) ** 2, axis=1) / 6
     reach = min(max(31, len(error) // 10), len(error))
-    smooth = median_filter(np.pad(bend, 1, mode="edge"), reach, mode="nearest")
+    smooth = scipy.ndimage.median_filter(np.pad(bend, 1, mode="edge"), reach, mode="nearest")
     return np.asarray(smooth + np.finfo(float).tiny)
 
 
@@ -150,4 +150,4 @@ def required(found: Fit) -> Array:
     floor = 1e-24 * found.moments.energy + np.finfo(float).tiny
     # Correlated errors are errors of the model, and poles are drawn to the largest of them.
     margin = 1 + _MODEL_ERROR * (1 - 1 / factor)
-    return np.asarray(variance * factor * margin * chdtri(freedom, CHANCE) + floor)
+    return np.asarray(variance * factor * margin * scipy.special.chdtri(freedom, CHANCE) + floor)

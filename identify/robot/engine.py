@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from identify.core.arrays import Array
 from identify.robot.posture import AXES, Mechanism
@@ -188,4 +187,6 @@ def _add_joint(node: mujoco.MjsBody, name: str, axis: str) -> None:
 
 
 def _quaternion(rotation: Array) -> Array:
-    return np.asarray(Rotation.from_matrix(rotation).as_quat(scalar_first=True))
+    result = np.empty(4)
+    mujoco.mju_mat2Quat(result, rotation.ravel())
+    return result

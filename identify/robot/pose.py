@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from identify.core.arrays import Array
 from identify.robot.description import Link
@@ -17,8 +16,19 @@ def pose(xyz: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     order (the URDF convention).
     """
     result = np.eye(4)
-    result[:3, :3] = Rotation.from_euler("xyz", np.asarray(rpy, dtype=float)).as_matrix()
+    for axis, angle in zip(np.eye(3), np.asarray(rpy, dtype=float), strict=True):
+        result = turned(angle * axis) @ result
     result[:3, 3] = xyz
+    return result
+
+
+def turned(vector: ArrayLike) -> Array:
+    """(4, 4) that turns about the direction of `vector` (3,) by its length, rad (Rodrigues' formula)."""
+    x, y, z = np.asarray(vector, dtype=float)
+    angle = float(np.sqrt(x * x + y * y + z * z))
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    result = np.eye(4)
+    result[:3, :3] += np.sinc(angle / np.pi) * cross + np.sinc(angle / 2 / np.pi) ** 2 / 2 * cross @ cross
     return result
 
 

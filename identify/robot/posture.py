@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.robot.description import Link, Robot
+from identify.robot.pose import turned
 
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
 
@@ -97,8 +97,8 @@ def at_posture(robot: Robot, posture: Array) -> Mechanism:
     for number, (joint, link, angle) in enumerate(
         zip(robot.joints, robot.links[1:], posture, strict=True), start=1
     ):
-        align = _pose(_z_to(joint.axis))
-        pose = link_in_body @ joint.origin @ _pose(Rotation.from_rotvec(angle * joint.axis)) @ align
+        align = _z_to(joint.axis)
+        pose = link_in_body @ joint.origin @ turned(angle * joint.axis) @ align
         link_in_body = align.T @ joint.mount
         bodies.append(_body(f"joint{number}", len(bodies) - 1, pose, link, link_in_body))
         frames[link.name] = (len(bodies) - 1, link_in_body)
@@ -126,16 +126,10 @@ def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) 
     return Body(name, parent, pose, link.mass, turn @ link.centre + shift, turn @ link.inertia @ turn.T)
 
 
-def _pose(rotation: Rotation) -> Array:
-    pose = np.eye(4)
-    pose[:3, :3] = rotation.as_matrix()
-    return pose
-
-
-def _z_to(axis: Array) -> Rotation:
-    """The shortest rotation that takes z to `axis`."""
+def _z_to(axis: Array) -> Array:
+    """(4, 4), the shortest rotation that takes z to `axis`."""
     cross, cosine = np.cross([0.0, 0.0, 1.0], axis), float(axis[2])
     sine = float(np.linalg.norm(cross))
     if sine < 1e-12:
-        return Rotation.identity() if cosine > 0 else Rotation.from_rotvec([np.pi, 0.0, 0.0])
-    return Rotation.from_rotvec(cross / sine * np.arctan2(sine, cosine))
+        return np.eye(4) if cosine > 0 else turned([np.pi, 0.0, 0.0])
+    return turned(cross / sine * np.arctan2(sine, cosine))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from scipy.integrate import cumulative_trapezoid
+import scipy
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
@@ -86,5 +86,5 @@ class IntegralAction(MotionEffect):
         if scene.error is None:
             raise ValueError("a tracking error without a command")
         joint = self.axis - 1
-        integral = cumulative_trapezoid(scene.error[:, joint], scene.time_s, initial=0.0)
+        integral = scipy.integrate.cumulative_trapezoid(scene.error[:, joint], scene.time_s, initial=0.0)
         return scene.on(self.axis, -integral, scene.position[:, joint] - scene.position[0, joint])

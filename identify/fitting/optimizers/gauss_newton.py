@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.optimize import OptimizeResult, least_squares
 
 from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
@@ -34,7 +34,7 @@ class GaussNewton(Optimizer):
                 last[:] = [(x.copy(), search.residuals(x))]
             return last[0][1]
 
-        def step(intermediate_result: OptimizeResult) -> None:
+        def step(intermediate_result: scipy.optimize.OptimizeResult) -> None:
             search.costs(intermediate_result.x[None])
 
         inside = np.clip(start, *_shrunk(search.lower, search.upper))
@@ -42,7 +42,7 @@ class GaussNewton(Optimizer):
         search.costs(inside[None])
         if not np.isfinite(residuals).all():
             return Outcome(False, "the model has no solution at the start")
-        result = least_squares(
+        result = scipy.optimize.least_squares(
             lambda x: at(x)[0],
             inside,
             lambda x: at(x)[1],

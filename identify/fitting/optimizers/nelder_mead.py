@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.optimize import minimize
 
 from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
@@ -33,7 +33,7 @@ class NelderMead(Optimizer):
         best, size = np.clip(start, search.lower, search.upper), self.size
         while True:
             before = search.best_cost
-            result = minimize(
+            result = scipy.optimize.minimize(
                 lambda x: float(search.costs(np.clip(x, search.lower, search.upper)[None])[0]),
                 best,
                 method="Nelder-Mead",

@@ -52,6 +52,7 @@ _STYLE: Any = {
     "axes.axisbelow": True,
     "axes.titlesize": 8.5,
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # told, it is not searched for, which takes a tenth of the time
     "grid.color": GRID,
     "grid.linewidth": 0.5,
     "xtick.color": MUTED,
@@ -75,6 +76,10 @@ def style() -> Iterator[None]:
 
 def svg(figure: Figure) -> bytes:
     """The figure without date or random names."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)  # else all is laid out and drawn twice, to the same places
     stream = io.BytesIO()
     figure.savefig(stream, format="svg", dpi=300, metadata={"Date": None, "Creator": None})
     return stream.getvalue()

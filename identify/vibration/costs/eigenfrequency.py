@@ -7,8 +7,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+import scipy
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.optimize import linear_sum_assignment
 
 from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
@@ -128,4 +128,4 @@ def pair_all(target: ModalTarget, modes: ComplexModes) -> Index:
         return np.arange(len(target.data))
     apart = np.abs(np.log(modes.frequency_hz[None, :] / target.data.frequency_hz[:, None]))
     cost = 1 - macx(target.data.shapes, modes.shapes @ target.out.T) + apart
-    return np.asarray(linear_sum_assignment(cost)[1])
+    return np.asarray(scipy.optimize.linear_sum_assignment(cost)[1])
