@@ -1,5 +1,7 @@
-# Two commands do all the set-up: `make demo` runs the main job, `make test` passes the tests.
+# Two commands do all the set-up: `make demo` runs the main job, `make test` passes the tests; where there is no make,
+# `python dev.py demo` and `python dev.py test` are the same.
 PYTHON ?= python3.11
+MADE := $(if $(shell command -v $(PYTHON)),$(PYTHON),python3)
 BIN := .venv/bin
 UV := $(BIN)/python -m uv
 export OMP_NUM_THREADS := 1
@@ -7,13 +9,11 @@ export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo test browser screenshots lint format bench lock clean
 
-demo: .venv/ready
-	$(BIN)/identify check configs/arm_hammer_test.yaml
-	$(BIN)/identify fit configs/arm_hammer_test.yaml
-	@echo "Open reports/arm_hammer_test.html in a browser."
+demo:
+	$(MADE) dev.py demo
 
-test: lint
-	$(BIN)/pytest -n logical --dist loadfile
+test:
+	$(MADE) dev.py test
 
 # What tests of reports need beside the environment, on Debian; they are skipped, saying so, where it is not installed.
 browser:
@@ -41,11 +41,7 @@ lock: .venv/ready
 	$(UV) lock -q && $(UV) export -q --no-emit-project --all-groups --no-header --no-annotate -o requirements.lock && rm uv.lock
 
 .venv/ready: requirements.lock pyproject.toml
-	$(PYTHON) -m venv .venv || python3 -m venv .venv
-	$(BIN)/python -m pip install -q --disable-pip-version-check uv==0.13.8
-	$(UV) pip install -q --require-hashes -r requirements.lock
-	$(UV) pip install -q --no-deps --no-build-isolation -e .
-	@touch $@
+	$(MADE) dev.py ready
 
 clean:
 	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis

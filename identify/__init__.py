@@ -1,5 +1,49 @@
-"""Fit elastic robot models to measured vibration; see `identify.cli` for the commands and
-`identify.fitting.fit` for the loop.
+"""Fit elastic robot models to measured vibration.
+
+The commands as functions: `identify.fit("config.yaml")`, `discover`, `modes`, `explain`, `simulate`, `batch`,
+`map_postures`, `read_result`; see `identify.api`, which is imported when one of them is first used, so that
+`import identify` itself costs nothing.  `identify.cli` has the commands of the terminal.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from identify.api import (
+        Result,
+        batch,
+        discover,
+        explain,
+        fit,
+        map_postures,
+        modes,
+        read_result,
+        simulate,
+    )
+    from identify.core.errors import InputError, InputErrors
+
 __version__ = "0.1.0"
+__all__ = [
+    "InputError",
+    "InputErrors",
+    "Result",
+    "batch",
+    "discover",
+    "explain",
+    "fit",
+    "map_postures",
+    "modes",
+    "read_result",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module 'identify' has no attribute {name!r}")
+    from importlib import import_module  # noqa: PLC0415
+
+    if name in ("batch", "explain", "modes"):  # packages that can be called
+        return import_module(f"identify.{name}")
+    return getattr(import_module("identify.core.errors" if "Error" in name else "identify.api"), name)

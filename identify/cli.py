@@ -4,14 +4,16 @@ command.
 
 from __future__ import annotations
 
+import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from identify import __version__
-from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, analysis_for, check_options, load
+from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG
 from identify.core.errors import (
     EXIT_BAD_INPUT,
     EXIT_FAILED_CHECK,
@@ -29,9 +31,11 @@ from identify.options import (
     ModesOptions,
     Quiet,
     SimulateOptions,
-    given,
     takes_options,
 )
+
+if TYPE_CHECKING:
+    from identify.reports.outcome import Result
 
 app = typer.Typer(
     help="Fit elastic robot models to measured vibration, and say how far the fit can be trusted.",
@@ -114,20 +118,17 @@ def modes(
 
     Exit code 4 when there is none, or when they do not rebuild the FRFs.
     """
-    from identify.core.binary_input import prepare
+    from identify import api
 
-    prepare([data])
-    from identify.modes.run import file_options, run_modes
-
-    file = file_options(**options.file())
-    result, written = run_modes(
-        data, options.out, file, options.modal(), options.geometry, options.length_unit
-    )
     try:
-        _conclude(result, written, options)
+        found = api.run_modes(data, options)
+    except InputError as error:
+        raise _with_options(error) from error
+    try:
+        _conclude(found, options)
     except typer.Exit:
         said = "no mode was found: see the rejected candidates in the report"
-        if result.found:
+        if found.data.found:
             said = "the modes do not rebuild the FRFs: narrow the band with `--band` or raise `--max-order`"
         typer.echo(said, err=True)
         raise
@@ -154,22 +155,9 @@ def map_(
 
     Frequencies, damping and FRFs of the tool, written as HDF5 and CSV.
     """
-    from identify.map.run import MapOptions, parse_grid, run_map
-    from identify.reports.progress import batch_bar
+    from identify import api
 
-    grids = tuple(parse_grid(text) for text in options.grid or ())
-    wanted = MapOptions(options.postures, grids, options.tool, options.band, options.lines, options.modes)
-    with batch_bar(options.quiet) as progress:
-        result, written = run_map(
-            model,
-            wanted,
-            options.out,
-            workers=options.workers,
-            cluster=options.cluster,
-            resume=options.resume,
-            progress=progress,
-        )
-    _conclude(result, written, options)
+    _conclude(api.run_map(model, options, options.quiet), options)
 
 
 @app.command()
@@ -202,9 +190,9 @@ def init(
     """Write a commented starter config for a robot and its data."""
     from identify.vibration.starter import write_starter
 
+    written = write_starter(robot, data, out, points)
     typer.echo(
-        f"wrote {write_starter(robot, data, out, points)}: fill in what is marked, then `identify check` and"
-        " `identify fit` it"
+        "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
     )
 
 
@@ -247,9 +235,10 @@ def report(
     from identify.core.binary_input import prepare
 
     prepare(files)  # it gets ready while the reports are imported
-    from identify.reports.write import write_reports
+    from identify.reports.write import reports
 
-    typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files, export=export)))
+    for path in reports(*files, export=export):
+        _say_written([path])
 
 
 @app.command()
@@ -265,51 +254,63 @@ def compare(
 
     print_report(compared(files))
     if report:
-        from identify.reports.write import write_reports
+        from identify.reports.write import reports
 
-        typer.echo("\n".join(f"wrote {name}" for name in write_reports(*files)))
+        for path in reports(*files):
+            _say_written([path])
 
 
 def _run(command: str, config: Path, options: Any) -> None:
-    """Do what the command means for a config of its kind (`identify.core.analyses`)."""
-    from contextlib import nullcontext
+    """Do what the command means for a config of its kind, as `identify.api` does."""
+    from identify import api
 
-    from identify.core.config import family_of
-
-    analysis = analysis_for(command, family_of(config), str(config))
-    said, run = given(options), analysis.runs[command]
-    check_options(analysis, command, said, str(config))
-    arguments = {name: value for name, value in said.items() if name in run.options}
-    if run.overrides:
-        arguments["overrides"] = {name: value for name, value in said.items() if name in run.overrides}
-    shown = load(run.progress)(options.quiet) if run.progress else nullcontext()
-    with shown as progress:
-        told = {"progress": progress} if run.progress else {}
-        result, written = load(run.function)(config, options.out, **arguments, **told)
-    further = any("`identify discover " in sentence for sentence in result.verdict)
-    said_next = f"next: identify discover {config}" if command == "fit" and further else ""
-    _conclude(result, [written] if isinstance(written, Path) else written, options, said_next)
+    _conclude(api.run(command, config, options, options.quiet), options, config)
 
 
-def _conclude(result: Any, written: list[Path], options: Any, said_next: str = "") -> None:
-    """Print the result, write the reports of its file, the first that was written, say what there is now, and
-    what to do next.
+def _conclude(found: Result, options: Any, config: Path | None = None) -> None:
+    """Print the result, write the reports of its file, the page first, say what there is now, and what to do
+    next.
 
     Exit code 4 where the result is not what was asked for.
     """
+    from identify.reports.next_step import next_steps
     from identify.reports.show import print_report
 
     if not options.quiet:
-        print_report(result)
+        print_report(found.data)
+        _say_written(found.written)
     if options.report:
-        from identify.reports.write import write_reports
+        from identify.reports.write import reports
 
-        written = written + write_reports(written[0])
+        for path in reports(found.path):
+            if not options.quiet:
+                _say_written([path])
     if not options.quiet:
-        typer.echo("\n".join([*(f"wrote {name}" for name in written), *([said_next] if said_next else [])]))
-    success = OF_KIND[result.KIND].success
-    if success and not getattr(result, success):
+        for step in next_steps(found, config):
+            typer.echo(f"next: {step}")
+    success = OF_KIND[found.data.KIND].success
+    if success and not getattr(found.data, success):
         raise typer.Exit(EXIT_NOT_CONVERGED)
+
+
+def _with_options(error: InputError) -> InputError:
+    """The same, where it asks for a key that is an option of this command."""
+
+    def option(found: re.Match[str]) -> str:
+        name = f"--{found[1].removesuffix('_per_s').replace('_', '-')}"
+        return f"`{name}`" + (f", such as `{name} {found[2]}`" if found[2] else "")
+
+    keys = "unit|quantity|averages|window_decay_per_s"
+    parts = [
+        re.sub(rf"the key ({keys})\b(?:, such as \w+: (\S+))?", option, part)
+        for part in (error.where, error.found, error.expected, error.fix)
+    ]
+    return InputError(*parts)
+
+
+def _say_written(paths: Iterable[Path]) -> None:
+    for path in paths:
+        typer.echo(f"wrote {path}")
 
 
 def main() -> None:

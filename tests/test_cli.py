@@ -158,6 +158,7 @@ def test_help_is_fast_because_it_imports_nothing_heavy() -> None:
     assert _imported(_command("--help"), heavy) == set()
     assert _imported(_command("--version"), (*heavy, "typer")) == set()
     assert _imported(_command("fit", "--help"), HEAVY) == set()
+    assert _imported("import identify", (*heavy, "typer")) == set()
     assert _imported("import pydantic, rich", heavy) == {"pydantic", "rich"}
 
 

@@ -6,15 +6,16 @@ import ast
 import re
 import shlex
 import subprocess
-import sys
 import tomllib
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import identify
+from identify.cli import app
 from identify.fitting.optimizers.base import OPTIMIZERS
 from identify.model.effects.base import EFFECTS
 from identify.vibration.costs.base import COSTS
@@ -99,7 +100,7 @@ def _upwards(arrows: Iterable[tuple[str, str]]) -> list[str]:
 def test_every_file_stands_in_a_package_of_the_plan() -> None:
     assert {_package(name) for name in MODULES} == set(ORDER)
     loose = [path for path in (ROOT / "identify").glob("*.py")]
-    assert len(loose) <= 4, loose
+    assert len(loose) <= 5, loose
 
 
 def test_arrows_run_downwards_only() -> None:
@@ -137,36 +138,53 @@ def test_nothing_names_a_machine_or_its_paths() -> None:
         assert match is None, f"{path.relative_to(ROOT)}: {match[0] if match else ''}"
 
 
-def test_readme_names_every_kind() -> None:
+def test_the_docs_name_every_kind() -> None:
     """Every built-in: what other packages register is theirs to describe."""
-    readme = (ROOT / "README.md").read_text()
+    studies = (ROOT / "docs" / "studies.md").read_text()
     for registry in (EFFECTS, COSTS, OPTIMIZERS):
         for name in registry.builtin:
-            assert f"`{name}`" in readme, f"{registry.what} {name}"
+            assert f"`{name}`" in studies, f"{registry.what} {name}"
 
 
-def test_readme_commands_and_files_exist() -> None:
+def test_the_readme_is_one_screen() -> None:
     readme = (ROOT / "README.md").read_text()
-    for path in re.findall(r"`((?:configs|tests|data)/[\w/.]+)`", readme) + re.findall(
-        r"!\[[^]]*\]\(([^)]+)\)", readme
-    ):
+    assert len(readme.splitlines()) <= 70
+    assert readme.index("**gap**") < readme.index("gap well above"), "explained before it is used"
+
+
+PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_and_commands_of_a_page_exist(page: str) -> None:
+    text = (ROOT / page).read_text()
+    for path in re.findall(r"`((?:configs|tests|data)/[\w/.]+)`", text):
         assert (ROOT / path).exists(), path
+    for path in re.findall(r"\]\((?!https?:|#)([^)#]+)", text):
+        assert (ROOT / page).parent.joinpath(path).exists(), path
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    for block in re.findall(r"```sh\n(.*?)```", readme, re.DOTALL):
+    for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL):
         for line in block.splitlines():
-            words = shlex.split(line.split("#")[0])
-            if words[:1] == ["make"]:
-                assert words[1] in targets, line
-            elif words[:1] == ["identify"]:
-                shown = subprocess.run(
-                    [sys.executable, "-m", "identify", words[1], "--help"],
-                    check=False,
-                    capture_output=True,
-                    text=True,
-                )
-                assert shown.returncode == 0, line
-                configs = [word for word in words[2:] if word.startswith("configs/")]
-                assert all((ROOT / config).exists() for config in configs), line
+            _check_command(shlex.split(line.split("#")[0]), targets)
+
+
+def _check_command(words: list[str], targets: set[str]) -> None:
+    """A command that the docs show: its target, or its name and options, exist."""
+    if words[:1] == ["make"]:
+        assert words[1] in targets, words
+    elif words[:1] == ["identify"]:
+        shown = CliRunner().invoke(app, [words[1], "--help"])
+        assert shown.exit_code == 0, words
+        for option in (word.partition("=")[0] for word in words[2:] if word.startswith("--")):
+            assert option in shown.stdout, words
+        configs = [word for word in words[2:] if word.startswith("configs/")]
+        assert all((ROOT / config).exists() for config in configs), words
+
+
+@pytest.mark.parametrize("line", ["identify nonsense", "identify fit --nonsense", "make nonsense"])
+def test_a_command_that_does_not_exist_is_seen(line: str) -> None:
+    with pytest.raises(AssertionError):
+        _check_command(line.split(), {"demo"})
 
 
 @pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "configs").glob("*.yaml")))

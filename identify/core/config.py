@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from identify.core.errors import InputError, InputErrors
 from identify.core.text_input import read_text
-from identify.core.yaml_input import line_of, parse_yaml
+from identify.core.yaml_input import leaves, line_of, parse_yaml
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -67,17 +67,27 @@ class ConfigFile(Settings, Generic[S]):
         try:
             yield
         except InputError as error:
-            raise self._at_its_line(error) from error
+            raise self.at_its_line(error) from error
         except InputErrors as several:
-            raise InputErrors([self._at_its_line(error) for error in several.errors]) from several
+            raise InputErrors([self.at_its_line(error) for error in several.errors]) from several
 
-    def _at_its_line(self, error: InputError) -> InputError:
+    def at_its_line(self, error: InputError) -> InputError:
+        """The same error with file and line of the key that it is about, or that names the file that it is
+        about.
+        """
         data = parse_yaml(self.text, str(self.path))
         keys = [int(key) if key.isdigit() else key for key in error.where.split(".")]
-        if not isinstance(data, dict) or keys[0] not in data:
+        if not isinstance(data, dict):
             return error
-        where = f"{self.path}{line_of(data, keys)}: {error.where}"
-        return InputError(where, error.found, error.expected, error.fix)
+        if keys[0] in data:
+            where = f"{self.path}{line_of(data, keys)}: {error.where}"
+            return InputError(where, error.found, error.expected, error.fix)
+        for named, text in leaves(data):
+            if error.where in (str(self.resolve(Path(text))), text):
+                key = ".".join(map(str, named))
+                where = f"{error.where} ({key} in {self.path}{line_of(data, named)})"
+                return InputError(where, error.found, error.expected, error.fix)
+        return error
 
 
 def family_of(path: Path) -> str:
@@ -139,7 +149,10 @@ def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> In
         if isinstance(fault["input"], (str, int, float, bool))
         else type(fault["input"]).__name__
     )
-    return InputError(where, f"found {found!r}", fault["msg"][:1].lower() + fault["msg"][1:])
+    expected = fault["msg"].removeprefix("Input should be ")
+    if fault["input"] is None:
+        return InputError(where, "not filled in", expected[:1].lower() + expected[1:])
+    return InputError(where, f"found {found!r}", expected[:1].lower() + expected[1:])
 
 
 def _fields_at(kind: type[BaseModel], keys: list[Any]) -> dict[str, Any]:

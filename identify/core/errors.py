@@ -17,7 +17,8 @@ class InputError(Exception):
             parts.append(f"expected {expected}")
         if fix:
             parts.append(fix)
-        super().__init__("; ".join(parts) + ".")
+        told = "; ".join(parts)
+        super().__init__(told if told.endswith("?") else told + ".")
         self.where, self.found, self.expected, self.fix = where, found, expected, fix
 
 

@@ -8,6 +8,7 @@ fast.
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -46,7 +47,14 @@ class Registry:
             return getattr(import_module(module), attribute)
         for point in entry_points(group=self.group, name=name):
             return point.load()
-        raise InputError(where, f"unknown {self.what} {name!r}", "one of " + ", ".join(self.names()))
+        raise InputError(
+            where, f"unknown {self.what} {name!r}", "one of " + ", ".join(self.names()), self.near(name)
+        )
+
+    def near(self, name: str) -> str:
+        """A question after the known name that is most like an unknown one; empty where none is."""
+        found = difflib.get_close_matches(name, self.names(), n=1)
+        return f"did you mean `{found[0]}`?" if found else ""
 
 
 def parse_kind(registry: Registry, data: Any) -> Any:
@@ -57,5 +65,8 @@ def parse_kind(registry: Registry, data: Any) -> Any:
     if not isinstance(data, dict) or not isinstance(data.get("kind"), str):
         raise ValueError(f"expected a mapping with `kind`: one of {known}")
     if data["kind"] not in registry.names():
-        raise ValueError(f"unknown {registry.what} {data['kind']!r}; expected one of {known}")
+        near = registry.near(data["kind"])
+        raise ValueError(
+            f"unknown {registry.what} {data['kind']!r}; expected one of {known}{'; ' * bool(near)}{near}"
+        )
     return registry.get(data["kind"]).model_validate(data)

@@ -8,6 +8,7 @@ than any has, keys that are lists.  What looks like a date is text.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +86,15 @@ def line_of(data: Any, keys: list[Any]) -> str:
         except (AttributeError, KeyError, IndexError, TypeError):
             break
     return line
+
+
+def leaves(data: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[list[Any], str]]:
+    """Every text in a YAML file with the keys that lead to it."""
+    if isinstance(data, str):
+        yield list(above), str(data)
+    inside = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in inside:
+        yield from leaves(value, (*above, key))
 
 
 def _first_line(error: Exception) -> str:

@@ -4,7 +4,7 @@ their comparison.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +26,11 @@ def write_reports(path: Path, *others: Path, export: Path | None = None) -> list
     export: a folder for every figure as PNG and SVG and all data as CSV.  The same result gives the same
     bytes. Raises InputError for a file that is no result, and where a report cannot be written.
     """
+    return list(reports(path, *others, export=export))
+
+
+def reports(path: Path, *others: Path, export: Path | None = None) -> Iterator[Path]:
+    """The same, each path as soon as it is written: the page, which takes a fifth of the time, first."""
     files = (path, *others)
     check()
     result = compared(files) if others else read_any(path)
@@ -33,9 +38,12 @@ def write_reports(path: Path, *others: Path, export: Path | None = None) -> list
     page_path, pdf_path = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".html", ".pdf"))
     report = report_of(result)
     _write(page_path, page(result, report).encode(), _ELSEWHERE)
+    yield page_path
     printed = document(result, report)
     _write(pdf_path, printed.compile(result), _ELSEWHERE)
-    return [page_path, pdf_path, *(_export(list(contents(printed)), export) if export else ())]
+    yield pdf_path
+    if export:
+        yield from _export(list(contents(printed)), export)
 
 
 def _together(files: Sequence[Path]) -> str:

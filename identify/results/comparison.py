@@ -1,4 +1,4 @@
-"""Several finished fits as one `Comparison`, which reports show side by side."""
+"""Several finished fits, or models that discoveries ended with, as one `Comparison`: reports show it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import numpy as np
 from identify.core.arrays import Texts
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
-from identify.results.file import read
+from identify.results.discovery import DiscoveryResult
+from identify.results.file import kind_of, read
 from identify.results.fit import FitResult
 from identify.results.header import Header
 from identify.results.tables import Provenance
@@ -29,8 +30,8 @@ class Comparison(Header):
 
 
 def compared(files: Sequence[Path]) -> Comparison:
-    """The comparison of the finished fits in result files; InputError for a file that holds none, or for one
-    file named twice.
+    """The comparison of the finished fits in result files, of a discovery the model that it ended with;
+    InputError for a file that holds none, or for one file named twice.
     """
     labels, paths = unique_labels(files), [file.resolve() for file in files]
     twice = next((file for file in files if paths.count(file.resolve()) > 1), None)
@@ -40,7 +41,7 @@ def compared(files: Sequence[Path]) -> Comparison:
             "named twice" if twice else "one result alone",
             "at least two different results",
         )
-    runs = {label: read(file, FitResult) for label, file in zip(labels, files, strict=True)}
+    runs = {label: _fit_in(file) for label, file in zip(labels, files, strict=True)}
     seconds = sum(run.seconds for run in runs.values())
     return Comparison(
         name=" and ".join(labels),
@@ -50,6 +51,13 @@ def compared(files: Sequence[Path]) -> Comparison:
         runs=runs,
         provenance=_provenance(files, runs),
     )
+
+
+def _fit_in(file: Path) -> FitResult:
+    """The fit in a result file; of a discovery, the model that it ended with."""
+    if kind_of(file) == DiscoveryResult.KIND:
+        return read(file, DiscoveryResult).after
+    return read(file, FitResult)
 
 
 def unique_labels(files: Sequence[Path]) -> list[str]:

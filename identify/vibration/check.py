@@ -83,7 +83,7 @@ def run_checks(config: Path) -> Checked:
             *_limits(problem),
             *_resonances(problem),
         ]
-    return Checked({**findings, STUDY: found}, tuple(refused))
+    return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
 
 
 def _kept(read: Callable[[], T], refused: list[InputError]) -> T | None:

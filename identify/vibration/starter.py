@@ -11,6 +11,7 @@ from pathlib import Path
 import jinja2
 
 from identify.core.errors import InputError
+from identify.core.text import listed
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
 from identify.robot.description import Robot
@@ -54,10 +55,16 @@ seed: 1
 """
 
 
-def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None) -> Path:
-    """Write the config and return its path; an existing file is not overwritten, and files that cannot be
-    read are InputErrors.
-    """
+@dataclass(frozen=True)
+class Starter:
+    """The config that was written, and what is left to do, in sentences."""
+
+    config: Path
+    to_do: list[str]
+
+
+def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None) -> Starter:
+    """Write the config; InputError for a file that exists, which is kept, and for one that cannot be read."""
     if out.exists():
         raise InputError(str(out), "the file exists", "a new file", "choose another with `--out`")
     key = "dh" if robot.suffix in _TABLES else "urdf"
@@ -65,12 +72,13 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
     folder = out.resolve().parent
     entries = [_measurement(path, folder) for path in data]
     bands = [entry.band for entry in entries if entry.band]
+    points = points or robot.parent / "points.csv"
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
         name=out.stem if out.stem != "config" else robot.resolve().parent.name,
         robot_key=key,
         robot=_relative(robot, folder),
         last_link=described.links[-1].name,
-        points=_relative(points or robot.parent / "points.csv", folder),
+        points=_relative(points, folder),
         measurements=entries,
         zeros=[0.0] * len(described.joints),
         joints=_joints(described),
@@ -83,13 +91,35 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
     out.write_text(text, encoding="utf-8")
-    return out
+    return Starter(out, [*_unfilled(text), *_points_to_write(points, entries)])
+
+
+def _unfilled(text: str) -> list[str]:
+    """Where the config asks for something, by its lines."""
+    asked: dict[str, list[str]] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        if "FILL IN" in line:
+            asked.setdefault(line.strip(" -").partition(":")[0], []).append(str(number))
+    lines = [f"`{key}` ({'line' if len(at) == 1 else 'lines'} {listed(at)})" for key, at in asked.items()]
+    return [f"fill in {listed(lines)}"] if lines else []
+
+
+def _points_to_write(points: Path, entries: list[_Entry]) -> list[str]:
+    """That the file of points is missing, and which nodes it has to have."""
+    nodes = sorted({node for entry in entries for node in entry.nodes})
+    if points.exists() or not nodes:
+        return []
+    some = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")
+    return [
+        f"write {points}, which does not exist: a line node,name,link,x_m,y_m,z_m and one for each node of"
+        f" the data ({some})"
+    ]
 
 
 @dataclass(frozen=True)
 class _Entry:
     """What the template needs of one data file; band (Hz) of FRFs; unknown: the file does not say its
-    quantity or unit.
+    quantity or unit; nodes: of its channels.
     """
 
     key: str
@@ -97,6 +127,7 @@ class _Entry:
     comment: str = ""
     band: tuple[float, float] | None = None
     unknown: bool = False
+    nodes: tuple[int, ...] = ()
 
 
 def _measurement(path: Path, folder: Path) -> _Entry:
@@ -123,6 +154,7 @@ def _measurement(path: Path, folder: Path) -> _Entry:
         size,
         (float(frf_set.frequency_hz[0]), float(frf_set.frequency_hz[-1])),
         unknown,
+        tuple(sorted({channel.node for channel in (*frf_set.outputs, *frf_set.inputs)})),
     )
 
 

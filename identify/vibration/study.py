@@ -10,12 +10,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from identify.core.config import ConfigFile, Settings, read_settings
+from identify.core.config import ConfigFile, Settings, read_settings, read_yaml
+from identify.core.errors import InputError, InputErrors
+from identify.core.text import count
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.source import Estimation
 from identify.modal.settings import ModalSettings
 from identify.model.effects.base import Effect, parse_effect
+from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 from identify.vibration.costs.base import Cost, parse_cost
 
@@ -202,4 +205,26 @@ def read_study(path: Path) -> StudyFile:
     Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is
     wrong.
     """
-    return StudyFile.of(path, *read_settings(path, Study, SCHEMA))
+    try:
+        return StudyFile.of(path, *read_settings(path, Study, SCHEMA))
+    except InputErrors as several:
+        raise InputErrors([_with_joints(path, error) for error in several.errors]) from several
+
+
+def _with_joints(path: Path, error: InputError) -> InputError:
+    """An angle that was not filled in, with the number of joints, where the robot can be read."""
+    if error.found != "not filled in" or not error.where.endswith(".posture_deg"):
+        return error
+    try:
+        data, _ = read_yaml(path)
+        robot = read_robot(RobotSettings.model_validate(data["robot"]), path.parent)
+    except (InputError, InputErrors, ValueError, KeyError, TypeError):
+        return error
+    names = [joint.name for joint in robot.joints]
+    example = ", ".join(["0.0"] * len(names))
+    return InputError(
+        error.where,
+        "not filled in",
+        f"{count(len(names), 'angle')}, one per joint ({', '.join(names)}), in degrees",
+        f"fill in the posture that was measured, such as [{example}]",
+    )

@@ -1,0 +1,79 @@
+"""The recipe for every system: `python dev.py demo`, `test` or `ready`; make calls it too.
+
+It needs Python 3.11 or newer and nothing else; on Windows, `py dev.py demo`.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent
+VENV = ROOT / ".venv"
+READY = VENV / "ready"
+_MADE_OF = ("requirements.lock", "pyproject.toml")
+_UV = "uv==0.13.8"
+_LEAST = (3, 11)
+_EXAMPLE = "configs/arm_hammer_test.yaml"
+
+
+def program(name: str, windows: bool = os.name == "nt") -> Path:
+    """Where a program of the environment is."""
+    return VENV / ("Scripts" if windows else "bin") / (f"{name}.exe" if windows else name)
+
+
+def run(name: str, *words: str) -> None:
+    """Run a program of the environment in this folder; stop with its exit code where it fails."""
+    alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run([str(program(name)), *words], check=False, cwd=ROOT, env={**alone, **os.environ})
+    if done.returncode:
+        sys.exit(done.returncode)
+
+
+def ready() -> None:
+    """An environment with the locked dependencies and this package, made anew where either has changed."""
+    if READY.exists() and all((ROOT / name).stat().st_mtime <= READY.stat().st_mtime for name in _MADE_OF):
+        return
+    if not program("python").exists():
+        subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
+    run("python", "-m", "pip", "install", "-q", "--disable-pip-version-check", _UV)
+    install = ("-m", "uv", "pip", "install", "-q")
+    run("python", *install, "--require-hashes", "-r", "requirements.lock")
+    run("python", *install, "--no-deps", "--no-build-isolation", "-e", ".")
+    READY.touch()
+
+
+def demo() -> None:
+    """Check and fit a hammer test of a six-axis arm."""
+    ready()
+    run("identify", "check", _EXAMPLE)
+    run("identify", "fit", _EXAMPLE)
+    print("Open reports/arm_hammer_test.html in a browser.")
+
+
+def test() -> None:
+    """Style, types and tests."""
+    ready()
+    run("ruff", "format", "--check", ".")
+    run("ruff", "check", ".")
+    run("mypy")
+    run("pytest", "-n", "logical", "--dist", "loadfile")
+
+
+RECIPES = {"ready": ready, "demo": demo, "test": test}
+
+
+def main(words: list[str]) -> None:
+    """Do the one that is asked for."""
+    if sys.version_info < _LEAST:
+        sys.exit(f"Python {sys.version.split()[0]}: identify needs 3.11 or newer; run this with a newer one.")
+    if len(words) != 1 or words[0] not in RECIPES:
+        told = "\n".join(f"  {name:6s} {recipe.__doc__}" for name, recipe in RECIPES.items())
+        sys.exit(f"usage: python dev.py {' | '.join(RECIPES)}\n{told}")
+    RECIPES[words[0]]()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,193 @@
+"""identify from Python: the commands as functions, which the command line calls too.
+
+Every function writes its result file, as the command does, and returns a `Result`.  Wrong input raises
+`identify.InputError`, whose text says where, what was found, what was expected and what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+from identify.core.analyses import analysis_for, check_options, load
+from identify.core.config import family_of
+from identify.options import (
+    BatchOptions,
+    DiscoverOptions,
+    ExplainOptions,
+    FitOptions,
+    MapCommandOptions,
+    ModesOptions,
+    SimulateOptions,
+    given,
+)
+from identify.reports.outcome import Result, read_result
+from identify.reports.write import write_reports
+
+__all__ = [
+    "Result",
+    "batch",
+    "discover",
+    "explain",
+    "fit",
+    "map_postures",
+    "modes",
+    "read_result",
+    "run",
+    "simulate",
+]
+
+_Path = Path | str
+
+
+def fit(
+    config: _Path,
+    *,
+    out: _Path | None = None,
+    seed: int | None = None,
+    starts: int | None = None,
+    resume: bool = False,
+    profile: Sequence[str] = (),
+    report: bool = False,
+    quiet: bool = True,
+) -> Result:
+    """Fit a study, of vibration, of motion or of single joints.
+
+    out: result file, by default `reports/<name of the study>.h5`; seed, starts: replace those of the study;
+    resume: go on with an interrupted run; profile: parameters whose profile likelihood is wanted; report:
+    also write page and PDF; quiet: show no progress.
+    """
+    options = FitOptions(
+        out=_path(out), seed=seed, starts=starts, report=report, resume=resume, profile=list(profile) or None
+    )
+    return _reported(run("fit", Path(config), options, quiet), report)
+
+
+def discover(
+    config: _Path,
+    *,
+    out: _Path | None = None,
+    starts: int | None = None,
+    workers: int | None = None,
+    resume: bool = False,
+    report: bool = False,
+    quiet: bool = True,
+) -> Result:
+    """Find what is missing from the model of a study; writes the better study beside the result."""
+    options = DiscoverOptions(out=_path(out), starts=starts, workers=workers, report=report, resume=resume)
+    return _reported(run("discover", Path(config), options, quiet), report)
+
+
+def explain(
+    config: _Path,
+    *,
+    out: _Path | None = None,
+    resume: bool = False,
+    report: bool = False,
+    quiet: bool = True,
+) -> Result:
+    """Name the effects behind recorded motion."""
+    options = ExplainOptions(out=_path(out), report=report, resume=resume)
+    return _reported(run("explain", Path(config), options, quiet), report)
+
+
+def simulate(
+    config: _Path, *, out: _Path | None = None, tables: _Path | None = None, report: bool = False
+) -> Result:
+    """Simulate the records of a study of motion; tables: a folder for a CSV of every record."""
+    options = SimulateOptions(out=_path(out), tables=_path(tables), report=report)
+    return _reported(run("simulate", Path(config), options), report)
+
+
+def batch(config: _Path, *, report: bool = False, quiet: bool = True, **options: Any) -> Result:
+    """Fit many postures or studies; options: those of `identify batch` by name, such as workers=2."""
+    return _reported(run("batch", Path(config), BatchOptions(**_paths(options)), quiet), report)
+
+
+def modes(data: _Path, *, report: bool = False, **options: Any) -> Result:
+    """Modes of measured FRFs, in a file or of a study.
+
+    options: those of `identify modes` by name, such as out="modes.h5", band=(3.0, 80.0), max_order=40.
+    """
+    return _reported(run_modes(Path(data), ModesOptions(**_paths(options))), report)
+
+
+def map_postures(
+    model: _Path | Result,
+    *,
+    grid: Sequence[str] = (),
+    report: bool = False,
+    quiet: bool = True,
+    **options: Any,
+) -> Result:
+    """A fitted model over postures; model: a result file or what `fit` returned; grid: axes such as
+    "2:-60:60:9" (joint, first, last, how many; degrees); options: those of `identify map` by name.
+    """
+    path = model.path if isinstance(model, Result) else Path(model)
+    wanted = MapCommandOptions(grid=list(grid) or None, **_paths(options))
+    return _reported(run_map(path, wanted, quiet), report)
+
+
+def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:
+    """What a command means for a config of its kind (`identify.core.analyses`)."""
+    analysis = analysis_for(command, family_of(config), str(config))
+    said, how = given(options), analysis.runs[command]
+    check_options(analysis, command, said, str(config))
+    arguments = {name: value for name, value in said.items() if name in how.options}
+    if how.overrides:
+        arguments["overrides"] = {name: value for name, value in said.items() if name in how.overrides}
+    with load(how.progress)(quiet) if how.progress else nullcontext() as progress:
+        told = {"progress": progress} if how.progress else {}
+        result, written = load(how.function)(config, options.out, **arguments, **told)
+    return Result(result, (written,) if isinstance(written, Path) else tuple(written))
+
+
+def run_modes(data: Path, options: ModesOptions) -> Result:
+    """What `identify modes` does."""
+    from identify.core.binary_input import prepare
+    from identify.modes.run import file_options
+    from identify.modes.run import run_modes as analysed
+
+    prepare([data])
+    file = file_options(**options.file())
+    result, written = analysed(
+        data, options.out, file, options.modal(), options.geometry, options.length_unit
+    )
+    return Result(result, tuple(written))
+
+
+def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Result:
+    """What `identify map` does."""
+    from identify.map.run import MapOptions, parse_grid
+    from identify.map.run import run_map as mapped
+    from identify.reports.progress import batch_bar
+
+    grids = tuple(parse_grid(text) for text in options.grid or ())
+    wanted = MapOptions(options.postures, grids, options.tool, options.band, options.lines, options.modes)
+    with batch_bar(quiet) as progress:
+        result, written = mapped(
+            model,
+            wanted,
+            options.out,
+            workers=options.workers,
+            cluster=options.cluster,
+            resume=options.resume,
+            progress=progress,
+        )
+    return Result(result, tuple(written))
+
+
+def _reported(result: Result, report: bool) -> Result:
+    return Result(result.data, (*result.written, *write_reports(result.path))) if report else result
+
+
+def _path(of: _Path | None) -> Path | None:
+    return None if of is None else Path(of)
+
+
+def _paths(options: dict[str, Any]) -> dict[str, Any]:
+    """Options, with those that name files as paths."""
+    named = ("out", "postures", "geometry")
+    return {name: _path(value) if name in named else value for name, value in options.items()}

@@ -1,0 +1,51 @@
+"""What to do after a command, as commands that can be copied."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from identify.reports.outcome import Result
+
+_WELL_ABOVE = 2.0
+"""A gap from which something is missing rather than a little off."""
+
+
+def next_steps(found: Result, config: Path | None = None) -> list[str]:
+    """Sentences with the next commands, best first; none where there is nothing obvious.
+
+    config: of the study that was run.
+    """
+    data = found.data
+    if data.KIND == "fit":
+        return _after_fit(found, config)
+    if data.KIND == "discovery":
+        return _after_discovery(found, config)
+    tables = [path for path in found.written if path.suffix == ".yaml"]
+    if data.KIND == "modes" and data.found and tables:
+        return [f"a study takes these modes with `modes: {tables[0]}` in one of its measurements"]
+    if data.KIND == "motion" and config is not None and not data.starts.cost.size:
+        return [f"identify fit {config}   finds its parameters from records"]
+    return []
+
+
+def _after_fit(found: Result, config: Path | None) -> list[str]:
+    data = found.data
+    if config is not None and any("`identify discover " in sentence for sentence in data.verdict):
+        why = (
+            f"the gap of {data.gap:.3g} is well above 1" if data.gap > _WELL_ABOVE else "something is missing"
+        )
+        return [f"identify discover {config}   ({why}: finds what the model lacks)"]
+    if data.converged and data.gap <= _WELL_ABOVE:
+        return [f"identify map {found.path} --grid 2:-60:60:9   (the model over the workspace)"]
+    return []
+
+
+def _after_discovery(found: Result, config: Path | None) -> list[str]:
+    studies = [path for path in found.written if path.suffix == ".yaml"]
+    if not studies:
+        return []
+    steps = [f"identify fit {studies[0]}   (the better study)"]
+    fitted = found.path.with_name(f"{found.name}.h5")
+    if fitted.exists():
+        steps.append(f"identify compare {fitted} {found.path}   (before and after)")
+    return steps

@@ -1,0 +1,138 @@
+"""identify from Python: functions, results as tables and figures, notebooks."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import nbformat
+import pandas as pd
+import pytest
+from nbclient import NotebookClient
+
+import identify
+from identify.core.errors import InputError
+from identify.reports.kit.cells import Column, Table, number
+from identify.reports.next_step import next_steps
+from identify.reports.outcome import Columns, Result
+from identify.results import file as result_file
+from tests.reports.discovery_sample import discovery_result
+from tests.reports.kinds import CASES
+from tests.reports.sample import frf_result
+
+ROOT = Path(__file__).parents[1]
+TX200 = ROOT / "configs" / "umons_tx200.yaml"
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """The TX200 study, one start."""
+    out = tmp_path_factory.mktemp("api") / "tx200.h5"
+    return identify.fit(TX200, out=out, starts=1, seed=3)
+
+
+def test_a_fit_gives_tables_and_figures(fitted: Result) -> None:
+    assert fitted.path.exists()
+    assert not fitted.path.with_suffix(".html").exists(), "reports are written where they are asked for"
+    frame = pd.DataFrame(fitted.parameters)
+    assert frame["Parameter"].tolist() == list(fitted.data.parameters.name)
+    fits = [column for column in frame.columns if column.startswith("Fitted")]
+    assert frame[fits[0]].tolist() == fitted.data.parameters.value.tolist(), "as in the result, not rounded"
+    assert fitted.plot("Parameters").axes
+    with pytest.raises(InputError, match="Parameters"):
+        fitted.plot("nonsense")
+
+
+def test_a_notebook_shows_verdict_and_tables(fitted: Result) -> None:
+    shown = fitted._repr_html_()
+    assert fitted.verdict[0].split("<")[0] in shown
+    assert "<table>" in shown
+    assert "joint1.rz.stiffness" in fitted.parameters._repr_html_()
+
+
+def test_a_result_is_read_again(fitted: Result) -> None:
+    again = identify.read_result(fitted.path)
+    assert (again.name, again.verdict, list(again.tables)) == (
+        fitted.name,
+        fitted.verdict,
+        list(fitted.tables),
+    )
+    with pytest.raises(InputError):
+        identify.read_result(TX200)
+
+
+def test_options_that_do_not_apply_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--profile"):
+        identify.fit(ROOT / "configs" / "joint_runs.yaml", out=tmp_path / "x.h5", profile=["a"])
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_every_kind_of_result_has_tables_and_figures(case: object) -> None:
+    result = Result(case.make()[0], (Path("x.h5"),))  # type: ignore[attr-defined]
+    frames = [pd.DataFrame(columns) for columns in result.tables.values()]
+    assert sum(len(frame) for frame in frames) > 0
+    assert result.figures
+    assert result._repr_html_().startswith("<h4>")
+
+
+def test_a_column_of_numbers_is_one() -> None:
+    columns = (Column("Mode", numeric=False), Column("Frequency", "Hz"))
+    table = Columns(Table("Modes", columns, (("a", number(12.3456)), ("b", number(math.nan)))))
+    assert table["Frequency (Hz)"][0] == 12.3456
+    assert math.isnan(table["Frequency (Hz)"][1])
+    assert table["Mode"] == ["a", "b"]
+
+
+def test_packages_of_the_same_name_can_be_called() -> None:
+    code = (
+        "import identify.modes.run, identify.explain.run, identify.batch.run, identify\n"
+        "print([callable(f) for f in (identify.modes, identify.explain, identify.batch, identify.robot)])"
+    )
+    ran = subprocess.run([sys.executable, "-c", code + "\n"], check=False, capture_output=True, text=True)
+    assert ran.stdout.strip() == "[True, True, True, False]", ran.stderr
+
+
+def test_a_name_that_does_not_exist_is_an_attribute_error() -> None:
+    assert identify.InputError is InputError
+    with pytest.raises(AttributeError, match="nonsense"):
+        identify.nonsense  # noqa: B018
+
+
+def test_a_fit_with_a_large_gap_is_followed_by_a_discovery(tmp_path: Path) -> None:
+    missing = frf_result(60, 4, gap=8.0, verdict=("`identify discover a.yaml` looks for it.",))
+    steps = next_steps(Result(missing, (tmp_path / "a.h5",)), Path("a.yaml"))
+    assert [step.split("   ")[0] for step in steps] == ["identify discover a.yaml"]
+    good = frf_result(60, 4, gap=1.0, converged=True, verdict=("Fine.",))
+    assert "identify map" in next_steps(Result(good, (tmp_path / "a.h5",)), Path("a.yaml"))[0]
+
+
+def test_a_discovery_is_followed_by_its_study_and_compared_with_the_fit(tmp_path: Path) -> None:
+    data = discovery_result()
+    files = (tmp_path / "x_discovery.h5", tmp_path / "x_discovery.yaml")
+    steps = next_steps(Result(data, files), tmp_path / "x.yaml")
+    assert [step.split("   ")[0] for step in steps] == [f"identify fit {files[1]}"]
+    fitted = tmp_path / f"{data.name}.h5"
+    result_file.write(frf_result(60, 4), fitted)
+    result_file.write(data, files[0])
+    steps = next_steps(Result(data, files), tmp_path / "x.yaml")
+    assert steps[1].startswith(f"identify compare {fitted} {files[0]}")
+
+
+@pytest.mark.parametrize("name", ["fit", "modes"])
+def test_notebooks_run(name: str, tmp_path: Path) -> None:
+    folder = tmp_path / "docs" / "notebooks"
+    folder.mkdir(parents=True)
+    for shared in ("configs", "data"):
+        (tmp_path / shared).symlink_to(ROOT / shared)
+    notebook = nbformat.read(ROOT / "docs" / "notebooks" / f"{name}.ipynb", as_version=4)
+    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert all(cell.execution_count for cell in cells)
+    assert any("text/html" in output.get("data", {}) for output in cells[0].outputs)
+    assert not any(
+        cell.outputs
+        for cell in nbformat.read(ROOT / "docs" / "notebooks" / f"{name}.ipynb", 4).cells
+        if cell.cell_type == "code"
+    )
