@@ -12,9 +12,13 @@ import pytest
 from typer.testing import CliRunner
 
 from identify.cli import app
+from identify.core.errors import InputError
 from identify.fitting.optimizers.base import OPTIMIZERS
-from identify.results.file import read
+from identify.results.comparison import compared
+from identify.results.file import read, write
 from identify.results.fit import FitResult
+from tests.reports.discovery_sample import discovery_result
+from tests.reports.joints_sample import joints_result
 
 ROOT = Path(__file__).parents[1]
 HEAVY = ("scipy", "matplotlib", "pymoo", "plotly", "mujoco", "h5py", "pandas", "pyswarms")
@@ -184,6 +188,9 @@ def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) 
     data = ROOT / "data" / "arm_hammer_test"
     done = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+    assert "fill in `posture_deg` (line 9) and `averages` (line 10)" in done.stdout
+    assert done.stdout.endswith("next: identify check config.yaml\n")
+    assert "points.csv" not in done.stdout, "it exists"
     asked = _identify("check", "config.yaml", cwd=tmp_path)
     assert asked.returncode == 2
     assert "posture_deg" in asked.stderr
@@ -196,3 +203,25 @@ def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) 
     assert _identify("check", "config.yaml", cwd=tmp_path).returncode == 0
     again = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
     assert again.returncode == 2, "an existing config is not overwritten"
+    words = ("--out", "other.yaml", "--points", "gone.csv")
+    without = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), *words, cwd=tmp_path)
+    assert "write gone.csv, which does not exist: a line node,name,link,x_m,y_m,z_m" in without.stdout
+
+
+def test_modes_asks_for_options_not_for_keys(tmp_path: Path) -> None:
+    (tmp_path / "frfs.csv").write_text(
+        "frequency_hz,output,input,real,imag\n1,1:+X,1:+X,1,1\n2,1:+X,1:+X,1,2\n"
+    )
+    refused = _identify("modes", "frfs.csv", cwd=tmp_path)
+    assert "add `--unit`, such as `--unit m/s^2/N`" in refused.stderr
+
+
+def test_a_fit_is_compared_with_a_discovery(tmp_path: Path) -> None:
+    found = discovery_result()
+    write(found, tmp_path / "found.h5")
+    write(found.before, tmp_path / "fitted.h5")
+    runs = compared([tmp_path / "fitted.h5", tmp_path / "found.h5"]).runs
+    assert [run.gap for run in runs.values()] == [found.before.gap, found.after.gap]
+    write(joints_result(), tmp_path / "joints.h5")
+    with pytest.raises(InputError):
+        compared([tmp_path / "fitted.h5", tmp_path / "joints.h5"])

@@ -16,11 +16,13 @@ from identify.fitting.fit import fit
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.uff.write import write_uff58
+from identify.vibration.check import run_checks
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.robot.random_arm import industrial_arm, write
 
+ROOT = Path(__file__).parents[1]
 GOOD = """\
 schema: identify/1
 robot: {urdf: robot.urdf}
@@ -258,3 +260,40 @@ def test_paths_are_relative_to_the_config(
     monkeypatch.chdir(elsewhere)
     shutil.copy(folder / "config.yaml", folder / "copy.yaml")
     assert load_problem(read_study(folder / "copy.yaml")).robot.name
+
+
+def _refused(tmp_path: Path, text: str) -> str:
+    (tmp_path / "config.yaml").write_text(text)
+    with pytest.raises(InputErrors) as refused:
+        read_study(tmp_path / "config.yaml")
+    return str(refused.value)
+
+
+def test_a_typing_error_is_answered_with_what_was_meant(tmp_path: Path) -> None:
+    robot = f"schema: identify/1\nrobot: {{urdf: {ROOT / 'data' / 'arm_hammer_test' / 'robot.urdf'}}}\n"
+    one = robot + "measurements: [{file: a.uff, posture_deg: [1]}]\n"
+    said = _refused(tmp_path, one + "effects: [{kind: joint-complience}]\ncost: frf-leastsquares\nNmae: x\n")
+    assert "config.yaml line 4: effects.0: unknown effect 'joint-complience'" in said
+    assert "did you mean `joint-compliance`?" in said
+    assert "did you mean `frf-least-squares`?" in said
+    assert "config.yaml line 6: Nmae: unknown key" in said
+    assert "did you mean" not in _refused(tmp_path, one + "effects: [{kind: xyz}]\n")
+
+
+def test_angles_that_were_not_filled_in_are_counted(tmp_path: Path) -> None:
+    robot = ROOT / "data" / "arm_hammer_test" / "robot.urdf"
+    text = "schema: identify/1\nrobot: {{urdf: {}}}\nmeasurements: [{{file: a.uff, posture_deg: null}}]\n"
+    assert "not filled in; expected 6 angles, one per joint (joint1, " in _refused(
+        tmp_path, text.format(robot)
+    )
+    without = _refused(tmp_path, text.format("gone.urdf"))
+    assert "line 3: measurements.0.posture_deg: not filled in; expected a valid list" in without
+
+
+def test_a_file_that_is_not_there_is_named_with_its_line(tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(
+        "schema: identify/1\nrobot: {urdf: gone.urdf}\nmeasurements: [{file: a.uff, posture_deg: [1]}]\n"
+    )
+    refused = run_checks(config).refused
+    assert any(f"gone.urdf (robot.urdf in {config} line 2): " in str(error) for error in refused)

@@ -131,9 +131,10 @@ def read_yaml(path: Path) -> tuple[Any, str]:
 
 def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> InputError:
     """A pydantic error as a sentence with the key and its line."""
-    keys = [
-        key for key in fault["loc"] if not (isinstance(key, str) and key[:1].isupper())
-    ]  # class names of unions are no keys
+    *above, last = fault["loc"] or ("config",)
+    keys = [key for key in above if not _is_class(key)]
+    if fault["loc"] and (fault["type"] == "extra_forbidden" or not _is_class(last)):
+        keys.append(last)
     where = f"{path}{line_of(data, keys)}: {'.'.join(map(str, keys)) or 'config'}"
     if fault["type"] == "extra_forbidden":
         known = [field.alias or name for name, field in _fields_at(kind, keys[:-1]).items()]
@@ -153,6 +154,11 @@ def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> In
     if fault["input"] is None:
         return InputError(where, "not filled in", expected[:1].lower() + expected[1:])
     return InputError(where, f"found {found!r}", expected[:1].lower() + expected[1:])
+
+
+def _is_class(key: Any) -> bool:
+    """Whether a place in an error is no key but a class of a union."""
+    return isinstance(key, str) and key[:1].isupper()
 
 
 def _fields_at(kind: type[BaseModel], keys: list[Any]) -> dict[str, Any]:
