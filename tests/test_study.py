@@ -296,4 +296,4 @@ def test_a_file_that_is_not_there_is_named_with_its_line(tmp_path: Path) -> None
         "schema: identify/1\nrobot: {urdf: gone.urdf}\nmeasurements: [{file: a.uff, posture_deg: [1]}]\n"
     )
     refused = run_checks(config).refused
-    assert any(f"gone.urdf (robot.urdf in {config} line 2): " in str(error) for error in refused)
+    assert any(f"a.uff (measurements.0.file in {config} line 3): " in str(error) for error in refused)
