@@ -26,8 +26,13 @@ from identify.vibration.uncertainty import uncertainty
 _CONFIRMED_FRACTION = 0.3
 """Fraction of what is above noise that an addition must remove from data that were not fitted, whose own
 noise level is not known as well."""
-_MATERIAL = 0.015
+MATERIAL = 0.015
 """A smaller fall of the gap than this is within what estimators and noise models get wrong."""
+CLOSED = 1.1
+"""Below this gap nothing is added unless data that were not fitted say more than their own noise level may be
+wrong by: `_CONFIRMED_FALL`."""
+_CONFIRMED_FALL = 0.05
+"""Fall of the gap on data that were not fitted: coherence from a few averages states noise to some 5 %."""
 
 POLICY = Policy(
     admit=Rule(CONVINCING),
@@ -72,11 +77,13 @@ class EvidenceCriterion:
             not after.count_validation
             or removed(before.gap_validation, after.gap_validation) >= _CONFIRMED_FRACTION
         )
+        fell = before.gap_validation - after.gap_validation if after.count_validation else 0.0
+        closed = before.gap < CLOSED and fell < _CONFIRMED_FALL
         return Gain(
             self.log_odds(before, after),
             removed(before.gap, after.gap),
             confirmed(before, after),
-            before.gap - after.gap >= _MATERIAL and elsewhere,
+            before.gap - after.gap >= MATERIAL and elsewhere and not closed,
         )
 
 

@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
 from identify.core.thresholds import QUIET
-from identify.discovery.evidence import EvidenceCriterion, removed
+from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, removed
+from identify.discovery.places.job import Known
+from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.model.effects.base import Effect
+from identify.vibration.problem import Problem, with_effects
 
-_GLANCED, _REFITTED, _MOST, _VARIED = 8, 12, 4, 2
-"""How many effects of single channels get further than a glance; candidates further than a few steps; further
-than quick trials; and of those, are tried in their other variants."""
+_REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
+"""How many candidates are refitted after the first look; get further than quick trials; and of those, are
+tried in their other variants; how many times the best one's squares a candidate may leave after a few steps
+and still be refitted."""
+_UNEXPLAINED, _EXPLAINED = 2.0, 0.1
+"""How many times the gap above noise that the best place leaves the best effect must leave for a law that no
+effect has to be tried there, and which gap above noise counts as none."""
 _PAIRED, _OF_A_KIND, _FAR_MORE = 9, 2, 0.5
 """How many are tried in pairs; how many of them may be of one kind; what a pair must leave at most of what
 the best one leaves."""
@@ -32,39 +40,69 @@ def attempt(before: Trial, trial: Trial) -> Attempt[Effect, Trial]:
     return Attempt(trial.task.new[0], trial, trial.free - before.free)
 
 
-def screened(workers: Workers, found: Sequence[Effect], before: Trial, story: Story) -> list[Trial]:
-    """All candidates, best first: after a glance at those of single channels and a few steps of the others,
-    the best of them quickly.
+def screened(
+    workers: Workers, problem: Problem, found: Sequence[Effect], before: Trial, story: Story
+) -> list[Trial]:
+    """Candidates, best first: those at places that explain the gap, by the law that they say, the best of
+    them refitted quickly; then the others that have been looked at.
+
+    None where the gap is closed and no place would make it smaller than noise models may be wrong.
     """
-    known, values, far, anchor = before.task.effects, before.values, before.gap > QUIET, anchor_of(before)
-    places = Counter(effect.kind for effect in found)
-    measuring, others = list[Effect](), list[Effect]()
-    for effect in found:
-        (measuring if effect.of_measurement and places[effect.kind] > 1 else others).append(effect)
-    glances = sorted(
-        workers.run([Task(known, (effect,), values, "glance", anchor=anchor) for effect in measuring]),
-        key=squares_of,
-    )
-    tasks = [
-        Task(known, (effect,), values, "brief", far, anchor)
-        for effect in (*others, *(t.task.new[0] for t in glances[:_GLANCED]))
-    ]
+    anchor, known = anchor_of(before), before.task.effects
+    linear = [effect for effect in known if not effect.of_amplitude]
+    model = with_effects(problem, linear, before.values)
     count = [0]
 
     def one() -> None:
         count[0] += 1
-        story.done(count[0], len(tasks))
+        story.done(count[0], 0)
 
-    brief = sorted(workers.run(tasks, one), key=squares_of)
-    best = [trial for trial in brief[:_REFITTED] if np.isfinite(trial.squares)]
-    quick = workers.run([Task(known, trial.task.new, trial.values, "quick", anchor=anchor) for trial in best])
-    return [*sorted(quick, key=squares_of), *brief[len(quick) :], *glances[_GLANCED:]]
+    least = MATERIAL if before.gap < CLOSED else -np.inf
+    asked = Known(known, before.values, anchor)
+    places, looked = look(workers, model, asked, found, one, least)
+
+    def tried(ones: Sequence[Looked], how: Literal["quick", "brief"]) -> list[Trial]:
+        tasks = [
+            Task(known, (o.effect,), {**before.values, **o.values}, how, before.gap > QUIET, anchor)
+            for o in ones
+        ]
+        return workers.run(tasks, one)
+
+    placed = [one for one in looked if not np.isnan(one.gap) and not one.effect.of_amplitude]
+    quick = tried(placed[:_REFITTED], "quick")
+    # A dynamic stiffness per level shows where friction acts, not how strong it is: the impact does.
+    others = [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
+    others += [one for one in looked if np.isnan(one.gap)]
+    quick += _again(workers, tried(others, "brief"), quick)
+    best = min((trial.gap for trial in quick), default=np.inf)
+    if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
+        quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
+    rest = [_guessed(before, one, anchor) for one in placed[_REFITTED:]]
+    return [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
+
+
+def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> list[Trial]:
+    """Trials of a few steps, those that come near the best one tried further."""
+    best = min((trial.squares for trial in quick), default=np.inf)
+    near = [trial for trial in brief if trial.squares < _WORTH * best]
+    further = (
+        workers.run([replace(t.task, values=t.values, how="quick", far=False) for t in near]) if near else []
+    )
+    return [*further, *(trial for trial in brief if trial not in near)]
+
+
+def _guessed(before: Trial, one: Looked, anchor: Mapping[str, float]) -> Trial:
+    """What the first look says of a candidate, as a trial."""
+    task = Task(before.task.effects, (one.effect,), {**before.values, **one.values}, "quick", anchor=anchor)
+    return Trial(task, task.values, one.gap**2 * before.count, before.count, free=before.free)
 
 
 def promising(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[Trial]:
     """Those that may win: near the best one, and better than nothing on the few lines that were looked at."""
     anchor = anchor_of(before)
     [present] = workers.run([Task(before.task.effects, (), before.values, "quick", anchor=anchor)])
+    if not quick:
+        return []
     best = quick[0]
     criterion = EvidenceCriterion(_LEAST_INFLATION * best.gap**2)
     most = _MOST // 2 if anchor else _MOST  # simulated ones take long

@@ -7,7 +7,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
+from identify.discovery.places.job import Known, PlaceJob
+from identify.discovery.places.screen import PlaceFitter
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -101,6 +103,7 @@ class TrialRunner:
         self._validated = any(m.settings.use == "validate" for m in problem.measurements)
         self.kept = self.thin if self._validated else left_out(self.thin)
         self._corrected: tuple[tuple[tuple[Effect, ...], Mapping[str, float]], Problem] | None = None
+        self._fitter: tuple[Any, PlaceFitter] | None = None
         self._initial = {p.name: p.initial for p in problem.parameters}
         lines = [m.target.data.frequency_hz for m in problem.measurements if isinstance(m.target, FrfTarget)]
         self._band = (max(min(float(f.min()) for f in lines), 1e-3), max(float(f.max()) for f in lines))
@@ -113,6 +116,14 @@ class TrialRunner:
             return self._thorough(task) if task.how == "thorough" else self._quick(task)
         except (InputError, InputErrors, np.linalg.LinAlgError) as error:
             return Trial(task, task.values, np.inf, 1, np.inf, 1, failure=str(error))
+
+    def place(self, known: Known, job: PlaceJob) -> Any:
+        """The outcome of work on a place, on few lines."""
+        problem = self._model("thin", Task(known.effects, (), known.values, anchor=known.anchor))
+        names = tuple(problem.file.study.effects), known.anchor
+        if self._fitter is None or self._fitter[0] != names:
+            self._fitter = names, PlaceFitter(problem)
+        return job.run(self._fitter[1], self._band)
 
     def _quick(self, task: Task) -> Trial:
         problem = self._model("thin", task)

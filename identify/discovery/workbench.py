@@ -72,7 +72,7 @@ class ImpactWorkbench:
 
     def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
         """Trials on few lines, best first."""
-        trials = screen.screened(self.workers, effects, model, story)
+        trials = screen.screened(self.workers, self.problem, effects, model, story)
         return [screen.attempt(model, trial) for trial in trials]
 
     def promising(

@@ -16,15 +16,18 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
 from multiprocessing.synchronize import Event
 from types import TracebackType
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from identify.core.errors import InputError
 from identify.core.interruption import ask, check, children_unasked
+from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.trial import Task, Trial, TrialRunner
 from identify.fitting.memory import Memory
 from identify.vibration.problem import Problem
 
+T = TypeVar("T")
 _LOOK_S = 0.2
 _runner: list[TrialRunner] = []
 
@@ -39,7 +42,7 @@ class Workers(AbstractContextManager["Workers"]):
     def __init__(self, problem: Problem, count: int, memory: Memory | None = None) -> None:
         self.memory = Memory() if memory is None else memory
         context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
-        self._end = context.Event()
+        self._end, self._count = context.Event(), count
         self._runner = TrialRunner(problem) if count == 1 else None
         self._pool = None
         if count > 1:
@@ -62,6 +65,34 @@ class Workers(AbstractContextManager["Workers"]):
             self.memory[key] = (dict(trial.values), [float(number) for number in numbers], trial.failure)
             done()
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
+
+    def places(
+        self, known: Known, jobs: Sequence[PlaceJob], done: Callable[[], None] = lambda: None
+    ) -> list[Any]:
+        """What becomes of work on places, in order; `done` is called after each."""
+        found: dict[int, Any] = {}
+        if self._runner is not None:
+            for number, job in enumerate(jobs):
+                check()
+                found[number] = self._runner.place(known, job)
+                done()
+        if self._pool is not None:
+            with children_unasked():
+                chunks = [list(range(n, len(jobs), 4 * self._count)) for n in range(4 * self._count)]
+                left = {
+                    self._pool.submit(_run_places, known, [jobs[n] for n in chunk]): chunk
+                    for chunk in chunks
+                    if chunk
+                }
+            while left:
+                check()
+                for future in wait(left, timeout=_LOOK_S, return_when=FIRST_COMPLETED).done:
+                    chunk = left.pop(future)
+                    ends: list[Any] = _result(future)
+                    found |= dict(zip(chunk, ends, strict=True))
+                    for _ in chunk:
+                        done()
+        return [found[number] for number in range(len(jobs))]
 
     def _tried(self, tasks: Mapping[str, Task]) -> Iterator[tuple[str, Trial]]:
         """Each task's key with its trial, as they come."""
@@ -87,7 +118,7 @@ class Workers(AbstractContextManager["Workers"]):
             self._pool.shutdown(cancel_futures=True)
 
 
-def _result(future: Future[Trial]) -> Trial:
+def _result(future: Future[T]) -> T:
     try:
         return future.result()
     except BrokenProcessPool as error:
@@ -120,6 +151,10 @@ def _end_when_told(end: Event) -> None:
 
 def _run(task: Task) -> Trial:
     return _runner[0].run(task)
+
+
+def _run_places(known: Known, jobs: list[PlaceJob]) -> list[Any]:
+    return [_runner[0].place(known, job) for job in jobs]
 
 
 def _key(task: Task) -> str:

@@ -83,7 +83,7 @@ def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
     rest = e - c[:, None] * u
     a = np.einsum("lof,lo->lf", np.conj(j), u)
     level_rest = np.sum(np.abs(rest) ** 2) / max(1, rest.size - len(c))
-    level = _common_variance(np.abs(c) ** 2, size[:, 0] ** 2, level_rest)
+    level = common_variance(np.abs(c) ** 2, size[:, 0] ** 2, level_rest)
     common, other = a * np.sqrt(level / 2)[:, None], np.sqrt(level_rest / 2)
     turned, left = other * np.conj(j), other * a
     total = _outer(common, common) + _outer(turned, turned) - _outer(left, left)
@@ -97,7 +97,7 @@ def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
     return np.asarray(total)
 
 
-def _common_variance(squares: Array, power: Array, rest: float) -> Array:
+def common_variance(squares: Array, power: Array, rest: float) -> Array:
     """Variance rest + b |h|^2 (lines,) of c from its squares, b >= 0 by maximum likelihood over neighbouring
     lines; power is |h|^2.
     """

@@ -17,10 +17,8 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from identify.core.parameters import Scale
 from identify.discovery.places.catalogue import places_of
-from identify.discovery.places.screen import PlaceFit, screen_places
-from identify.discovery.places.views import views_of
+from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
 from identify.discovery.trial import Trial, thinned
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
@@ -71,9 +69,7 @@ def fitted(case: Path) -> tuple[Problem, Trial]:
 def screened(problem: Problem, present: Trial) -> list[PlaceFit]:
     """All places from the present model."""
     thin = thinned(problem)
-    return screen_places(
-        places_of(thin), views_of(thin), Scale(problem.parameters), problem.at(present.values)
-    )
+    return screen_places(places_of(thin), PlaceFitter(thin), problem.at(present.values))
 
 
 def is_at(effect: dict[str, Any], place: Place, problem: Problem) -> bool:

@@ -13,7 +13,7 @@ import pytest
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
 from identify.discovery.places.predict import ReadingModel, StructuralModel, Unknown, model_of
-from identify.discovery.places.screen import screen_places
+from identify.discovery.places.screen import PlaceFitter, screen_places
 from identify.discovery.places.semiparametric import fit_place
 from identify.discovery.places.update import a_of, symmetric, triangle
 from identify.discovery.places.views import View, views_of
@@ -138,11 +138,11 @@ def test_the_right_place_is_first_on_a_test_of_others(tmp_path: Path) -> None:
     """From a model that is 49 times the noise away to the noise, without a law; the next place is far off."""
     case = "tilt_j2_101"
     thin = thinned(load_problem(read_study(write_config(case, tmp_path, truth(case)["k"]))))
-    shared_views = views_of(thin)
+    fitter = PlaceFitter(thin)
     tilts: list[Place] = [Release((f"joint{n}.rx", f"joint{n}.ry")) for n in (1, 2, 3, 4)]
-    found = screen_places([*tilts, Column()], shared_views, Scale(thin.parameters), thin.initial)
+    found = screen_places([*tilts, Column()], fitter, thin.initial)
     assert found[0].place == TILT
     assert found[0].fit.gap < 1.1
     assert found[1].fit.gap > 10
-    again = fit_place(model_of(TILT, shared_views), Scale(thin.parameters), found[0].fit.values, 2)
+    again = fit_place(model_of(TILT, fitter.views), Scale(thin.parameters), found[0].fit.values, 2)
     assert again.unknowns == 2 * 3 * len(again.unknown.values)

@@ -117,6 +117,30 @@ def _joint(axes_class: str, low: float, high: float) -> Callable[[Draw], Effect]
     return make
 
 
+def _relaxing(law: str, count: int) -> Callable[[Draw], Effect]:
+    """Elements whose relaxation frequencies lie over the band, softer ones slower."""
+
+    def make(draw: Draw) -> Effect:
+        body, frame = draw.tree.outboard(draw.number), frame_with_z(draw.arm.joints[draw.number - 1].axis)
+        inertia = body.about_axis(np.zeros(3), frame[:, 0])
+        stiffness, _ = draw.spring(inertia, 1.5, 2.2)
+        hertz = np.geomspace(6.0, 60.0, count) if count > 1 else np.array([20.0])
+        share = np.linspace(1.2, 0.6, count) if law == "viscoelastic-pad" else np.geomspace(1.0, 0.25, count)
+        own = stiffness * (1 + share.sum()) / share
+        dampers = own / (2 * np.pi * hertz)
+        first = stiffness * (1 + share.sum())
+        return structure.RelaxingJoint(
+            draw.number,
+            "tilt",
+            (float(first), *(float(k) for k in own)),
+            (float(0.02 * first / (2 * np.pi * 20)), *(float(c) for c in dampers)),
+            float(inertia),
+            law,
+        )
+
+    return make
+
+
 def _flexible(draw: Draw) -> Effect:
     along, body, segments = draw.along(draw.number), draw.tree.outboard(draw.number), 4
     frame = frame_with_z(along)
@@ -200,6 +224,8 @@ CASES: dict[str, Callable[[Draw], Effect]] = {
     "radial": _joint("radial", 2.0, 3.5),
     "axial": _joint("axial", 2.0, 3.5),
     "flex": _flexible,
+    "pad": _relaxing("viscoelastic-pad", 2),
+    "fractional": _relaxing("fractional-damper", 4),
     "absorber": _resonator,
     "payload": _payload,
     "sensor_mass": _sensor_mass,

@@ -61,6 +61,39 @@ class JointCompliance(StructureEffect):
 
 
 @dataclass(frozen=True)
+class RelaxingJoint(StructureEffect):
+    """A joint that gives way about the first axis of a class through Kelvin-Voigt elements in series: a pad
+    with relaxation times, or with many in geometric sequence a fractional damper.
+
+    inertia: of what moves, of which a small share sits between the elements, or they could not be told apart.
+    """
+
+    joint: int
+    axes_class: str
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...]
+    inertia: float
+    law: str = "viscoelastic-pad"
+    kind = "relaxing-joint"
+
+    @property
+    def sentence(self) -> str:
+        """Joint, class and law."""
+        return f"joint {self.joint} {self.axes_class} gives way as a {self.law}"
+
+    def build(self, tree: Tree) -> None:
+        """One coordinate for each element."""
+        part = tree.parts[self.joint]
+        frame = frame_with_z(part.dofs[0].axis)
+        axis = CLASSES[self.axes_class][0]
+        direction = frame[:, "xyz".index(axis[1])]
+        for number, (k, c) in enumerate(zip(self.stiffness, self.damping, strict=True)):
+            name = f"joint{self.joint}.{axis}" + (f".{number}" if number else "")
+            between = 0.15 * self.inertia if number else 0.0
+            part.dofs.append(Dof(name, axis[0] == "t", direction, k, c, between))
+
+
+@dataclass(frozen=True)
 class LinkFlexibility(StructureEffect):
     """A link cut into `segments` + 1 rigid pieces along a line from its origin, with bending and torsion
     hinges between them.

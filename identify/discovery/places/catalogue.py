@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from identify.core.arrays import Array
+from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
 from identify.model.system import free_coordinates
@@ -15,15 +16,17 @@ from identify.vibration.problem import Problem
 _GROUPS = (("rx", "ry"), ("tx", "ty"), ("tz",), ("rz",))
 
 
-def places_of(problem: Problem) -> list[Place]:
-    """Constraints, attachments and channels."""
+def places_of(problem: Problem, candidates: Sequence[Effect] = ()) -> list[Place]:
+    """Constraints, attachments and channels, and where candidates say that they sit; each once."""
     free = free_coordinates(problem.robot, problem.file.study.effects)
-    return [
+    found = [
         *_constraints(problem.robot, free),
         *_flexible(problem, free),
         *_attachments(problem.robot),
         *_readings(problem),
     ]
+    own = [place for effect in candidates for place in effect.places(problem.robot, problem.points)]
+    return list(dict.fromkeys([*found, *own]))
 
 
 def _constraints(robot: Robot, free: set[str]) -> Iterator[Place]:

@@ -31,12 +31,26 @@ from identify.model.system import System
 @dataclass(frozen=True)
 class Predicted:
     """One set's residual (lines, outputs, inputs) and its derivatives by the unknowns of each line (..., m)
-    and by the free parameters (..., p), all over noise.
+    and by the free parameters (..., p), all over noise; h: H itself.  Where `turned`, inputs come before
+    what replaces outputs.
     """
 
     residual: Complex
     by_unknown: Complex
     by_parameter: Complex
+    h: Complex
+    turned: bool = False
+
+    @property
+    def forces(self) -> int:
+        """How many inputs."""
+        return int(self.residual.shape[1 if self.turned else 2])
+
+    def of_force(self, entry: int) -> tuple[Complex, Complex, Complex]:
+        """Residual (lines, r), derivatives by the unknowns (lines, r, m) and H (lines, r) of one input."""
+        if self.turned:
+            return self.residual[:, entry], self.by_unknown[:, entry], self.h[:, entry]
+        return self.residual[..., entry], self.by_unknown[:, :, entry], self.h[..., entry]
 
 
 @dataclass(frozen=True)
@@ -124,14 +138,29 @@ class StructuralModel:
             for part, rest in zip(self._parts, rests, strict=True)
         )
 
+    def zeta(self, number: int, values: Array) -> Complex:
+        """(lines, d, d): what the model opposes at the place, in one of the sets."""
+        return self._parts[number].base(values).zeta
+
+    def predict_one(self, number: int, unknown: Unknown, values: Array, free: Index) -> Predicted:
+        """One of the sets alone, the unknown and its reference by its own lines."""
+        part, a = self._parts[number], symmetric(unknown.values, self.size)
+        rest = part.rest(values, self._law(part.view.target.s_at(values), a, unknown.reference))
+        return part.predict(a, unknown.reference, values, free, rest)
+
     def rests(self, unknown: Unknown, values: Array) -> list[Complex]:
         """With the law k + s c + s^2 m that comes nearest to the stiffness."""
-        if not np.any(unknown.values):
-            return [part.rest(values, None) for part in self._parts]
-        with np.errstate(all="ignore"):  # A may be singular: a direction in which nothing is missing
-            stiffness = self.stiffness(unknown)
-        law = _nearest(self.lines(values), stiffness) if np.isfinite(stiffness).all() else None
+        a = symmetric(unknown.values, self.size)
+        law = self._law(self.lines(values), a, unknown.reference)
         return [part.rest(values, law) for part in self._parts]
+
+    def _law(self, s: Complex, a: Complex, reference: Complex) -> tuple[Array, Array, Array] | None:
+        """Stiffness, damping and mass nearest to what is unknown; None where nothing is missing."""
+        if not np.any(a):
+            return None
+        with np.errstate(all="ignore"):  # A may be singular: a direction in which nothing is missing
+            stiffness = stiffness_of(a, reference, self.sign)
+        return _nearest(s, stiffness) if np.isfinite(stiffness).all() else None
 
     def _zeta(self, values: Array) -> Complex:
         total, count = np.zeros((count_of(self.views), self.size, self.size), dtype=complex), np.zeros(1)
@@ -192,7 +221,8 @@ class _Part:
         factor, wanted, _ = self._compressed
         turned = factor @ np.moveaxis(every, 2, 1)
         unknowns = new.slopes.shape[3]
-        return Predicted(turned[..., 0] - wanted, turned[..., 1 : 1 + unknowns], turned[..., 1 + unknowns :])
+        slopes = turned[..., 1 : 1 + unknowns]
+        return Predicted(turned[..., 0] - wanted, slopes, turned[..., 1 + unknowns :], turned[..., 0], True)
 
     def squares(self, a: Complex, reference: Complex, values: Array, rest: Complex) -> float:
         """Sum of |residual / noise|^2."""
@@ -269,7 +299,10 @@ class ReadingModel:
                 gradient[:, chosen] += np.einsum("lab,lbip->laip", turn, gradient[:, chosen])
         changed = h[..., 0] + np.einsum("loim,lm->loi", slopes, q)
         return Predicted(
-            whitened(view, changed - view.target.data.frf), whitened(view, slopes), whitened(view, gradient)
+            whitened(view, changed - view.target.data.frf),
+            whitened(view, slopes),
+            whitened(view, gradient),
+            whitened(view, changed),
         )
 
     def squares(self, unknown: Unknown, values: Array, rests: Sequence[Complex]) -> float:
@@ -308,6 +341,7 @@ def compared(view: View, values: Array, h: Complex, slopes: Complex, gradient: C
         whitened(view, predicted - view.target.data.frf),
         whitened(view, view.target.read(slopes, values)),
         whitened(view, view.target.read(gradient, values)),
+        whitened(view, predicted),
     )
 
 

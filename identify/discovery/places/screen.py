@@ -4,20 +4,22 @@ stay ahead.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.discovery.places.predict import PlaceModel, ReadingModel, model_of
+from identify.discovery.places.predict import PlaceModel, ReadingModel, Unknown, model_of
 from identify.discovery.places.semiparametric import SemiParametricFit, fit_place
-from identify.discovery.places.views import View
-from identify.model.effects.place import Column, Place
+from identify.discovery.places.views import views_of
+from identify.model.effects.place import Column, Place, Rows
+from identify.vibration.problem import Problem
 
-_ROUNDS = ((3, 24), (5, 8), (8, 0))
+_ROUNDS = ((2, 20), (4, 8), (8, 0))
 """Steps of each round, and how many places go on to the next one."""
 _GLANCED = 6
 """Places of the measurement that get more than one linear step."""
@@ -25,48 +27,88 @@ _GLANCED = 6
 
 @dataclass(frozen=True)
 class PlaceFit:
-    """A place, its model in the sets, and how its fit ended."""
+    """A place and how its fit ended."""
 
     place: Place
-    model: PlaceModel
     fit: SemiParametricFit
+
+
+@dataclass(frozen=True)
+class Job:
+    """A place to be fitted from parameter values and an unknown (None: nothing is missing)."""
+
+    place: Place
+    values: Array
+    unknown: Unknown | None = None
+
+
+class Fitter(Protocol):
+    """What fits places, here or in other processes."""
+
+    def glance(self, places: Sequence[Place], values: Array) -> list[Place]:
+        """The places of the measurement among these, best first."""
+
+    def fit(self, jobs: Sequence[Job], steps: int) -> list[SemiParametricFit | None]:
+        """Each job's end; None where no set has the place."""
+
+
+class PlaceFitter:
+    """Fits places in the sets of a problem, in this process."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.views = problem, views_of(problem)
+        self._models: dict[Place, PlaceModel | None] = {}
+
+    def model(self, place: Place) -> PlaceModel | None:
+        """A place in the sets; None where none has it."""
+        if place not in self._models:
+            try:
+                self._models[place] = model_of(place, self.views)
+            except InputError:
+                self._models[place] = None
+        return self._models[place]
+
+    def glance(self, places: Sequence[Place], values: Array) -> list[Place]:
+        """By what one linear step would leave."""
+        models = {place: self.model(place) for place in places}
+        readings = {place: model for place, model in models.items() if isinstance(model, ReadingModel)}
+        return _glanced(readings, Scale(self.problem.parameters), values)
+
+    def fit(self, jobs: Sequence[Job], steps: int) -> list[SemiParametricFit | None]:
+        """One by one."""
+        return [self._fit(job, steps) for job in jobs]
+
+    def _fit(self, job: Job, steps: int) -> SemiParametricFit | None:
+        model = self.model(job.place)
+        if model is None:
+            return None
+        return fit_place(model, Scale(self.problem.parameters), job.values, steps, job.unknown)
 
 
 def screen_places(
     places: Sequence[Place],
-    views: Sequence[View],
-    scale: Scale,
+    fitter: Fitter,
     values: Array,
-    done: Callable[[int, int], None] = lambda number, total: None,
+    least: float = -np.inf,
 ) -> list[PlaceFit]:
-    """The places in order of the gap they leave, from parameter values of the present model."""
-    models = _models(places, views)
-    readings = {place: model for place, model in models.items() if isinstance(model, ReadingModel)}
-    glanced = _glanced(readings, scale, values)[:_GLANCED]
-    left = [place for place in models if place not in readings] + glanced
+    """The places in order of the gap they leave, from parameter values of the present model; none where no
+    place leaves a gap that is smaller by `least` after the first steps.
+    """
+    readings = [place for place in places if isinstance(place, (Rows, Column))]
+    left = [place for place in places if place not in readings]
+    left += fitter.glance(readings, values)[:_GLANCED]
     found: dict[Place, PlaceFit] = {}
-    total, count = len(left) + sum(keep for _, keep in _ROUNDS), 0
     for steps, keep in _ROUNDS:
-        for place in left:
-            before = found.get(place)
-            start = (values, None) if before is None else (before.fit.values, before.fit.unknown)
-            fit = fit_place(models[place], scale, start[0], steps, start[1])
-            found[place] = PlaceFit(place, models[place], fit)
-            count += 1
-            done(min(count, total), total)
-        left = sorted(left, key=lambda place: found[place].fit.gap)[:keep]
+        ends = fitter.fit([_job(place, found.get(place), values) for place in left], steps)
+        found |= {place: PlaceFit(place, fit) for place, fit in zip(left, ends, strict=True) if fit}
+        if all(one.fit.fall < least for one in found.values()):
+            return []
+        left = sorted((p for p in left if p in found), key=lambda place: found[place].fit.gap)[:keep]
     return sorted(found.values(), key=lambda one: one.fit.gap)
 
 
-def _models(places: Sequence[Place], views: Sequence[View]) -> dict[Place, PlaceModel]:
-    """The places that the sets have."""
-    models: dict[Place, PlaceModel] = {}
-    for place in places:
-        try:
-            models[place] = model_of(place, views)
-        except InputError:
-            continue
-    return models
+def _job(place: Place, before: PlaceFit | None, values: Array) -> Job:
+    return Job(place, values) if before is None else Job(place, before.fit.values, before.fit.unknown)
 
 
 def _glanced(models: dict[Place, ReadingModel], scale: Scale, values: Array) -> list[Place]:

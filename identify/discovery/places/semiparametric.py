@@ -6,7 +6,7 @@ parameters alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from identify.discovery.places.predict import PlaceModel, Predicted, Unknown
 _RANK = 1e-12
 """Share of the largest eigenvalue, of columns of one length, below which a combination of unknowns of a line
 is not determined."""
+_COMMON = 5.0
+"""Squares that an unknown takes out of noise alone, where the noise of a force is in all responses: the least
+variance inflation that has been seen."""
 _LEAST = 1e-8
 _STEPS = (1.0, 0.4, 0.1, 0.02)
 
@@ -25,16 +28,27 @@ _STEPS = (1.0, 0.4, 0.1, 0.02)
 class SemiParametricFit:
     """How a place ended.
 
-    squares: sum of |residual / noise|^2; count: real numbers measured; unknowns: real numbers that were
-    fitted; values (parameters,).
+    before, squares: sum of |residual / noise|^2 where it began and where it ended; count: real numbers
+    measured; unknowns: real numbers that were fitted; values (parameters,).
     """
 
     unknown: Unknown
     values: Array
+    before: float
     squares: float
     count: int
     unknowns: int
     normal: Normal
+
+    @property
+    def gap_before(self) -> float:
+        """RMS residual over noise where it began."""
+        return float(np.sqrt(self.before / max(self.count, 1)))
+
+    @property
+    def fall(self) -> float:
+        """Fall of the gap beyond what so many unknowns may take out of noise that is common to channels."""
+        return self.gap_before - float(np.sqrt((self.squares + _COMMON * self.unknowns) / max(self.count, 1)))
 
     @property
     def gap(self) -> float:
@@ -44,11 +58,12 @@ class SemiParametricFit:
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal equations with the unknowns of each line (l, m) still in them: inverse (l, m, m) of their Gram
-    matrix, coupling (l, m, p), gradient (l, m); information (p, p) and gradient (p,) of the parameters
+    """Normal equations with the unknowns of each line (l, m) still in them: their Gram matrix (l, m, m) and
+    its inverse, coupling (l, m, p), gradient (l, m); information (p, p) and gradient (p,) of the parameters
     without the unknowns; determined: how many unknowns the data determine.
     """
 
+    gram: Complex
     inverse: Complex
     coupling: Complex
     slope: Complex
@@ -76,7 +91,7 @@ def normal_equations(parts: Sequence[Predicted], lines: Sequence[Index], count: 
     through = (inverse @ both).reshape(-1, p + 1)
     taken = (np.conj(both.reshape(-1, p + 1)).T @ through).real
     left = information - taken
-    return Normal(inverse, both[..., :p], both[..., p], left[:p, :p], left[:p, p], determined)
+    return Normal(gram, inverse, both[..., :p], both[..., p], left[:p, :p], left[:p, p], determined)
 
 
 def _inverse(gram: Complex) -> tuple[Complex, int]:
@@ -100,7 +115,7 @@ def fit_place(
     lower, upper = scale.bounds()
     rests = model.rests(unknown, values)
     parts, damping = model.predict(unknown, values, free, rests), 1e-4
-    squares = model.squares(unknown, values, rests)
+    squares = before = model.squares(unknown, values, rests)
     for _ in range(steps):
         slope = scale.slope(x)
         normal = normal_equations(_scaled(parts, slope), lines, count)
@@ -127,7 +142,7 @@ def fit_place(
             break
     normal = normal_equations(_scaled(parts, scale.slope(x)), lines, count)
     measured = sum(2 * int(np.count_nonzero(view.weight)) for view in model.views)
-    return SemiParametricFit(unknown, values, squares, measured, 2 * normal.determined, normal)
+    return SemiParametricFit(unknown, values, before, squares, measured, 2 * normal.determined, normal)
 
 
 def _step(normal: Normal, damping: float) -> tuple[Array, Complex]:
@@ -141,4 +156,4 @@ def _step(normal: Normal, damping: float) -> tuple[Array, Complex]:
 
 
 def _scaled(parts: Sequence[Predicted], slope: Array) -> list[Predicted]:
-    return [Predicted(part.residual, part.by_unknown, part.by_parameter * slope) for part in parts]
+    return [replace(part, by_parameter=part.by_parameter * slope) for part in parts]

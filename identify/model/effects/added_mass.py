@@ -11,6 +11,7 @@ from pydantic import Field
 from identify.core.parameters import Values, single_parameter
 from identify.model.effects.attached import Attached
 from identify.model.effects.base import Term
+from identify.model.effects.place import Place
 from identify.model.effects.rigid_body import RigidBody
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
@@ -43,6 +44,10 @@ class AddedMass(RigidBody, Attached):
     def variants(self) -> list[Self]:
         """A point at the link's centre of mass."""
         return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """A point of the link; of a body with what turns it."""
+        return self.body_places(robot, self.extent)
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The mass with its weight; of a body then the moments."""

@@ -13,6 +13,7 @@ from pydantic import Field
 from identify.core.parameters import DampingValues, Values, parameter, spread
 from identify.model.effects.attached import Attached
 from identify.model.effects.base import Term
+from identify.model.effects.place import Place
 from identify.model.effects.rigid_body import RigidBody
 from identify.model.effects.site import Added, Site
 from identify.model.effects.springs import spring_terms
@@ -71,6 +72,10 @@ class AppendedResonator(RigidBody, Attached):
     def free_coordinates(self, robot: Robot) -> list[str]:
         """Its displacement against the link."""
         return [self._coordinate]
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """A point of the link; of a body with what turns it."""
+        return self.body_places(robot, self.extent)
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """Mass with its weight, stiffness, damping; of a body then the moments."""

@@ -5,12 +5,14 @@ ground.
 from __future__ import annotations
 
 from abc import ABC
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.model.effects.base import Effect
+from identify.model.effects.place import Attachment, Place
 from identify.robot.description import Robot
 
 
@@ -32,6 +34,17 @@ class Attached(Effect, ABC):
         if self.at_m is not None:
             return np.asarray(self.at_m)
         return np.zeros(3) if self.link in robot.frames else robot.link(self.link, self.where).centre
+
+    def attachment(self, robot: Robot, frame: Literal["link", "base"]) -> Place:
+        """Forces at its point."""
+        x, y, z = (float(value) for value in self.position(robot))
+        return Attachment(self.link, (x, y, z), ("x", "y", "z"), frame)
+
+    def body_places(self, robot: Robot, extent: str) -> list[Place]:
+        """Forces at its point, and of a body forces and moments."""
+        x, y, z = (float(value) for value in self.position(robot))
+        every = Attachment(self.link, (x, y, z), ("x", "y", "z", "rx", "ry", "rz"))
+        return [self.attachment(robot, "link"), *([every] if extent == "body" else [])]
 
     def carried(self, robot: Robot) -> float:
         """Mass of the link and of all links beyond it, kg, which scales defaults."""

@@ -19,6 +19,7 @@ from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.core.registry import Registry, parse_kind
 from identify.model.effects.initial_values import Quantity, start_grid
+from identify.model.effects.place import Beside, Place, Release
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
@@ -41,6 +42,7 @@ EFFECTS = Registry(
         "joint-friction": "identify.model.effects.joint_friction:JointFriction",
         "link-flexibility": "identify.model.effects.link_flexibility:LinkFlexibility",
         "load-cell": "identify.model.effects.load_cell:LoadCell",
+        "measured-impedance": "identify.model.effects.measured_impedance:MeasuredImpedance",
         "rotor-inertia": "identify.model.effects.rotor_inertia:RotorInertia",
         "sensor-mass": "identify.model.effects.sensor_mass:SensorMass",
         "sensor-rotation": "identify.model.effects.sensor_rotation:SensorRotation",
@@ -148,6 +150,17 @@ class Effect(BaseModel, ABC):
     def free_coordinates(self, robot: Robot) -> list[str]:
         """The coordinates that this effect lets move; none by default: it acts on those that others free."""
         return []
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """Where it sits, for the screen that looks at places before it knows what is missing there.
+
+        By default the coordinates that it frees, or those that it acts on by amplitude; empty: no place, so
+        that discovery can only try it.
+        """
+        freed, driven = self.free_coordinates(robot), self.coordinates(robot)
+        if freed:
+            return [Release(tuple(freed))]
+        return [Beside(tuple(driven))] if driven else []
 
     @abstractmethod
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:

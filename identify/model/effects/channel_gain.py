@@ -12,7 +12,8 @@ from identify.core.arrays import Array
 from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Term
-from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels
+from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels, rows_of
+from identify.model.effects.place import Place
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -39,6 +40,10 @@ class ChannelGain(MeasurementEffect):
         for node in points:
             for direction in (1, 2, 3):
                 yield cls(channel=str(Channel(node, direction)))
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """What it reads."""
+        return [rows_of(self.channel, points, "effects.channel-gain.channel")]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The factor."""

@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from identify.measured.channel import Channel
-from identify.model.effects.measurement import MeasurementEffect, Reading, constant, find_channels
+from identify.model.effects.measurement import MeasurementEffect, Reading, constant, find_channels, rows_of
+from identify.model.effects.place import Place
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
@@ -34,6 +35,10 @@ class ChannelPolarity(MeasurementEffect):
         for node in points:
             for direction in (1, 2, 3):
                 yield cls(channel=str(Channel(node, direction)))
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """What it reads."""
+        return [rows_of(self.channel, points, "effects.channel-polarity.channel")]
 
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """Minus one."""

@@ -16,8 +16,10 @@ from identify.model.effects.measurement import (
     find_channels,
     find_point,
     missing_axes,
+    rows_of,
     turned,
 )
+from identify.model.effects.place import Place
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
@@ -54,6 +56,10 @@ class ChannelSwap(MeasurementEffect):
         for node in points:
             for axes in _PAIRS:
                 yield cls(point=node, axes=axes)
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """The axes of its point."""
+        return [rows_of(self.point, points, "effects.channel-swap.point")]
 
     def _numbers(self) -> tuple[int, int]:
         return "xyz".index(self.axes[0]), "xyz".index(self.axes[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Self
 
 import numpy as np
@@ -13,7 +13,9 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Values, parameter, spread
 from identify.model.effects.base import Effect, Term
+from identify.model.effects.place import Beside, Place
 from identify.robot.description import Robot
+from identify.robot.points import Point
 
 
 class Geared(Effect, ABC):
@@ -42,6 +44,10 @@ class Geared(Effect, ABC):
     def numbers(self, robot: Robot) -> list[int]:
         """Joint numbers, from 1."""
         return [robot.joint_number(joint, f"effects.{self.kind}.joints") for joint in self.joints]
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """Beside the springs of its drives."""
+        return [Beside(tuple(f"joint{number}.rz" for number in self.numbers(robot)))]
 
     def rotor_terms(self, robot: Robot, units: Sequence[Array], where: str) -> list[Term]:
         """The rotors' inertias on the motor side, kg m^2: n^2 on the coordinate of each, whose matrix (n, n)

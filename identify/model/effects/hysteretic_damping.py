@@ -15,6 +15,7 @@ from pydantic import Field
 
 from identify.core.parameters import Values, parameter, spread
 from identify.model.effects.base import Effect, Term
+from identify.model.effects.place import Beside, Place
 from identify.model.effects.site import Site
 from identify.model.effects.springs import START_HZ, AxisList, Joints, joint_coordinates, stiffness_unit
 from identify.robot.description import Robot
@@ -49,6 +50,10 @@ class HystereticDamping(Effect):
         """The drive of every joint."""
         for number in range(1, len(robot.joints) + 1):
             yield cls(joints=[number])
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """Beside the springs that it damps."""
+        return [Beside(tuple(self._coordinates(robot)))]
 
     def _coordinates(self, robot: Robot) -> list[str]:
         return joint_coordinates(robot, self.joints, self.axes, "effects.hysteretic-damping.joints")

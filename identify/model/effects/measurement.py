@@ -17,6 +17,7 @@ from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.model.effects.base import Effect, Term
+from identify.model.effects.place import Place, Rows
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -127,6 +128,14 @@ def find_channels(
     return np.array(
         [n for n, c in enumerate(channels) if c.node == point.node and abs(c.direction) in axes], dtype=int
     )
+
+
+def rows_of(name: str | int, points: Mapping[int, Point], where: str) -> Place:
+    """The place of a channel such as 12:+Z or elbow:Z, or of a point: its three translations."""
+    head, _, direction = str(name).rpartition(":")
+    point = find_point(head or name, points, where)
+    own = (abs(Channel.parse(f"{point.node}:{direction}", where).direction),) if head else (1, 2, 3)
+    return Rows(point.node, own, point.name)
 
 
 def turned(channels: tuple[Channel, ...], numbers: Index, turn: Array) -> Array:

@@ -4,7 +4,7 @@ discovery can look there before it knows what is missing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 Axes = Literal["link", "base"]
@@ -46,7 +46,7 @@ class Attachment:
     at_m: tuple[float, float, float]
     axes: tuple[str, ...] = ("x", "y", "z")
     frame: Axes = "link"
-    name: str = ""
+    name: str = field(default="", compare=False)
 
     def sentence(self) -> str:
         """For example: something on link3 at its centre of mass (x, y, z of the link)."""
@@ -60,7 +60,7 @@ class Rows:
 
     node: int
     directions: tuple[int, ...]
-    name: str = ""
+    name: str = field(default="", compare=False)
 
     def sentence(self) -> str:
         """For example: the reading of the sensor at elbow (x, y, z)."""
@@ -75,7 +75,7 @@ class Column:
     """
 
     channel: str = ""
-    name: str = ""
+    name: str = field(default="", compare=False)
 
     def sentence(self) -> str:
         """For example: the reading of the force at link6_2:+X."""

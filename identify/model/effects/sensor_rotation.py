@@ -19,8 +19,10 @@ from identify.model.effects.measurement import (
     find_channels,
     find_point,
     missing_axes,
+    rows_of,
     turned,
 )
+from identify.model.effects.place import Place
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -46,6 +48,10 @@ class SensorRotation(MeasurementEffect):
         for node in points:
             for axis in _AXES:
                 yield cls(point=node, axis=axis)
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """The axes of its point."""
+        return [rows_of(self.point, points, "effects.sensor-rotation.point")]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The angle."""

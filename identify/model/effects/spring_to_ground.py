@@ -15,6 +15,7 @@ from identify.core.arrays import Array
 from identify.core.parameters import DampingValues, Parameter, Values, parameter
 from identify.model.effects.attached import Attached
 from identify.model.effects.base import Term
+from identify.model.effects.place import Place
 from identify.model.effects.site import Site
 from identify.model.effects.springs import spring_terms, unique
 from identify.robot.description import Robot
@@ -64,6 +65,10 @@ class SpringToGround(Attached):
                 [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
             )
         return [self.model_copy(update={"cross_coupling": False})]
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """A point of the link, along axes of the base."""
+        return [self.attachment(robot, "base")]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """A stiffness and a damping per direction, J' J of the point's motion; then the couplings."""

@@ -16,6 +16,7 @@ from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Term
 from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.effects.place import Column, Place
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -37,6 +38,10 @@ class TimeDelay(MeasurementEffect):
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The measurement as a whole."""
         yield cls()
+
+    def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
+        """All FRFs."""
+        return [Column()]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The delay."""
