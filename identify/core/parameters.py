@@ -15,7 +15,7 @@ from identify.core.errors import InputError
 @dataclass(frozen=True)
 class Parameter:
     """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all
-    where not `free`.
+    where not `free`.  nuisance: an error of what was told, about zero in units of its standard deviation.
     """
 
     name: str
@@ -25,6 +25,7 @@ class Parameter:
     upper: float
     log: bool = True
     free: bool = True
+    nuisance: bool = False
 
 
 class Values(BaseModel):
@@ -94,7 +95,7 @@ def single_parameter(
 @dataclass(frozen=True)
 class Scale:
     """Free parameters as the optimizers see them: ln(value) on a log scale; value / step on a linear one,
-    step a tenth of its range.
+    step a tenth of its range, or one for a nuisance, which has no bounds.
     """
 
     parameters: tuple[Parameter, ...]
@@ -105,12 +106,19 @@ class Scale:
         return np.array([number for number, p in enumerate(self.parameters) if p.free], dtype=int)
 
     @property
+    def errors(self) -> bool:
+        """Whether nuisances are among the free ones."""
+        return any(p.nuisance and p.free for p in self.parameters)
+
+    @property
     def _log(self) -> NDArray[np.bool_]:
         return np.array([p.log for p in self.parameters if p.free], dtype=bool)
 
     @property
     def _step(self) -> Array:
-        return np.array([1.0 if p.log else (p.upper - p.lower) / 10 for p in self.parameters if p.free])
+        return np.array(
+            [1.0 if p.log or p.nuisance else (p.upper - p.lower) / 10 for p in self.parameters if p.free]
+        )
 
     def to_x(self, values: Array) -> Array:
         """(..., free) from values of all parameters (..., parameters)."""

@@ -68,13 +68,15 @@ class Fit:
 @dataclass
 class Progress:
     """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations,
-    best cost in the stage), the journal remembers costs, rows are the history.
+    best cost in the stage), the journal remembers costs, rows are the history; led: where stages, by number,
+    led from where.
     """
 
     show: Callable[[int, int, str, int, float], None] = lambda start, starts, kind, evaluations, best: None
     journal: Journal = field(default_factory=Journal)
     began: float = field(default_factory=time.perf_counter)
     rows: list[tuple[float, ...]] = field(default_factory=list)
+    led: list[tuple[int, Array, Array, Outcome]] = field(default_factory=list)
 
 
 def fit(plan: FitPlan, progress: Progress | None = None) -> Fit:
@@ -133,6 +135,10 @@ def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress
 
         target = plan.target_cost if stage.objective is plan.objective else 0.0
         part = _part(plan.parameters, stage, values)
+        before, known = values, _led(position, stage, values, plan, progress)
+        if known is not None:
+            values, outcome = known
+            continue
         search = Search(stage.objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
         try:
             outcome = stage.optimizer.minimize(
@@ -142,10 +148,25 @@ def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress
             outcome = Outcome(end.reached, end.reason)
         values = values if search.best_x is None else part.to_values(search.best_x)
         evaluations += search.evaluations
+        progress.led.append((position, before, values, outcome))
     cost = float(plan.objective.costs(values[None])[0])
     return Start(
         initial, values, cost, evaluations, time.perf_counter() - began, outcome.converged, outcome.sentence
     )
+
+
+def _led(
+    position: int, stage: Stage, values: Array, plan: FitPlan, progress: Progress
+) -> tuple[Array, Outcome] | None:
+    """Where a stage led that began at these values in an earlier start; None where none did."""
+    if not plan.alike or stage.optimizer.kind != "gauss-newton":
+        return None
+    scale = Scale(plan.parameters)
+    for number, before, after, outcome in progress.led:
+        apart = np.abs(scale.to_x(before) - scale.to_x(values)).max(initial=0.0)
+        if number == position and apart <= plan.alike:
+            return after, outcome
+    return None
 
 
 def _part(parameters: Sequence[Parameter], stage: Stage, values: Array) -> Scale:
@@ -156,7 +177,7 @@ def _part(parameters: Sequence[Parameter], stage: Stage, values: Array) -> Scale
 
 def starting_points(parameters: tuple[Parameter, ...], starts: int, factor: float, seed: int) -> list[Array]:
     """The initial values, then a Latin hypercube: within the factor on log scales, within the bounds on
-    linear ones; each (free,) on the search scale.
+    linear ones, nuisances as they are; each (free,) on the search scale.
     """
     scale = Scale(parameters)
     first = scale.to_x(np.array([parameter.initial for parameter in parameters]))
@@ -164,13 +185,16 @@ def starting_points(parameters: tuple[Parameter, ...], starts: int, factor: floa
         return [first]
     lower, upper = scale.bounds()
     log = np.array([parameter.log for parameter in parameters if parameter.free])
+    drawn = np.array([not parameter.nuisance for parameter in parameters if parameter.free])
     reach = np.log(factor)
     low, high = (
         np.where(log, np.maximum(lower, first - reach), lower),
         np.where(log, np.minimum(upper, first + reach), upper),
     )
-    sampler = scipy.stats.qmc.LatinHypercube(len(first), rng=np.random.default_rng([seed, 0x5747]))
-    return [first, *(low + sampler.random(starts - 1) * (high - low))]
+    sampler = scipy.stats.qmc.LatinHypercube(int(drawn.sum()), rng=np.random.default_rng([seed, 0x5747]))
+    points = np.tile(first, (starts - 1, 1))
+    points[:, drawn] = low[drawn] + sampler.random(starts - 1) * (high - low)[drawn]
+    return [first, *points]
 
 
 def check_moves(parameters: tuple[Parameter, ...], objective: Objective) -> None:

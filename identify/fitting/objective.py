@@ -5,6 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
+import numpy as np
+
 from identify.core.arrays import Array, Index
 
 
@@ -25,3 +27,18 @@ class Objective(ABC):
         """Residuals (r,) and their derivatives (r, free) at values (parameters,), for gradient methods; zero
         residuals mean zero cost.
         """
+
+
+def compressed(product: Array) -> tuple[Array, Array]:
+    """Residuals r (n,) and slopes J (n, n - 1) with the same r'r, J'r and J'J, from the product [J r]'[J r]
+    (n, n) of any number of rows: all that least squares use of thousands of them.
+
+    Infinite residuals without slopes where any number is not finite.
+    """
+    size = len(product)
+    if not np.isfinite(product).all():
+        return np.full(size, np.inf), np.zeros((size, size - 1))
+    scale = np.sqrt(np.maximum(np.diag(product), np.finfo(float).tiny))
+    squares, directions = np.linalg.eigh(product / np.outer(scale, scale))
+    rows = np.sqrt(np.maximum(squares, 0.0))[:, None] * directions.T * scale
+    return rows[:, -1], rows[:, :-1]

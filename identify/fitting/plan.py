@@ -63,7 +63,8 @@ class FitPlan:
     stages: what each start goes through; last_resort: those of one more start from the best point, where the
     starts did not agree.  starts: at most this many; start_factor: how far from the initial values they are
     drawn.  target_cost ends the fit; believed_cost: a minimum above it is not believed early, however many
-    starts agree on it.
+    starts agree on it.  alike: a Gauss-Newton stage that would begin no farther than this, on the search
+    scale, from where it began in an earlier start is not run again, but leads where that led.
     """
 
     parameters: tuple[Parameter, ...]
@@ -75,6 +76,7 @@ class FitPlan:
     target_cost: float = 0.0
     believed_cost: float = np.inf
     seed: int = 1
+    alike: float = 0.0
 
     @property
     def initial(self) -> Array:

@@ -43,11 +43,11 @@ def parameter_table(
     )
 
 
-def start_table(fit: Fit) -> tables.StartTable:
-    """One row per start of a fit."""
+def start_table(fit: Fit, size: int | None = None) -> tables.StartTable:
+    """One row per start of a fit; size: of so many parameters, by default of all."""
     return tables.StartTable(
-        initial=np.array([s.initial for s in fit.starts]),
-        final=np.array([s.final for s in fit.starts]),
+        initial=np.array([s.initial[:size] for s in fit.starts]),
+        final=np.array([s.final[:size] for s in fit.starts]),
         cost=np.array([s.cost for s in fit.starts]),
         evaluations=np.array([s.evaluations for s in fit.starts]),
         seconds=np.array([s.seconds for s in fit.starts]),

@@ -12,11 +12,12 @@ others finite.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.core.parameters import Scale
 
 _DETERMINED = np.log(2) / 2
@@ -54,6 +55,24 @@ class Uncertainty:
     directions: Array
     count: int
     notes: tuple[str, ...]
+    joint: Joint | None = None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What is known of parameters and errors of what was told together, on the search scale.
+
+    root (u, u): its product with its transpose is the covariance of all unknowns; noise (f, f): the part of
+    the covariance of the free parameters that comes from noise, stated (f, e): what
+    a standard deviation of each error contributes to each of them; spread (e,): standard deviation of each
+    error after the fit, in units of its own; information (u, u) of data and statements.
+    """
+
+    root: Array
+    noise: Array
+    stated: Array
+    spread: Array
+    information: Array
 
 
 def sandwich(
@@ -62,9 +81,25 @@ def sandwich(
     """Uncertainty from J'J and the variance of the scores J'e, both (free, free) on the search scale, of
     `count` residuals at values.
     """
-    x, (lower, upper) = scale.to_x(values), scale.bounds()
-    bread = np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2))
+    lower, upper = scale.bounds()
+    bread = np.asarray(np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2)), dtype=np.float64)
     covariance = bread @ variance @ bread
+    return _uncertainty(information, covariance, bread, count, scale, values, notes)
+
+
+def _uncertainty(
+    information: Array,
+    covariance: Array,
+    bread: Array,
+    count: int,
+    scale: Scale,
+    values: Array,
+    notes: tuple[str, ...],
+) -> Uncertainty:
+    """bread (free, free): the covariance that independent residuals would have, the least that is
+    believed.
+    """
+    x, (lower, upper) = scale.to_x(values), scale.bounds()
     blind = np.flatnonzero(
         np.diag(covariance) <= 0
     )  # the residuals say nothing of these, not even how they scatter
@@ -88,6 +123,44 @@ def sandwich(
         count=count,
         notes=notes,
     )
+
+
+def joint_uncertainty(
+    information: Array,
+    noise: Callable[[Array], Array],
+    errors: Mask,
+    count: int,
+    scale: Scale,
+    values: Array,
+    notes: tuple[str, ...] = (),
+) -> Uncertainty:
+    """Uncertainty of parameters beside errors of what was told: marginal, with what is known of both.
+
+    information (u, u): J'J of all free unknowns on the search scale; errors (u,): which of them are errors,
+    each in units of its standard deviation.  noise gives, for some combinations (c, u) of the scores J'e,
+    their variance (c, c).  scale, values: those of the parameters.
+    """
+    lower, upper = scale.bounds()
+    whole = information.copy()
+    own = np.flatnonzero(~errors)
+    whole[own, own] += (4 / (upper - lower)) ** 2
+    whole[errors, errors] += 1.0
+    bread = np.asarray(np.linalg.inv(whole), dtype=np.float64)
+    from_noise, stated = noise(bread[own]), bread[np.ix_(own, np.flatnonzero(errors))]
+    reduced = np.asarray(np.linalg.inv(bread[np.ix_(own, own)]), dtype=np.float64)
+    found = _uncertainty(
+        reduced, from_noise + stated @ stated.T, bread[np.ix_(own, own)], count, scale, values, notes
+    )
+    widening = np.ones(len(errors))
+    widening[own] = found.std / found.independent_std
+    joint = Joint(
+        widening[:, None] * np.linalg.cholesky(bread),
+        from_noise,
+        stated,
+        np.sqrt(np.diag(bread)[errors]),
+        whole,
+    )
+    return replace(found, joint=joint)
 
 
 def inseparable(trusted: Uncertainty, names: list[str]) -> list[tuple[str, ...]]:

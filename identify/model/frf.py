@@ -178,8 +178,7 @@ def gradient_with(
     parameters: NDArray[np.intp],
 ) -> tuple[Complex, Complex]:
     """`frf_and_gradient` with what is missing from the transform of the motion already known."""
-    moved, to_out = _solve_both(matrices, s, out, force, end)
-    motion = [(s**k)[:, None, None] * moved + (0.0 if end is None else end.motion(s, k)) for k in range(3)]
+    motion, to_out = motion_and_transfer(end, matrices, s, out, force)
     columns = np.flatnonzero(np.isin(factors.owner, parameters))
     vectors, powers = factors.vectors[:, columns], factors.power[columns]
     left = -(s**power)[:, None, None] * (to_out @ vectors) * factors.weight[columns]
@@ -190,6 +189,21 @@ def gradient_with(
     if end is not None:
         gradient = gradient + end.gradient(matrices[0], matrices[1], s, out, to_out, power)
     return out @ motion[power], gradient
+
+
+def motion_and_transfer(
+    end: TruncationCorrection | None,
+    matrices: tuple[Array, Array, Array],
+    s: Complex,
+    out: Array,
+    force: Array,
+) -> tuple[list[Complex], Complex]:
+    """Displacement, velocity and acceleration (lines, n, inputs) for unit forces, and S Z^-1 (lines, outputs,
+    n).
+    """
+    moved, to_out = _solve_both(matrices, s, out, force, end)
+    motion = [(s**k)[:, None, None] * moved + (0.0 if end is None else end.motion(s, k)) for k in range(3)]
+    return motion, to_out
 
 
 def frf_slope(

@@ -159,14 +159,9 @@ def _slopes(
     """
     eigenvalues, shapes, norm = modes
     result = np.zeros((len(eigenvalues), participation.shape[1], len(columns)), dtype=complex)
-    apart = eigenvalues[:, None] - eigenvalues
-    near = np.abs(apart) < 1e-7 * np.abs(eigenvalues)
     for k in np.unique(factors.power[columns]):
         chosen = columns[factors.power[columns] == k]
-        order, decayed = k + rate, np.exp(eigenvalues * record)
-        value = eigenvalues**order * decayed
-        tangent = record * value + order * eigenvalues ** max(order - 1, 0) * decayed
-        divided = np.where(near, tangent[:, None], (value[:, None] - value) / np.where(near, 1.0, apart))
+        divided = _divided(eigenvalues, record, k + rate)
         modal = shapes.T @ factors.vectors[:, chosen]
         driven = divided @ (participation[:, :, None] * modal[:, None, :]).reshape(len(eigenvalues), -1)
         driven = driven.reshape(-1, participation.shape[1], len(chosen))
@@ -174,6 +169,47 @@ def _slopes(
             -driven * (modal / norm[:, None] * factors.weight[chosen])[:, None, :]
         )
     return result.reshape(len(eigenvalues), -1)
+
+
+def end_by_matrices(
+    matrices: tuple[Array, Array, Array],
+    s: Complex,
+    force: Array,
+    record: float,
+    mass_changes: Array,
+    stiffness_changes: Array,
+) -> EndOfRecord | None:
+    """`end_of_record` with slopes for changes (q, n, n) of M and, the same ones, of K."""
+    mass, damping, _ = matrices
+    eigenvalues, shapes = state_eigen(*matrices)
+    if not outlasts_record(eigenvalues, s, record):
+        return None
+    norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
+    participation = shapes.T @ force / norm[:, None]
+    decayed = np.exp(eigenvalues * record)[:, None] * participation
+    moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
+    x, v = np.split(moved.real, 2, axis=1)
+    changes = [shapes.T @ matrix @ shapes / norm[:, None] for matrix in (stiffness_changes, mass_changes)]
+    slopes = [
+        -sum(
+            (_divided(eigenvalues, record, power + rate) * change) @ participation
+            for power, change in zip((0, 2), changes, strict=True)
+        )
+        for rate in (0, 1)
+    ]
+    return EndOfRecord(
+        record, x, v, np.array([np.moveaxis((shapes @ slope).real, 0, -1) for slope in slopes])
+    )
+
+
+def _divided(eigenvalues: Complex, record: float, order: int) -> Complex:
+    """(r, r): divided differences of z^order e^(zT) over pairs of eigenvalues."""
+    apart = eigenvalues[:, None] - eigenvalues
+    near = np.abs(apart) < 1e-7 * np.abs(eigenvalues)
+    decayed = np.exp(eigenvalues * record)
+    value = eigenvalues**order * decayed
+    tangent = record * value + order * eigenvalues ** max(order - 1, 0) * decayed
+    return np.asarray(np.where(near, tangent[:, None], (value[:, None] - value) / np.where(near, 1.0, apart)))
 
 
 def rest_by_exponential(

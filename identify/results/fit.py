@@ -104,6 +104,29 @@ class ProfileCurve:
 
 
 @dataclass(frozen=True)
+class StatedUncertainty:
+    """What was told, and how far the data say that it is off: a row for each of e errors.
+
+    kind: what it is an error of, such as `masses`; place, change: where, and which of its numbers; stated
+    (e,):
+    its standard deviation in `unit` (1: relative); shift, spread (e,): the fitted error and its standard
+    deviation after the fit, over the stated one.  sentences: what stands out, in words.  kinds (k,), and the
+    part of the variance of each parameter (p, k) that comes from them, the rest from noise; NaN where fixed.
+    """
+
+    kind: Texts
+    place: Texts
+    change: Texts
+    unit: Texts
+    stated: Array
+    shift: Array
+    spread: Array
+    sentences: Texts
+    kinds: Texts
+    parts: Array
+
+
+@dataclass(frozen=True)
 class Description:
     """The texts of the files that describe the robot (its name says what it is) and the points, so that a
     result can be used alone.
@@ -139,3 +162,4 @@ class FitResult(KeyedHeader):
     published: PublishedValues | None
     profiles: dict[str, ProfileCurve]
     description: Description | None = None
+    uncertainty: StatedUncertainty | None = None

@@ -31,10 +31,11 @@ from identify.results import fit as results
 from identify.results import tables
 from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.vibration.nuisances.stated import stated_uncertainty
 from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
 from identify.vibration.provenance import description_of, provenance_of
-from identify.vibration.uncertainty import gap, uncertainty
+from identify.vibration.uncertainty import covariance_root, gap, gap_elsewhere, uncertainty
 
 
 def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.FitResult:
@@ -43,11 +44,12 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
 
     profiled: names of parameters whose profile likelihood is wanted.
     """
-    targets, scale = problem.targets(), Scale(problem.parameters)
-    trusted = uncertainty(targets, scale, fit.values)
-    names = [problem.parameters[number].name for number in scale.free]
+    targets, parameters = problem.targets(), problem.parameters[: problem.size]
+    trusted, scale = uncertainty(targets, Scale(problem.parameters), fit.values), Scale(parameters)
+    stated = stated_uncertainty(problem, trusted, fit.values)
+    names = [parameters[number].name for number in scale.free]
     groups = tuple(", ".join(group) for group in inseparable(trusted, names))
-    gaps = gap(targets, fit.values), gap(problem.targets("validate"), fit.values)
+    gaps = gap(targets, fit.values), gap_elsewhere(problem, trusted, fit.values)
     study = problem.file.study
     return results.FitResult(
         key=key,
@@ -56,6 +58,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         verdict=(
             *_verdict(fit, trusted, gaps, groups, trusted.count),
             *filter(None, (at_bounds(trusted, scale), _what_next(problem, gaps[0]))),
+            *(() if stated is None else stated.sentences),
         ),
         notes=(
             *_file_notes(problem),
@@ -70,18 +73,19 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         gap_validation=gaps[1],
         converged=fit.best.converged,
         seconds=fit.seconds,
-        parameters=parameter_table(problem.parameters, fit.values, trusted, scale),
+        parameters=parameter_table(parameters, fit.values[: problem.size], trusted, scale),
         correlation=trusted.correlation,
         singular_values=trusted.singular_values,
         directions=trusted.directions,
         inseparable=groups,
-        starts=start_table(fit),
+        starts=start_table(fit, problem.size),
         history=fit.history,
-        measurements={m.name: _measurement(problem, m, fit, trusted, scale) for m in problem.measurements},
+        measurements={m.name: _measurement(problem, m, fit, trusted) for m in problem.measurements},
         published=_published(problem),
         profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
         provenance=provenance_of(problem.file),
         description=description_of(problem.file),
+        uncertainty=stated,
     )
 
 
@@ -148,9 +152,10 @@ def _start_notes(fit: Fit) -> list[str]:
 
 
 def _measurement(
-    problem: Problem, m: Measurement, fit: Fit, trusted: Uncertainty, scale: Scale
+    problem: Problem, m: Measurement, fit: Fit, trusted: Uncertainty
 ) -> results.MeasurementResult:
-    geometry, modes, table = _modes(problem, m.system, fit.values)
+    system, own = m.at(fit.values)
+    geometry, modes, table = _modes(problem, system, own)
     one = Targets(frf=(m.target,)) if isinstance(m.target, FrfTarget) else Targets(modal=(m.target,))
     return results.MeasurementResult(
         name=m.name,
@@ -161,7 +166,7 @@ def _measurement(
         gap=gap(one, fit.values),
         geometry=geometry,
         modes=modes,
-        frf=_frf(problem, m.target, fit, trusted, scale) if isinstance(m.target, FrfTarget) else None,
+        frf=_frf(problem, m.target, fit, trusted) if isinstance(m.target, FrfTarget) else None,
         pairs=_pairs(problem, m, table),
     )
 
@@ -249,15 +254,11 @@ def _measured_shapes(problem: Problem, m: Measurement, table: ModalTable) -> NDA
     )
 
 
-def _frf(
-    problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty, scale: Scale
-) -> results.FrfComparison:
+def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty) -> results.FrfComparison:
     outputs, inputs = target.pairs
-    fitted, gradient = target.gradient_pairs(fit.values, scale.free)
+    numbers, root = covariance_root(problem, trusted, fit.values)
+    fitted, gradient = target.gradient_pairs(fit.values, numbers)
     measured, difference = target.measured, fitted - target.measured
-    std = trusted.std * scale.slope(scale.to_x(fit.values))
-    squares, directions = np.linalg.eigh(trusted.correlation)
-    root = std[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
     band = 1.96 * np.linalg.norm(gradient @ root, axis=-1)
     known = target.noise is not None
     return results.FrfComparison(
@@ -287,6 +288,6 @@ def _published(problem: Problem) -> results.PublishedValues | None:
     reference = problem.reference
     if reference is None:
         return None
-    value = np.array([reference.parameters.get(parameter.name, np.nan) for parameter in problem.parameters])
+    value = np.array([reference.parameters.get(p.name, np.nan) for p in problem.parameters[: problem.size]])
     modes = reference.modes or ModalTable(np.zeros(0), np.zeros(0))
     return results.PublishedValues(reference.source, value, modes.frequency_hz, modes.damping_ratio)

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.core.thresholds import QUIET
 from identify.fitting.objective import Objective
-from identify.fitting.plan import FitPlan, make_stages
+from identify.fitting.optimizers.base import Optimizer
+from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.fitting.plan import FitPlan, Stage, make_stages
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.problem import Problem
+from identify.vibration.softened import SOFT_STAGE, softened
 from identify.vibration.study import VibrationStage
+
+_TOLERANCE = 1e-6
+"""Relative change of the sum of squares below which a fit with errors of what was told has converged."""
+_ALIKE = 1e-3
+"""Values, on the search scale, that differ by less lead to the same minimum, where a stage takes long."""
 
 
 def fit_plan(problem: Problem) -> FitPlan:
@@ -26,14 +36,52 @@ def fit_plan(problem: Problem) -> FitPlan:
             return objective
         return (stage.cost or study.cost).objective(problem.targets(names=stage.measurements))
 
+    stages = [make_stages(some, parameters, of) for some in (study.stages, study.last_resort)]
+    if problem.nuisances.entries:
+        stages = [_with_errors(some, problem, objective) for some in stages]
     return FitPlan(
         parameters,
         objective,
-        make_stages(study.stages, parameters, of),
-        make_stages(study.last_resort, parameters, of),
+        stages[0],
+        stages[1],
         study.starts,
         study.start_factor,
         study.target_cost,
         QUIET if study.cost == parse_cost("frf-least-squares") else np.inf,
         study.seed,
+        _ALIKE if problem.nuisances.entries else 0.0,
     )
+
+
+def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objective) -> tuple[Stage, ...]:
+    """The stages where errors of what was told are fitted along: by Gauss-Newton on the study's cost, all
+    other
+    stages hold them as they are.  Such a stage ends the fit, whatever the study says, and others lead to the
+    first one.
+    """
+    if not stages:
+        return stages
+    errors = np.array([parameter.nuisance for parameter in problem.parameters])
+
+    def moves_errors(stage: Stage) -> bool:
+        return isinstance(stage.optimizer, GaussNewton) and stage.objective is objective
+
+    held = [
+        replace(stage, optimizer=_told(stage.optimizer))
+        if moves_errors(stage)
+        else replace(stage, moves=stage.moves & ~errors)
+        for stage in stages
+    ]
+    if not moves_errors(stages[-1]):
+        moves = np.any([stage.moves for stage in stages], axis=0) | errors
+        held.append(Stage(_told(GaussNewton()), objective, moves))
+    first = next(number for number, stage in enumerate(held) if moves_errors(stage))
+    leading = [Stage(SOFT_STAGE, soft, held[first].moves | errors) for soft in softened(problem.targets())]
+    return (*held[:first], *leading, *held[first:])
+
+
+def _told(optimizer: Optimizer) -> Optimizer:
+    """With a tolerance that is enough for so many unknowns, unless the study states one."""
+    if "tolerance" in optimizer.model_fields_set:
+        return optimizer
+    return optimizer.model_copy(update={"tolerance": _TOLERANCE})

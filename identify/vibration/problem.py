@@ -24,6 +24,7 @@ from identify.measured.source import read_source
 from identify.model.effects.base import Effect
 from identify.model.effects.site import Site
 from identify.model.impact import Impact
+from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System, assemble, build_site
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
@@ -36,6 +37,8 @@ from identify.vibration.costs.target import (
     frf_target,
     record_length,
 )
+from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, list_nuisances
+from identify.vibration.nuisances.placed import Placed, basis_points, place
 from identify.vibration.reference import Reference, read_reference
 from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
 
@@ -43,7 +46,7 @@ from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFi
 @dataclass(frozen=True)
 class Given:
     """One measurement before a model meets it: its data in the band, their noise (None: unknown, or in the
-    table) and length of record.
+    table) and length of record; basis: what errors of what was told change, where they are stated.
     """
 
     name: str
@@ -53,6 +56,17 @@ class Given:
     noise: Array | None = None
     record: float | None = None
     impact: Impact | None = None
+    basis: Basis | None = None
+
+    @property
+    def outputs(self) -> tuple[Channel, ...]:
+        """Response channels; none of a modal table, whose shapes are not compared with uncertainty."""
+        return self.data.outputs if isinstance(self.data, FrfSet) else ()
+
+    @property
+    def inputs(self) -> tuple[Channel, ...]:
+        """Force channels."""
+        return self.data.inputs if isinstance(self.data, FrfSet) else ()
 
 
 @dataclass(frozen=True)
@@ -73,10 +87,19 @@ class Measurement:
         """What the config says of it."""
         return self.given.settings
 
+    def at(self, values: Array) -> tuple[System, Array]:
+        """The system that errors of what was told make, at values (unknowns,), and those of the
+        parameters.
+        """
+        if isinstance(self.target, FrfTarget):
+            there, own = self.target.at(values)
+            return there.system, own
+        return self.system, values
+
 
 @dataclass(frozen=True)
 class Problem:
-    """Everything a fit works on; parameters are in the order of the effects."""
+    """Everything a fit works on; parameters are in the order of the effects, then the nuisances."""
 
     file: StudyFile
     robot: Robot
@@ -84,6 +107,7 @@ class Problem:
     parameters: tuple[Parameter, ...]
     measurements: tuple[Measurement, ...]
     reference: Reference | None = None
+    nuisances: Nuisances = NOTHING
 
     def __reduce__(self) -> tuple[Callable[..., Problem], tuple[Any, ...]]:
         """What it was made of: in another process the models are assembled anew."""
@@ -95,12 +119,19 @@ class Problem:
             [m.given for m in self.measurements],
             values,
             self.reference,
+            None,
+            self.nuisances,
         )
 
     @property
     def initial(self) -> Array:
         """Where the search starts, (parameters,)."""
         return np.array([p.initial for p in self.parameters])
+
+    @property
+    def size(self) -> int:
+        """Number of parameters of effects; those after them are nuisances."""
+        return len(self.parameters) - len(self.nuisances.entries)
 
     def at(self, values: Mapping[str, float]) -> Array:
         """Values by name as an array (parameters,)."""
@@ -127,6 +158,7 @@ class Problem:
         return Targets(
             tuple(target for target in chosen if isinstance(target, FrfTarget)),
             tuple(target for target in chosen if isinstance(target, ModalTarget)),
+            tuple(range(self.size, len(self.parameters))),
         )
 
 
@@ -148,8 +180,13 @@ def _loaded(file: StudyFile) -> Problem:
     names = measurement_names(study.measurements)
     tasks = zip(study.measurements, names, postures, strict=True)
     given = collect([partial(_read, file, m, name, posture) for m, name, posture in tasks])
-    problem = _assembled(file, robot, points, given)
-    if not any(parameter.free for parameter in problem.parameters):
+    nuisances = NOTHING
+    if study.uncertainty is not None:
+        _check_uncertain(given)
+        nuisances = list_nuisances(study.uncertainty, robot, points, given)
+        given = [replace(one, basis=_basis(robot, points, nuisances, one)) for one in given]
+    problem = _assembled(file, robot, points, given, nuisances=nuisances)
+    if not any(parameter.free for parameter in problem.parameters[: problem.size]):
         raise InputError(
             "effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one"
         )
@@ -160,6 +197,27 @@ def _loaded(file: StudyFile) -> Problem:
         file.resolve(study.reference), [parameter.name for parameter in problem.parameters]
     )
     return replace(problem, reference=reference)
+
+
+def _check_uncertain(given: Sequence[Given]) -> None:
+    """Raise an InputError unless all measurements are FRFs with known noise."""
+    for one in given:
+        if not isinstance(one.data, FrfSet):
+            raise InputError("uncertainty", f"{one.name} is a modal table", "FRFs", "leave one of both out")
+        if one.noise is None:
+            raise InputError(
+                "uncertainty",
+                f"the noise of {one.name} is not known, which stated uncertainty is weighed against",
+                "coherence with `averages`, or `noise`",
+                "give `noise: {relative: 0.02}` in the measurement",
+            )
+
+
+def _basis(robot: Robot, points: Mapping[int, Point], nuisances: Nuisances, one: Given) -> Basis:
+    """What errors of what was told change of a measurement."""
+    told = basis_points(points)
+    angles, lengths = nuisances.has("joint"), nuisances.has("kinematics")
+    return basis(robot, one.posture, told, one.settings.detached, angles=angles, lengths=lengths)
 
 
 def _check_initial(problem: Problem) -> None:
@@ -187,7 +245,9 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
     known, new = list(effects[: len(study.effects)]), effects[len(study.effects) :]
     if known == list(study.effects) and not any(effect.changes_site for effect in new):
         sites = [m.system.site for m in problem.measurements]
-    return _assembled(file, problem.robot, problem.points, given, values, problem.reference, sites)
+    return _assembled(
+        file, problem.robot, problem.points, given, values, problem.reference, sites, problem.nuisances
+    )
 
 
 def _assembled(
@@ -198,6 +258,7 @@ def _assembled(
     values: Mapping[str, float] | None = None,
     reference: Reference | None = None,
     sites: Sequence[Site] | None = None,
+    nuisances: Nuisances = NOTHING,
 ) -> Problem:
     """Measurements with the model at each posture; `values` replace initial values; `sites`: those of the
     measurements, if known.
@@ -208,13 +269,14 @@ def _assembled(
         known = [None if n or one.settings.detached else first for n, one in enumerate(given)]
     else:
         first, known = sites[0].reference, list(sites)
-    made = partial(_measurement, robot, points, effects, first)
+    made = partial(_measurement, robot, points, effects, first, nuisances)
     measurements = collect([partial(made, one, site) for one, site in zip(given, known, strict=True)])
     given_values = {**file.study.initial, **(values or {})}
     parameters = tuple(
-        replace(p, initial=given_values.get(p.name, p.initial)) for p in measurements[0].system.parameters
+        replace(p, initial=given_values.get(p.name, p.initial))
+        for p in (*measurements[0].system.parameters, *nuisances.parameters)
     )
-    return Problem(file, robot, points, parameters, tuple(measurements), reference)
+    return Problem(file, robot, points, parameters, tuple(measurements), reference, nuisances)
 
 
 def _measurement(
@@ -222,6 +284,7 @@ def _measurement(
     points: dict[int, Point],
     effects: Sequence[Effect],
     first: Site,
+    nuisances: Nuisances,
     given: Given,
     site: Site | None,
 ) -> Measurement:
@@ -233,7 +296,16 @@ def _measurement(
         return Measurement(
             given,
             system,
-            frf_target(given.name, given.data, system, points, given.noise, given.record, given.impact),
+            frf_target(
+                given.name,
+                given.data,
+                system,
+                points,
+                given.noise,
+                given.record,
+                given.impact,
+                None if given.basis is None else partial(_placed, nuisances, given, points),
+            ),
         )
     out = (
         channel_rows(system, points, given.data.channels, given.name)
@@ -241,6 +313,19 @@ def _measurement(
         else None
     )
     return Measurement(given, system, ModalTarget(given.name, given.data, system, out))
+
+
+def _placed(
+    nuisances: Nuisances,
+    given: Given,
+    points: Mapping[int, Point],
+    system: System,
+    outputs: tuple[Channel, ...],
+    inputs: tuple[Channel, ...],
+) -> Placed:
+    """The nuisances of a measurement."""
+    assert given.basis is not None
+    return place(nuisances, given.basis, system, points, given.name, given.posture, (outputs, inputs))
 
 
 def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:

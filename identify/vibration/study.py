@@ -21,6 +21,7 @@ from identify.model.effects.base import Effect, parse_effect
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 from identify.vibration.costs.base import Cost, parse_cost
+from identify.vibration.nuisances.settings import UncertaintySettings, parse_uncertainty
 
 SCHEMA = "identify/1"
 _ROBUST_THEN_LIKELY: tuple[dict[str, Any], ...] = (
@@ -143,6 +144,13 @@ class Study(Settings):
             " hybrid"
         ),
     )
+    uncertainty: Annotated[UncertaintySettings, BeforeValidator(parse_uncertainty)] | None = Field(
+        None,
+        description=(
+            "how far masses, places, directions, gains and angles may be from what was told: `typical`,"
+            " `careful`, or what is uncertain by how much; fitted along; default: exactly as told"
+        ),
+    )
     modal: ModalSettings = Field(
         ModalSettings(),
         description="how modes are found in measured FRFs, for `identify modes` and beside a fit",
@@ -170,6 +178,11 @@ class Study(Settings):
             )
         if all(measurement.use == "validate" for measurement in self.measurements):
             raise ValueError("measurements: all are for validation; expected at least one with `use: fit`")
+        if self.uncertainty is not None and self.cost != parse_cost("frf-least-squares"):
+            raise ValueError(
+                f"uncertainty: found `cost: {self.cost.kind}`; expected frf-least-squares, the likelihood,"
+                " which stated uncertainty is weighed against"
+            )
         return self
 
     @property

@@ -9,10 +9,12 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
-from identify.fitting.uncertainty import Uncertainty, sandwich
+from identify.fitting.uncertainty import Uncertainty, joint_uncertainty, sandwich
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.vibration.costs.eigenfrequency import pair_all
+from identify.vibration.costs.information import information
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.vibration.problem import Problem
 
 FREQUENCY_STD, DAMPING_STD = 0.005, 0.10
 """Relative standard deviations assumed of measured modes that come without: 0.5 % of frequency, 10 % of
@@ -29,14 +31,53 @@ averaged.
 
 
 def uncertainty(targets: Targets, scale: Scale, values: Array) -> Uncertainty:
-    """The intervals and their limits at parameter values (parameters,)."""
-    information, variance, count = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
-    return sandwich(information, variance, count, scale, values, tuple(_structure(targets, values)))
+    """The intervals and their limits at values (unknowns,); of parameters that errors of what was told go
+    along with, marginal.
+    """
+    if targets.nuisances:
+        return _jointly(targets, scale, values)
+    product, variance, count = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
+    return sandwich(product, variance, count, scale, values, tuple(_structure(targets, values)))
+
+
+def _jointly(targets: Targets, scale: Scale, values: Array) -> Uncertainty:
+    """scale and values of all unknowns; the uncertainty of the parameters among them."""
+    slope, free = scale.slope(scale.to_x(values)), scale.free
+    found = information(targets.frf, values, free)
+    errors = np.isin(free, targets.nuisances)
+
+    def noise(combinations: Array) -> Array:
+        """Their variance, whatever correlates the residuals."""
+        return _variance(targets, values, free, (slope * combinations).T)
+
+    own = Scale(tuple(p for p in scale.parameters if not p.nuisance))
+    return joint_uncertainty(
+        found.product[:-1, :-1] * np.outer(slope, slope),
+        noise,
+        errors,
+        found.count,
+        own,
+        values[: len(own.parameters)],
+        tuple(_structure(targets, values)),
+    )
+
+
+def _variance(targets: Targets, values: Array, free: Index, combinations: Array) -> Array:
+    """(c, c): variance of combinations (free, c) of the scores."""
+    variance, count = np.zeros((combinations.shape[1],) * 2), 0
+    for target in targets.frf:
+        h, gradient = target.gradient_pairs(values, free)
+        e, j = (h - target.measured) / target.sigma, (gradient @ combinations) / target.sigma[..., None]
+        count += 2 * e.size
+        for entry in np.unique(target.pairs[1]):
+            blow = target.pairs[1] == entry
+            variance += score_variance(e[:, blow], j[:, blow], (h / target.sigma)[:, blow])
+    return np.asarray(variance * count / max(1, count - len(free)))
 
 
 def gap(targets: Targets, values: Array) -> float:
     """RMS of the residuals in units of noise over everything: 1 is perfect; NaN where no FRF noise is
-    known.
+    known.  Where errors of what was told were fitted, their squares are among those of the residuals.
     """
     if any(target.noise is None for target in targets.frf):
         return float("nan")
@@ -44,18 +85,56 @@ def gap(targets: Targets, values: Array) -> float:
     squares = [np.abs(_frf_residuals(target, values, None)[0]) ** 2 / 2 for target in targets.frf]
     squares += [_modal_residuals(target, values, nothing)[0] ** 2 for target in targets.modal]
     together = np.concatenate([part.ravel() for part in squares]) if squares else np.full(1, np.nan)
-    return float(np.sqrt(np.mean(together)))
+    errors = float(np.sum(values[list(targets.nuisances)] ** 2))
+    return float(np.sqrt(np.mean(together) + errors / (2 * together.size)))
+
+
+def gap_elsewhere(problem: Problem, trusted: Uncertainty, values: Array) -> float:
+    """`gap` on data that were not fitted.
+
+    Where errors of what was told are uncertain, how far these data are from what the fit predicts, in units
+    of that prediction's own uncertainty and noise together: sum r' (1 + J C J')^-1 r over the count, C the
+    covariance of all unknowns.
+    """
+    targets = problem.targets("validate")
+    if trusted.joint is None or not targets.frf:
+        return gap(targets, values)
+    squares, count = predictive_squares(problem, trusted.joint.information, values)
+    return float(np.sqrt(squares / count))
+
+
+def predictive_squares(problem: Problem, known: Array, values: Array) -> tuple[float, int]:
+    """That sum, and its count; known (u, u): information of the fit about all free unknowns, on the search
+    scale.
+    """
+    scale, targets = Scale(problem.parameters), problem.targets("validate").frf
+    slope = scale.slope(scale.to_x(values))
+    found = information(targets, values, scale.free)
+    own, score = found.product[:-1, :-1] * np.outer(slope, slope), found.product[:-1, -1] * slope
+    return float(found.product[-1, -1] - score @ np.linalg.solve(known + own, score)), found.count
+
+
+def covariance_root(problem: Problem, trusted: Uncertainty, values: Array) -> tuple[Index, Array]:
+    """Numbers (u,) of the free unknowns, and a matrix (u, u) whose product with its transpose is the
+    covariance of their values.
+    """
+    scale = Scale(problem.parameters)
+    slope = scale.slope(scale.to_x(values))
+    if trusted.joint is not None:
+        return scale.free, slope[:, None] * trusted.joint.root
+    squares, directions = np.linalg.eigh(trusted.correlation)
+    return scale.free, (trusted.std * slope)[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
 
 
 def _information(targets: Targets, values: Array, free: Index, slope: Array) -> tuple[Array, Array, int]:
     """J'J, the variance of the scores J'e, and how many real numbers were measured."""
-    information, variance, count = np.zeros((len(free), len(free))), np.zeros((len(free), len(free))), 0
+    product, variance, count = np.zeros((len(free), len(free))), np.zeros((len(free), len(free))), 0
     for target in targets.frf:
         e, gradient = _frf_residuals(target, values, free)
         j = gradient * slope
         rows = np.concatenate([j.real, j.imag]).reshape(-1, len(free))
         own = rows.T @ rows
-        information, count = information + own, count + 2 * e.size
+        product, count = product + own, count + 2 * e.size
         common = target.predict_pairs(values) / target.sigma if target.noise is not None else target.measured
         for entry in np.unique(target.pairs[1]):
             column = target.pairs[1] == entry
@@ -64,8 +143,8 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
     for modal in targets.modal:
         residuals, slopes = _modal_residuals(modal, values, free)
         own = (slopes * slope).T @ (slopes * slope)
-        information, variance, count = information + own, variance + own, count + residuals.size
-    return information, variance, count
+        product, variance, count = product + own, variance + own, count + residuals.size
+    return product, variance, count
 
 
 def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
@@ -163,9 +242,10 @@ def _structure(targets: Targets, values: Array) -> list[str]:
         e, _ = _frf_residuals(target, values, None)
         squares, count = squares + float(np.sum(np.abs(e) ** 2)), count + 2 * e.size
         lagged += float(np.abs(np.sum(np.conj(e[:-1]) * e[1:])))
-    if not count or squares <= QUIET**2 * count:
+    total = squares + float(np.sum(values[list(targets.nuisances)] ** 2))
+    if not count or total <= QUIET**2 * count:
         return []
-    level, alike = np.sqrt(squares / count), lagged / squares
+    level, alike = np.sqrt(total / count), lagged / squares
     if alike <= ALIKE:
         return [
             f"the residual is {level:.2f} times the stated noise but without structure: the intervals are"

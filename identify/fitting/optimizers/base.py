@@ -20,7 +20,7 @@ from identify.core.interruption import check
 from identify.core.parameters import Scale
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.journal import Journal
-from identify.fitting.objective import Objective
+from identify.fitting.objective import Objective, compressed
 
 OPTIMIZERS = Registry(
     "optimizer",
@@ -129,18 +129,14 @@ class Search:
 
 
 def _compressed(residuals: Array, slopes: Array) -> Array:
-    """[J r] in as few rows as there are columns, with the same r'r, J'r and J'J: all that least squares use
-    of thousands of rows.
-
-    Infinite residuals without slopes where any number is not finite.
+    """[J r] in as few rows as there are columns; infinite residuals without slopes where any number is not
+    finite.
     """
     both = np.column_stack([slopes, residuals])
     if not np.isfinite(both).all():
         return np.column_stack([np.zeros((both.shape[1], slopes.shape[1])), np.full(both.shape[1], np.inf)])
-    product = both.T @ both
-    size = np.sqrt(np.maximum(np.diag(product), np.finfo(float).tiny))
-    squares, directions = np.linalg.eigh(product / np.outer(size, size))
-    return np.asarray(np.sqrt(np.maximum(squares, 0.0))[:, None] * directions.T * size)
+    rows, columns = compressed(both.T @ both)
+    return np.column_stack([columns, rows])
 
 
 class Optimizer(BaseModel, ABC):

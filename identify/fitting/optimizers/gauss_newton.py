@@ -26,7 +26,11 @@ class GaussNewton(Optimizer):
     )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
-        """Needs the cost's residuals; draws nothing from rng."""
+        """Needs the cost's residuals; draws nothing from rng.
+
+        Where nuisances are among the parameters, steps are measured in their standard deviations: the data
+        may know far less of some of them than what was stated.
+        """
         last: list[tuple[Array, tuple[Array, Array]]] = []
 
         def at(x: Array) -> tuple[Array, Array]:
@@ -47,7 +51,7 @@ class GaussNewton(Optimizer):
             inside,
             lambda x: at(x)[1],
             bounds=(search.lower, search.upper),
-            x_scale="jac",
+            x_scale=np.ones(len(inside)) if search.scale.errors else "jac",
             ftol=self.tolerance,
             xtol=self.tolerance,
             gtol=1e-12,
@@ -59,6 +63,6 @@ class GaussNewton(Optimizer):
 
 
 def _shrunk(lower: Array, upper: Array) -> tuple[Array, Array]:
-    """The method starts strictly inside the bounds."""
-    margin = 1e-6 * (upper - lower)
+    """The method starts strictly inside the bounds, where there are any."""
+    margin = 1e-6 * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
     return lower + margin, upper - margin

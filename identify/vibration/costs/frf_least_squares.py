@@ -10,8 +10,9 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array, Complex, Index
-from identify.fitting.objective import Objective
+from identify.fitting.objective import Objective, compressed
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
+from identify.vibration.costs.information import information, over_noise
 from identify.vibration.costs.target import FrfTarget, Targets
 
 _LOG_FLOOR = 0.1
@@ -32,6 +33,8 @@ class FrfLeastSquares(Cost):
 
     def objective(self, targets: Targets) -> Objective:
         """The cost for FRF sets with known noise."""
+        if targets.nuisances:
+            return PosteriorObjective(self, targets)
         return FrfLeastSquaresObjective(self, targets)
 
 
@@ -87,3 +90,46 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
     def _weights(self, target: FrfTarget) -> Array:
         noise = target.sigma[:, target.observable] / np.abs(target.measured[:, target.observable])
         return np.asarray(1.0 / np.hypot(_LOG_FLOOR, noise))
+
+
+class PosteriorObjective(FrfLeastSquaresObjective):
+    """The same with errors of what was told fitted along: their squares, in units of their standard
+    deviations, count as residuals (maximum a posteriori), but not as measured numbers.
+
+    softness: by how much residuals count for less, for stages that lead to the likelihood.
+    """
+
+    def __init__(self, cost: FrfLeastSquares, targets: Targets, softness: float = 1.0) -> None:
+        super().__init__(cost, targets)
+        self._errors, self._softness = np.array(targets.nuisances), softness
+
+    def costs(self, candidates: Array) -> Array:
+        """Root of the mean square of the residuals, with the squares of the errors added to their sum."""
+        data = super().costs(candidates)
+        if self._known is not None and data is self._known[1]:
+            return data
+        return np.asarray(np.hypot(data / self._softness, self._size_of(candidates)))
+
+    def _size_of(self, candidates: Array) -> Array:
+        return np.asarray(np.linalg.norm(candidates[..., self._errors], axis=-1) / np.sqrt(self.count))
+
+    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
+        """In as few rows as say the same, because there are many columns."""
+        with np.errstate(all="ignore"):
+            product = information(self.targets, values, free, self._residuals).product / self._softness**2
+        total, (rows, slopes) = float(product[-1, -1]), compressed(product)
+        squares = float(values[self._errors] @ values[self._errors])
+        known = np.sqrt((total + squares) / self.count) if np.isfinite(total) else np.inf
+        self._known = values[None].copy(), np.array([known])
+        prior = np.eye(len(values))[np.ix_(self._errors, free)]
+        return np.concatenate([rows, values[self._errors]]), np.concatenate([slopes, prior])
+
+    def _residuals(self, target: FrfTarget, h: Complex) -> tuple[Complex, Complex]:
+        """Residuals of a set and their derivatives with respect to h, (lines, outputs, inputs) both."""
+        if self.cost.residual == "complex":
+            return over_noise(target, h)
+        outputs, inputs = (numbers[target.observable] for numbers in target.pairs)
+        residual, slope = np.zeros_like(h), np.zeros_like(h)
+        residual[:, outputs, inputs] = self._logarithm(target, target.paired(h))
+        slope[:, outputs, inputs] = self._weights(target) / h[:, outputs, inputs]
+        return residual, slope

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,9 +19,14 @@ from identify.model.frf import frf, frf_and_gradient, frf_slope, gradient_with
 from identify.model.impact import Impact
 from identify.model.impacted import impacted_frf
 from identify.model.system import System
+from identify.model.truncation import TruncationCorrection
 from identify.robot.points import Point
 from identify.vibration.costs.impact import ImpactSimulator, SimulatedImpact, simulated_impact
+from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
+from identify.vibration.nuisances.placed import Placed, state
+from identify.vibration.nuisances.sensitivity import Block
 
+Uncertain = Callable[[System, tuple[Channel, ...], tuple[Channel, ...]], Placed]
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
 _CHUNK = 100_000
@@ -59,7 +64,8 @@ class FrfTarget:
     outputs, then what readings need besides.  readings: what effects of the measurement do to the FRFs, with
     the numbers of their parameters. record: length of the records behind the FRFs, s, where the response may
     not have died out (`identify.model.truncation`), or None. simulated: what must be simulated of a nonlinear
-    system, by a simulator that may serve other sets too.
+    system, by a simulator that may serve other sets too.  nuisances: what is uncertain; their values may
+    follow those of the parameters.
     """
 
     name: str
@@ -72,6 +78,7 @@ class FrfTarget:
     record: float | None = None
     simulated: SimulatedImpact | None = None
     simulator: ImpactSimulator | None = None
+    nuisances: Placed | None = None
 
     @cached_property
     def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -109,6 +116,8 @@ class FrfTarget:
 
     def predict(self, values: Array) -> Complex:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
+        if self._errs(values):
+            return self._predict_each(values)
         s = self.s_at(values)
         h = self._linear(values, s) if self.simulated is None else self._impacted(self.simulated, values)
         for reading, numbers in self.readings:
@@ -124,6 +133,81 @@ class FrfTarget:
             flat = reading.apply(flat, values[numbers], s)
         read = flat.reshape(h.shape)[:, : len(self.data.outputs)]
         return np.asarray(np.moveaxis(self._at_once(np.moveaxis(read, 2, 3)), 3, 2))
+
+    def _errs(self, values: Array) -> bool:
+        """Whether values (..., unknowns) say more than the parameters."""
+        return bool(values.shape[-1] > len(self.system.parameters))
+
+    def _predict_each(self, values: Array) -> Complex:
+        """`predict` where values of nuisances follow, the same ones only once."""
+        size = len(self.system.parameters)
+        own, errors = (
+            values.reshape(-1, values.shape[-1])[:, :size],
+            values.reshape(-1, values.shape[-1])[:, size:],
+        )
+        unique, which = np.unique(errors, axis=0, return_inverse=True)
+        found: list[Complex] = [np.zeros(0, dtype=complex)] * len(own)
+        for number, error in enumerate(unique):
+            there, delay = self.realised(error)
+            rows = np.flatnonzero(which.ravel() == number)
+            h = there.predict(own[rows])
+            late = np.exp(-delay * there.s_at(own[rows]))[..., None, None]
+            for row, one in zip(rows, h * late, strict=True):
+                found[row] = one
+        return np.array(found).reshape(*values.shape[:-1], *found[0].shape)
+
+    def realised(self, errors: Array) -> tuple[FrfTarget, float]:
+        """The target with the model, sensors and impacts that nuisances (nuisances,) make, and the delay,
+        s.
+        """
+        if self.nuisances is None:
+            return self, 0.0
+        at = state(self.nuisances, errors)
+        system = replace(
+            self.system, mass=self.system.mass + at.mass, stiffness=self.system.stiffness + at.stiffness
+        )
+        simulated = self.simulated and replace(self.simulated, system=system, force=at.force)
+        there = replace(
+            self,
+            system=system,
+            out=at.out,
+            force=at.force,
+            nuisances=None,
+            simulated=simulated,
+            simulator=None,
+        )
+        return there, at.delay
+
+    def at(self, values: Array) -> tuple[FrfTarget, Array]:
+        """The same at values (unknowns,), but for the delay, and the values of the parameters."""
+        size = len(self.system.parameters)
+        return (self.realised(values[size:])[0], values[:size]) if self._errs(values) else (self, values)
+
+    def blocks(self, values: Array) -> list[Block]:
+        """Derivatives with respect to nuisances at values (unknowns,); their numbers are those among the
+        unknowns.
+        """
+        if self.nuisances is None:
+            return []
+        size = len(self.system.parameters)
+        own, errors = values[:size], values[size:]
+        at, (there, delay) = state(self.nuisances, errors), self.realised(errors)
+        s, power, matrices = there.s_at(own), POWER[self.data.quantity], there.system.matrices(own)
+        end: TruncationCorrection | float | None = there.ends
+        if there.simulated is not None:
+            end = there._simulator.impacted(there.simulated, own, s, np.zeros(0, dtype=int))
+        readings = [(reading, own[numbers]) for reading, numbers in self.readings]
+        late = np.exp(-delay * s)[:, None, None, None]
+        found = []
+        for block in nuisance_blocks(self.nuisances, at, matrices, s, power, end):
+            one = recorded(block, readings, s, len(self.out), len(self.data.outputs))
+            slopes = np.swapaxes(self._at_once(np.swapaxes(late * one.slopes, 2, 3)), 2, 3)
+            found.append(Block(one.channels, size + one.numbers, slopes))
+        if self.nuisances.delay.numbers >= 0:
+            slopes = -float(self.nuisances.delay.std) * (s[:, None, None] * self.predict(values))[..., None]
+            every = np.arange(len(self.data.outputs))
+            found.append(Block(every, size + self.nuisances.delay.numbers.reshape(1), slopes))
+        return found
 
     def _at_once(self, h: Complex) -> Complex:
         """With forces that act together, their joint response in place of that of the first (..., inputs)."""
@@ -179,9 +263,9 @@ class FrfTarget:
 
     def predict_pairs(self, values: Array) -> Complex:
         """(..., lines, pairs) at parameter values (..., parameters)."""
-        return self._paired(self.predict(values))
+        return self.paired(self.predict(values))
 
-    def _paired(self, h: Complex) -> Complex:
+    def paired(self, h: Complex) -> Complex:
         """(..., lines, outputs, inputs) as (..., lines, pairs)."""
         outputs, inputs = self.pairs
         if len(outputs) == h.shape[-2] * h.shape[-1]:
@@ -192,6 +276,8 @@ class FrfTarget:
         """(lines, outputs, inputs) and its derivatives (lines, outputs, inputs, free) at values
         (parameters,).
         """
+        if self._errs(values):
+            return self._gradient_with_errors(values, free)
         s, decay = self.s_at(values), self._decay[free]
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.simulated is None:
@@ -213,6 +299,31 @@ class FrfTarget:
         turned = self._at_once(np.swapaxes(gradient[:, :outputs], 2, 3))
         return self._at_once(h[:, :outputs]), np.swapaxes(turned, 2, 3)
 
+    def _gradient_with_errors(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """`gradient` where values of nuisances follow those of the parameters."""
+        h, slopes = self.parameter_gradient(values, free)
+        gradient = np.zeros((*h.shape, len(free)), dtype=complex)
+        gradient[..., free < len(self.system.parameters)] = slopes
+        column = {number: position for position, number in enumerate(free.tolist())}
+        for block in self.blocks(values) if len(free) > slopes.shape[-1] else ():
+            known = [n for n, number in enumerate(block.numbers.tolist()) if number in column]
+            columns = [column[int(block.numbers[n])] for n in known]
+            for source, position in zip(known, columns, strict=True):
+                gradient[..., position][:, block.channels] += block.slopes[..., source]
+        return h, gradient
+
+    def parameter_gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """(lines, outputs, inputs) at values (unknowns,), and its derivatives with respect to those of the
+        free unknowns that are parameters.
+        """
+        size = len(self.system.parameters)
+        there, delay = self.realised(values[size:])
+        h, slopes = there.gradient(values[:size], free[free < size])
+        late = np.exp(-delay * there.s_at(values[:size]))[:, None, None]
+        if np.any(self._decay[free[free < size]]):
+            slopes = slopes - delay * h[..., None] * self._decay[free[free < size]]
+        return h * late, slopes * late[..., None]
+
     def _slope(self, values: Array) -> Complex:
         """(lines, outputs, inputs): dH/ds."""
         matrices, power = self.system.matrices(values), POWER[self.data.quantity]
@@ -231,8 +342,8 @@ class FrfTarget:
         h, gradient = self.gradient(values, free)
         outputs, inputs = self.pairs
         if len(outputs) == h[0].size:
-            return self._paired(h), gradient.reshape(len(gradient), -1, len(free))
-        return self._paired(h), gradient[:, outputs, inputs]
+            return self.paired(h), gradient.reshape(len(gradient), -1, len(free))
+        return self.paired(h), gradient[:, outputs, inputs]
 
     def chunks(self, candidates: int) -> list[slice]:
         """Slices of a population small enough to predict at once."""
@@ -258,9 +369,13 @@ def frf_target(
     noise: Array | None = None,
     record: float | None = None,
     impact: Impact | None = None,
+    uncertain: Uncertain | None = None,
 ) -> FrfTarget:
     """A set with its prediction by a system, through the readings of the system's effects; InputError for a
     channel without a point.
+
+    uncertain: places the nuisances of the measurement, for a system, its response channels (those that
+    readings need too) and its forces.
     """
     measuring = [
         (effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)
@@ -269,7 +384,8 @@ def frf_target(
     readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
     out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
     simulated = simulated_impact(name, data, system, force.T, impact)
-    return FrfTarget(name, data, system, out, force.T, noise, readings, record, simulated)
+    placed = None if uncertain is None else uncertain(system, channels, data.inputs)
+    return FrfTarget(name, data, system, out, force.T, noise, readings, record, simulated, nuisances=placed)
 
 
 def needed_channels(data: FrfSet, system: System, points: Mapping[int, Point]) -> tuple[Channel, ...]:
@@ -302,7 +418,11 @@ class ModalTarget:
 
 @dataclass(frozen=True)
 class Targets:
-    """All data that a cost compares."""
+    """All data that a cost compares.
+
+    nuisances: numbers of the unknowns that are errors of what was told, which cost their squares.
+    """
 
     frf: tuple[FrfTarget, ...] = ()
     modal: tuple[ModalTarget, ...] = ()
+    nuisances: tuple[int, ...] = ()

@@ -1,0 +1,121 @@
+"""J'J, J'r and r'r of FRF residuals in units of noise, assembled in blocks where sensors' own nuisances
+touch few channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array, Complex, Index
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.nuisances.blocks import chosen
+from identify.vibration.nuisances.sensitivity import Block
+
+
+@dataclass(frozen=True)
+class Information:
+    """product (free + 1, free + 1): [J r]'[J r] over real and imaginary parts; count: real numbers
+    measured.
+    """
+
+    product: Array
+    count: int
+
+
+Residuals = Callable[[FrfTarget, Complex], tuple[Complex, Complex]]
+"""Of a set and its prediction (lines, outputs, inputs): residuals, and their derivatives with respect to
+it.
+"""
+
+
+def over_noise(target: FrfTarget, h: Complex) -> tuple[Complex, Complex]:
+    """Residuals in units of noise, zero where nothing was measured."""
+    weight = weights(target)
+    return (h - np.where(weight > 0, target.data.frf, h)) * weight, weight.astype(complex)
+
+
+def information(
+    targets: Sequence[FrfTarget], values: Array, free: Index, residuals: Residuals = over_noise
+) -> Information:
+    """The information of FRF sets at values (unknowns,) about the free unknowns."""
+    product, count = np.zeros((len(free) + 1, len(free) + 1)), 0
+    for target in targets:
+        product += _of_target(target, values, free, residuals)
+        count += 2 * target.sigma.size
+    return Information(product, count)
+
+
+def _of_target(target: FrfTarget, values: Array, free: Index, residuals: Residuals) -> Array:
+    h, slopes = target.parameter_gradient(values, free)
+    residual, weight = residuals(target, h)
+    size = len(target.system.parameters)
+    every_block = target.blocks(values) if np.any(free >= size) else ()
+    blocks = [block for one in every_block if (block := chosen(one, free)) is not None]
+    every = [block for block in blocks if len(block.channels) == h.shape[1]]
+    own = [block for block in blocks if len(block.channels) < h.shape[1]]
+    column = {number: position for position, number in enumerate(free.tolist())}
+    parts = [slopes, *(block.slopes for block in every)]
+    dense = side_by_side([*(weight[..., None] * part for part in parts), residual[..., None]])
+    numbers = [*free[free < size].tolist(), *(n for block in every for n in block.numbers.tolist())]
+    places = np.array([*(column[number] for number in numbers), len(free)])
+    product = np.zeros((len(free) + 1, len(free) + 1))
+    np.add.at(product, np.ix_(places, places), gram(dense, dense))
+    for first, block in enumerate(own):
+        left, at = _weighted(block, block.channels, weight), _places(block, column)
+        cross = gram(left, dense[:, :, block.channels])
+        np.add.at(product, np.ix_(at, places), cross)
+        np.add.at(product, np.ix_(places, at), cross.T)
+        np.add.at(product, np.ix_(at, at), gram(left, left))
+        for other in own[first + 1 :]:
+            shared = np.intersect1d(block.channels, other.channels)
+            if len(shared):
+                _add_shared(product, (block, other), shared, weight, column)
+    return product
+
+
+def _add_shared(
+    product: Array, pair: tuple[Block, Block], shared: Index, weight: Complex, column: dict[int, int]
+) -> None:
+    """Sensors whose channels a reading mixes."""
+    cross = gram(*(_weighted(one, shared, weight) for one in pair))
+    a, b = (_places(one, column) for one in pair)
+    np.add.at(product, np.ix_(a, b), cross)
+    np.add.at(product, np.ix_(b, a), cross.T)
+
+
+def _weighted(block: Block, channels: Index, weight: Complex) -> Array:
+    """Weighted slopes of some channels of a block."""
+    slopes = block.slopes[:, np.searchsorted(block.channels, channels)]
+    return side_by_side([slopes * weight[:, channels, :, None]])
+
+
+def _places(block: Block, column: dict[int, int]) -> Index:
+    return np.array([column[number] for number in block.numbers.tolist()])
+
+
+def weights(target: FrfTarget) -> Array:
+    """(lines, outputs, inputs): one over the noise, zero where nothing was measured."""
+    weight = np.zeros(target.data.frf.shape)
+    outputs, inputs = target.pairs
+    weight[:, outputs, inputs] = 1.0 / target.sigma
+    return weight
+
+
+def side_by_side(parts: Sequence[Complex]) -> Array:
+    """(2, lines, outputs, inputs, columns): real and imaginary parts of arrays (lines, outputs, inputs,
+    ...).
+    """
+    result, first = np.empty((2, *parts[0].shape[:-1], sum(part.shape[-1] for part in parts))), 0
+    for part in parts:
+        last = first + part.shape[-1]
+        result[0, ..., first:last], result[1, ..., first:last] = part.real, part.imag
+        first = last
+    return result
+
+
+def gram(a: Array, b: Array) -> Array:
+    """Sums of products over all but the last axes, (p, q), of arrays (..., p) and (..., q)."""
+    return np.asarray(a.reshape(-1, a.shape[-1]).T @ b.reshape(-1, b.shape[-1]))

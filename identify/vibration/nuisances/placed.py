@@ -1,0 +1,211 @@
+"""The nuisances of one measurement: which they are, and what they make of its model, sensors and impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from identify.core.arrays import Array, Index
+from identify.measured.channel import Channel
+from identify.model.nuisances.basis import Basis, reduced
+from identify.model.nuisances.inertia import CHANGES, moments
+from identify.model.system import System
+from identify.robot.points import Point
+from identify.vibration.nuisances.nuisance import FORCE, Key, Nuisances, Slot, posture_name, unsigned
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Channels (c of them) as places and directions: number of the point, axis (0 to 5), sign."""
+
+    point: Index
+    axis: Index
+    sign: Array
+
+    def of(self, chosen: Index) -> Ends:
+        """Some of them."""
+        return Ends(self.point[chosen], self.axis[chosen], self.sign[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """basis: over the system's coordinates; points (P): those of the measurement, motion (P, 6, n) as
+    `System.jacobian` has it, axes (P, 3, 3) of their sensors.
+
+    Slots: links (L, 10), geometry (g,), positions and rotations (P, 3), gains (outputs,), impacts (inputs, 3)
+    with the turns about all axes of the point, force and delay ().
+    """
+
+    basis: Basis
+    motion: Array
+    axes: Array
+    outputs: Ends
+    inputs: Ends
+    links: Slot
+    geometry: Slot
+    positions: Slot
+    rotations: Slot
+    gains: Slot
+    impacts: Slot
+    force: Slot
+    delay: Slot
+
+    def of_outputs(self, chosen: Index) -> Placed:
+        """With some of the response channels only."""
+        gains = Slot(self.gains.numbers[chosen], self.gains.std[chosen])
+        fields = {**self.__dict__, "outputs": self.outputs.of(chosen), "gains": gains}
+        return Placed(**fields)
+
+
+def place(
+    nuisances: Nuisances,
+    basis: Basis,
+    system: System,
+    points: Mapping[int, Point],
+    name: str,
+    posture: Array,
+    channels: tuple[tuple[Channel, ...], tuple[Channel, ...]],
+) -> Placed:
+    """The nuisances of a measurement at a posture (joints,), rad; channels: responses, then forces."""
+    own = basis_points(points)
+    nodes = {point.node: number for number, point in enumerate(own)}
+    outputs, inputs = (_ends(some, nodes) for some in channels)
+    joints = range(1, len(posture) + 1)
+    angles: list[Key] = [("joint", posture_name(posture), f"joint{number}") for number in joints]
+    lengths: list[Key] = [("kinematics", f"joint{n}", f"origin_{x}") for n in joints for x in "xyz"]
+    known = [key for key in (*angles, *lengths) if nuisances.has(key[0])]
+    return Placed(
+        reduced(basis, system.site.shapes[:, system.free]),
+        np.array([system.jacobian(point.link, point.position) for point in own]),
+        np.array([point.axes for point in own]),
+        outputs,
+        inputs,
+        nuisances.slot(
+            [("link", link.name, change) for link in basis.links for change in CHANGES],
+            (len(basis.links), len(CHANGES)),
+        ),
+        nuisances.slot(known, (len(known),)),
+        nuisances.slot([("point", str(p.node), x) for p in own for x in "xyz"], (len(own), 3)),
+        nuisances.slot([("point", str(p.node), f"r{x}") for p in own for x in "xyz"], (len(own), 3)),
+        nuisances.slot([("channel", unsigned(c), "gain") for c in channels[0]], (len(channels[0]),)),
+        nuisances.slot(
+            [("impact", f"{name} {c}", f"r{x}") for c in channels[1] for x in "xyz"], (len(channels[1]), 3)
+        ),
+        nuisances.slot([("channel", FORCE, "gain")], ()),
+        nuisances.slot([("set", name, "delay")], ()),
+    )
+
+
+def basis_points(points: Mapping[int, Point]) -> list[Point]:
+    """The points in the order in which a basis has them."""
+    return [points[node] for node in sorted(points)]
+
+
+def _ends(channels: Sequence[Channel], nodes: Mapping[int, int]) -> Ends:
+    return Ends(
+        np.array([nodes[channel.node] for channel in channels], dtype=int),
+        np.array([channel.axis for channel in channels], dtype=int),
+        np.array([channel.sign for channel in channels], dtype=float),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """What the nuisances of a measurement make of it at some values.
+
+    mass, stiffness (n, n): what they add; slopes (L, 10, 10) of the links' inertial parameters; motion
+    (P, 6, n) of the told points; shift (P, 3), m: where they are; turns (P, 3): rotation vectors of the
+    sensors; sensors (P, 3, 3): rows are their axes; gain (outputs,) with the channels' signs; struck
+    (inputs, 3): turns of the impacts about sensor axes, directions (inputs, 3) of the impacts in link axes;
+    scale (inputs,): their signs over the sensitivity of the force
+    transducer; out (outputs, n), force (n, inputs); delay, s.
+    """
+
+    mass: Array
+    stiffness: Array
+    slopes: Array
+    motion: Array
+    shift: Array
+    turns: Array
+    sensors: Array
+    gain: Array
+    struck: Array
+    directions: Array
+    scale: Array
+    out: Array
+    force: Array
+    delay: float
+
+
+def state(placed: Placed, values: Array) -> State:
+    """The state at values (nuisances,)."""
+    mass, stiffness, slopes = _inertia(placed, values)
+    motion = placed.motion
+    for amount, change in zip(placed.geometry.at(values), placed.basis.geometry, strict=True):
+        mass, stiffness = mass + amount * change.mass, stiffness + amount * change.stiffness
+        motion = motion + amount * change.motion
+    shift, turns = placed.positions.at(values), placed.rotations.at(values)
+    sensors = Rotation.from_rotvec(-turns).as_matrix() @ placed.axes
+    gain = placed.outputs.sign * np.exp(placed.gains.at(values))
+    struck = placed.impacts.at(values)
+    directions = _directions(placed, struck)
+    scale = placed.inputs.sign * float(np.exp(-placed.force.at(values)))
+    return State(
+        mass,
+        stiffness,
+        slopes,
+        motion,
+        shift,
+        turns,
+        sensors,
+        gain,
+        struck,
+        directions,
+        scale,
+        read(placed.outputs, motion, shift, sensors, gain),
+        push(placed.inputs, motion, wrench(placed.inputs, directions, shift), scale),
+        float(placed.delay.at(values)),
+    )
+
+
+def read(ends: Ends, motion: Array, shift: Array, sensors: Array, gain: Array) -> Array:
+    """(outputs, n): what channels read of points with motion (P, 6, n) beside which they are (P, 3)."""
+    moved = motion[:, :3] + np.cross(motion[:, 3:], shift[:, :, None], axis=1)
+    axes = np.concatenate([sensors @ moved, sensors @ motion[:, 3:]], axis=1)
+    return np.asarray(gain[:, None] * axes[ends.point, ends.axis])
+
+
+def push(ends: Ends, motion: Array, applied: Array, scale: Array) -> Array:
+    """(n, inputs): generalised forces of wrenches (inputs, 6) about the told points."""
+    return np.asarray(np.einsum("ikn,ik,i->ni", motion[ends.point], applied, scale))
+
+
+def wrench(ends: Ends, directions: Array, shift: Array) -> Array:
+    """(inputs, 6): force and moment about the told place of the point of unit impacts."""
+    is_force = (ends.axis < 3)[:, None]
+    lever = np.cross(shift[ends.point], directions)
+    return np.concatenate(
+        [np.where(is_force, directions, 0.0), np.where(is_force, lever, directions)], axis=1
+    )
+
+
+def _inertia(placed: Placed, values: Array) -> tuple[Array, Array, Array]:
+    """What other inertias add to M and K_g, (n, n) each, and the slopes (L, 10, 10) of the parameters."""
+    basis, changes = placed.basis, placed.links.at(values)
+    told = np.array([moments(link, np.zeros(10))[0] for link in basis.links])
+    found = [moments(link, change) for link, change in zip(basis.links, changes, strict=True)]
+    off = np.array([value for value, _ in found]) - told
+    mass = np.tensordot(off, basis.mass, axes=2)
+    stiffness = np.tensordot(off[:, : basis.weight.shape[1]], basis.weight, axes=2)
+    return mass, stiffness, np.array([slope for _, slope in found])
+
+
+def _directions(placed: Placed, turns: Array) -> Array:
+    """(inputs, 3): unit directions of the impacts in link axes after turns (inputs, 3) about sensor axes."""
+    axes = placed.axes[placed.inputs.point]
+    along = axes[np.arange(len(axes)), placed.inputs.axis % 3]
+    about = np.einsum("iab,ia->ib", axes, turns)
+    return np.asarray(Rotation.from_rotvec(about).apply(along)).reshape(along.shape)

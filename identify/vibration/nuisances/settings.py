@@ -1,0 +1,168 @@
+"""`uncertainty:` of a study: how far masses, places, directions, gains and angles may be from what was told.
+
+Every number is one standard deviation of a Gaussian error.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from identify.core.config import Settings
+
+Level = Literal["careful", "typical"]
+
+
+class LinkUncertainty(Settings):
+    """Inertia of a link."""
+
+    mass: float | None = Field(None, ge=0, lt=1, description="relative, such as 0.02")
+    centre_m: float | None = Field(None, ge=0, lt=1, description="centre of mass, m, along each axis")
+    inertia: float | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description=(
+            "principal moments of inertia, relative; half of it for products of inertia over the mean of"
+            " two moments"
+        ),
+    )
+
+
+class LinksUncertainty(LinkUncertainty):
+    """Inertia of all links, and of single ones."""
+
+    each: dict[str, LinkUncertainty] = Field(
+        {}, description="other values by name of link, such as {link6: {mass: 0.2}}"
+    )
+
+
+class PointsUncertainty(Settings):
+    """Where sensors and impacts are, and how sensors are turned."""
+
+    position_m: float | None = Field(None, ge=0, lt=1, description="position of a point, m, along each axis")
+    direction_deg: float | None = Field(
+        None, ge=0, lt=45, description="rotation of a sensor about each of its axes, degrees"
+    )
+
+
+class ChannelsUncertainty(Settings):
+    """Sensitivities of the transducers."""
+
+    gain: float | None = Field(
+        None, ge=0, lt=1, description="relative, of each response channel over the force"
+    )
+    force_gain: float | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description=(
+            "relative, of the force transducer; 0 where channels were calibrated with it, by a known mass"
+        ),
+    )
+
+
+class ImpactsUncertainty(Settings):
+    """How the hammer was held."""
+
+    direction_deg: float | None = Field(
+        None, ge=0, lt=45, description="of each impact in each measurement, about two axes, degrees"
+    )
+
+
+class JointsUncertainty(Settings):
+    """Angles of the joints."""
+
+    angle_deg: float | None = Field(None, ge=0, lt=45, description="of each joint at each posture, degrees")
+
+
+class KinematicsUncertainty(Settings):
+    """Places of the joints."""
+
+    position_m: float | None = Field(
+        None, ge=0, lt=1, description="of each joint in its parent link, m, along each axis"
+    )
+
+
+class SetsUncertainty(Settings):
+    """Timing of a measurement."""
+
+    delay_s: float | None = Field(
+        None, ge=0, lt=1, description="of all responses of a measurement against the force, s"
+    )
+
+
+class UncertaintySettings(Settings):
+    """What is uncertain of what was told; zero: exactly as told."""
+
+    like: Level | None = Field(
+        None,
+        description="`careful` or `typical`: values for all that is not said here; default: exactly as told",
+    )
+    links: LinksUncertainty = Field(LinksUncertainty(), description="masses, centres and inertias of links")
+    points: PointsUncertainty = Field(PointsUncertainty(), description="places and directions of sensors")
+    channels: ChannelsUncertainty = Field(ChannelsUncertainty(), description="sensitivities")
+    impacts: ImpactsUncertainty = Field(ImpactsUncertainty(), description="directions of impacts")
+    joints: JointsUncertainty = Field(JointsUncertainty(), description="joint angles")
+    kinematics: KinematicsUncertainty = Field(KinematicsUncertainty(), description="places of joints")
+    sets: SetsUncertainty = Field(SetsUncertainty(), description="delays")
+
+    @model_validator(mode="after")
+    def _something(self) -> UncertaintySettings:
+        if not any(
+            self.std(group, key) > 0 for group, keys in _LEVELS["careful"].items() for key in keys
+        ) and not any(value for link in self.links.each.values() for value in link.model_dump().values()):
+            raise ValueError(
+                "uncertainty: nothing is uncertain; expected `typical`, `careful` or a value above 0"
+            )
+        return self
+
+    def std(self, group: str, key: str) -> float:
+        """The standard deviation that a key of a group says, in the unit of the key."""
+        stated = getattr(getattr(self, group), key)
+        return float(self._otherwise(group, key) if stated is None else stated)
+
+    def of_link(self, link: str, key: str) -> float:
+        """The same of the inertia of one link."""
+        own = self.links.each.get(link)
+        stated = None if own is None else getattr(own, key)
+        return self.std("links", key) if stated is None else float(stated)
+
+    def _otherwise(self, group: str, key: str) -> float:
+        return 0.0 if self.like is None else _LEVELS[self.like][group][key]
+
+
+_LEVELS: dict[Level, dict[str, dict[str, float]]] = {
+    "careful": {
+        "links": {"mass": 0.02, "centre_m": 0.005, "inertia": 0.05},
+        "points": {"position_m": 0.003, "direction_deg": 1.0},
+        "channels": {"gain": 0.01, "force_gain": 0.0},
+        "impacts": {"direction_deg": 1.0},
+        "joints": {"angle_deg": 0.05},
+        "kinematics": {"position_m": 0.0},
+        "sets": {"delay_s": 0.0},
+    },
+    "typical": {
+        "links": {"mass": 0.05, "centre_m": 0.015, "inertia": 0.15},
+        "points": {"position_m": 0.01, "direction_deg": 3.0},
+        "channels": {"gain": 0.03, "force_gain": 0.0},
+        "impacts": {"direction_deg": 3.0},
+        "joints": {"angle_deg": 0.1},
+        "kinematics": {"position_m": 0.0},
+        "sets": {"delay_s": 0.0},
+    },
+}
+"""What data sheets and mounting are usually off by: in a careful laboratory, where links were weighed and
+sensors placed with a jig, and in an ordinary one."""
+
+
+def parse_uncertainty(data: Any) -> Any:
+    """The mapping of a level named alone; anything else as it is, for pydantic to check."""
+    if isinstance(data, str):
+        if data not in _LEVELS:
+            raise ValueError(
+                f"found {data!r}; expected {', '.join(_LEVELS)} or a mapping of what is uncertain"
+            )
+        return {"like": data}
+    return data
