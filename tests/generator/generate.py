@@ -50,8 +50,8 @@ def describe(spec: TestSpec, postures: Array, decay: float) -> dict[str, str]:
         for (number, posture), level in product(enumerate(postures), spec.levels)
     ]
     return {
-        "robot.urdf": spec.arm.urdf(),
-        "points.csv": spec.arm.points_csv(),
+        "robot.urdf": (spec.told or spec.arm).urdf(),
+        "points.csv": (spec.told or spec.arm).points_csv(),
         "test.json": _json(_test(spec, files, decay)),
     }
 

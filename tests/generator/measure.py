@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -11,7 +13,7 @@ from tests.generator.estimate import Estimate, h1
 from tests.generator.hammer import swing
 from tests.generator.linear import Linear, linearise
 from tests.generator.plant import Plant
-from tests.generator.rigid import Array
+from tests.generator.rigid import Array, turn
 from tests.generator.spec import TestSpec
 from tests.generator.structure import LinkFlexibility
 from tests.generator.tree import at_posture
@@ -57,7 +59,13 @@ def make_chain(spec: TestSpec, decay: float, plants: list[Plant]) -> Chain:
     while fastest / (spec.sample_rate_hz * oversampling) > _STABLE:
         oversampling *= 2
     chain = Chain(
-        spec.sample_rate_hz, spec.duration_s, oversampling, spec.noise_force, spec.noise_response, decay
+        spec.sample_rate_hz,
+        spec.duration_s,
+        oversampling,
+        spec.noise_force,
+        spec.noise_response,
+        decay,
+        sensors=spec.sensors,
     )
     for effect in spec.effects:
         if isinstance(effect, MeasurementEffect):
@@ -82,8 +90,13 @@ def _strike(
     """All averages of one drive direction: where names the point and the axis."""
     times, window, names = chain.step * np.arange(chain.steps), chain.window(), plant.sensors
     forces, responses = [], []
+    held = np.eye(3)
+    if spec.held_askew_deg > 0:
+        vector = np.radians(spec.held_askew_deg) * rng.normal(size=3)
+        held = turn(vector, float(np.linalg.norm(vector)))
     for _ in range(spec.averages):
         impact = swing(rng, where[1], level * spec.peak_n, spec.direction_error_deg, chain.step)
+        impact = replace(impact, along=held @ impact.along)
         motion = plant.respond(where[0], impact.force, impact.end, chain.step, chain.steps)
         forces.append(window * chain.force(impact.reading(times), rng))
         responses.append(window[:, None] * chain.responses(motion, names, rng).reshape(chain.samples, -1))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from tests.generator.arm import Arm
 from tests.generator.effect import Effect
+from tests.generator.rigid import Array
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,9 @@ class TestSpec:
     sample. window_decay_per_s None: as much as brings the slowest mode down to 0.2 % at the end of the
     record, 0.693 at least. struck: names of the drive points (default: the last point).  weighed:
     accelerometers feel gravity, AC-coupled. initial_range: the first guess of stiffness lies within these
-    multiples of the truth.
+    multiples of the truth.  told: the arm as its user knows it (None: as it is); sensors: what channels make
+    of true x, y, z,
+    by name of point; held_askew_deg: of the hammer in each posture and direction, the same for all averages.
     """
 
     __test__: ClassVar[bool] = False
@@ -43,6 +47,9 @@ class TestSpec:
     weighed: bool = False
     binary: bool = False
     initial_range: tuple[float, float] = (0.6, 1.7)
+    told: Arm | None = None
+    sensors: Mapping[str, Array] = field(default_factory=dict)
+    held_askew_deg: float = 0.0
 
     @property
     def hammer_points(self) -> tuple[str, ...]:

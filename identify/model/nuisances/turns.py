@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from identify.core.arrays import Array
 
@@ -26,5 +26,5 @@ def turn_slope(turn: Array) -> tuple[Array, Array]:
         first, second = 0.5, 1 / 6
     else:
         first, second = (1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
-    rotation = Rotation.from_rotvec(turn).as_matrix()
+    rotation = scipy.spatial.transform.Rotation.from_rotvec(turn).as_matrix()
     return rotation, np.eye(3) - first * cross + second * cross @ cross

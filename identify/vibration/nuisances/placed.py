@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
@@ -148,7 +148,7 @@ def state(placed: Placed, values: Array) -> State:
         mass, stiffness = mass + amount * change.mass, stiffness + amount * change.stiffness
         motion = motion + amount * change.motion
     shift, turns = placed.positions.at(values), placed.rotations.at(values)
-    sensors = Rotation.from_rotvec(-turns).as_matrix() @ placed.axes
+    sensors = scipy.spatial.transform.Rotation.from_rotvec(-turns).as_matrix() @ placed.axes
     gain = placed.outputs.sign * np.exp(placed.gains.at(values))
     struck = placed.impacts.at(values)
     directions = _directions(placed, struck)
@@ -208,4 +208,4 @@ def _directions(placed: Placed, turns: Array) -> Array:
     axes = placed.axes[placed.inputs.point]
     along = axes[np.arange(len(axes)), placed.inputs.axis % 3]
     about = np.einsum("iab,ia->ib", axes, turns)
-    return np.asarray(Rotation.from_rotvec(about).apply(along)).reshape(along.shape)
+    return np.asarray(scipy.spatial.transform.Rotation.from_rotvec(about).apply(along)).reshape(along.shape)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 import numpy as np
-from scipy.special import chdtrc
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.text import listed
@@ -61,7 +61,7 @@ def groups(entries: Sequence[Nuisance]) -> Iterator[list[int]]:
 def _outstanding(entries: Sequence[Nuisance], shift: Array) -> list[str]:
     """A sentence on the errors that are larger than chance lets the largest of so many be."""
     together = list(groups(entries))
-    chances = [float(chdtrc(len(group), np.sum(shift[group] ** 2))) for group in together]
+    chances = [float(scipy.special.chdtrc(len(group), np.sum(shift[group] ** 2))) for group in together]
     order = np.argsort(chances)
     told = [
         sentence([entries[n] for n in together[g]], shift[together[g]])
@@ -78,7 +78,7 @@ def _too_small(entries: Sequence[Nuisance], shift: Array, spread: Array) -> Iter
         own = kind == name
         squares, seen = float(np.sum(shift[own] ** 2)), float(np.sum(np.maximum(1 - spread[own] ** 2, 0.0)))
         ratio = np.sqrt(squares / max(seen, 1e-9))
-        if seen > 0.5 and ratio > _TOO_SMALL and chdtrc(max(seen, 1.0), squares) < _SURE:
+        if seen > 0.5 and ratio > _TOO_SMALL and scipy.special.chdtrc(max(seen, 1.0), squares) < _SURE:
             yield (
                 f"Errors of {name} are {ratio:.1f} times as large as stated: the statement was too small, or"
                 " something is missing from the model."

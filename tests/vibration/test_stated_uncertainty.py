@@ -1,0 +1,148 @@
+"""Errors of what was told, fitted along: derivatives, bodies that can exist, settings, intervals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.core.errors import InputErrors
+from identify.model.nuisances.inertia import changed, moments
+from identify.robot.description import Link
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.run import run_fit
+from identify.vibration.study import read_study
+from tests.generator.dirt import CAREFUL, Dirt, soil
+from tests.generator.generate import generate
+from tests.generator.makes import MAKES
+from tests.generator.spec import TestSpec
+from tests.hidden import config_of
+
+_EVERYTHING = """uncertainty:
+  like: typical
+  channels: {force_gain: 0.02}
+  kinematics: {position_m: 0.001}
+  sets: {delay_s: 1.0e-4}
+  links: {each: {link6: {mass: 0.3}}}
+"""
+
+
+def _tested(folder: Path, dirt: Dirt, seed: int, stated: str) -> tuple[Path, TestSpec]:
+    """A test of an arm that is not as told, its config, and what it really was."""
+    arm = MAKES["random"](seed)
+    spec = TestSpec(arm=arm.at_points([4, 6, 8, 10, 12, 14]), seed=seed, postures=2, oversampling=8)
+    true = soil(spec, dirt)
+    generate(true, folder / "case")
+    return config_of(folder / "case", folder, extra=stated), true
+
+
+@pytest.fixture(scope="module")
+def careful(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, TestSpec]:
+    return _tested(tmp_path_factory.mktemp("careful"), CAREFUL, 3, "uncertainty: careful")
+
+
+@pytest.fixture(scope="module")
+def everything(careful: tuple[Path, TestSpec], tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    text = careful[0].read_text().replace("uncertainty: careful\n", _EVERYTHING)
+    path = tmp_path_factory.mktemp("everything") / "config.yaml"
+    path.write_text(text)
+    return load_problem(read_study(path))
+
+
+def test_derivatives_of_every_kind_are_those_of_differences(everything: Problem) -> None:
+    problem, rng = everything, np.random.default_rng(0)
+    target, size = problem.targets().frf[0], problem.size
+    values = problem.initial.copy()
+    values[size:] = 0.3 * rng.normal(size=len(values) - size)
+    h, slopes = target.gradient(values, np.arange(len(values)))
+    kinds: dict[str, list[int]] = {}
+    for number, one in enumerate(problem.nuisances.entries):
+        kinds.setdefault(f"{one.group} {one.change}", []).append(size + number)
+    chosen = [rng.choice(numbers) for numbers in kinds.values()]
+    assert len(chosen) >= 30
+    for number in chosen:
+        step = np.zeros(len(values))
+        step[number] = 1e-4
+        difference = (target.predict(values + step) - target.predict(values - step)) / 2e-4
+        off = np.linalg.norm(slopes[..., number] - difference)
+        name = problem.parameters[number].name
+        assert off <= 1e-5 * np.linalg.norm(difference) + 1e-9 * np.linalg.norm(h), name
+
+
+def test_blocks_give_the_information_of_all_rows(everything: Problem) -> None:
+    problem = everything
+    targets, free = problem.targets(), np.arange(len(problem.parameters))
+    values = problem.initial.copy()
+    values[problem.size :] = 0.1
+    r, j = FrfLeastSquares().objective(targets).residuals(values, free)
+    rows, slopes = [], []
+    for target in targets.frf:
+        h, g = target.gradient_pairs(values, free)
+        e, g = (h - target.measured) / target.sigma, g / target.sigma[..., None]
+        rows += [e.real.ravel(), e.imag.ravel()]
+        slopes += [part.reshape(-1, len(free)) for part in (g.real, g.imag)]
+    full, residual = np.concatenate(slopes), np.concatenate(rows)
+    prior = np.where(free >= problem.size, 1.0, 0.0)
+    product = full.T @ full + np.diag(prior)
+    scale = np.sqrt(np.diag(product))
+    assert np.abs((j.T @ j - product) / np.outer(scale, scale)).max() < 1e-10
+    score = (j.T @ r - full.T @ residual - prior * values) / scale
+    assert np.abs(score).max() < 1e-9 * np.linalg.norm(residual)
+
+
+def test_a_link_stays_a_body_whatever_its_errors() -> None:
+    rng = np.random.default_rng(1)
+    link = Link("link1", 10.0, np.array([0.1, 0.0, 0.2]), np.diag([0.5, 0.4, 0.12]))
+    for change in 3.0 * rng.normal(size=(200, 10)):
+        one = changed(link, change)
+        assert one.mass > 0
+        assert np.linalg.eigvalsh(one.inertia)[0] > 0
+    unchanged = changed(link, np.zeros(10))
+    assert np.allclose(unchanged.inertia, link.inertia)
+    first, slopes = moments(link, np.full(10, 0.01))
+    moved = moments(link, np.full(10, 0.01) + 1e-6 * np.eye(10)[8])[0]
+    assert np.allclose((moved - first) / 1e-6, slopes[:, 8], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ("uncertainty: sloppy", "expected careful, typical"),
+        ("uncertainty: {links: {mass: -0.1}}", "links.mass"),
+        ("uncertainty: {links: {weight: 0.1}}", "unknown key"),
+        ("uncertainty: {links: {mass: 0}}", "nothing is uncertain"),
+        ("uncertainty: careful\ncost: frf-area", "expected frf-least-squares"),
+    ],
+)
+def test_a_statement_that_makes_no_sense_is_refused(
+    careful: tuple[Path, TestSpec], tmp_path: Path, stated: str, said: str
+) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(careful[0].read_text().replace("uncertainty: careful", stated))
+    with pytest.raises(InputErrors) as raised:
+        load_problem(read_study(path))
+    assert said in str(raised.value)
+
+
+def test_stated_uncertainty_explains_what_was_not_as_told(careful: tuple[Path, TestSpec]) -> None:
+    path, true = careful
+    with_it, _ = run_fit(path, path.with_name("with.h5"), {})
+    without = path.with_name("without.yaml")
+    without.write_text(path.read_text().replace("uncertainty: careful", "").replace("name: case", "name: no"))
+    plain, _ = run_fit(without, path.with_name("without.h5"), {"starts": 2})
+    assert with_it.gap < 1.15
+    assert plain.gap > 3
+    assert with_it.uncertainty is not None
+    assert plain.uncertainty is None
+    assert not [note for note in with_it.notes if "relied" in note]
+    assert [note for note in plain.notes if "relied" in note]
+    p = with_it.parameters
+    rows = [n for n, name in enumerate(p.name) if name.endswith("rz.stiffness")]
+    inside = (p.low_95[rows] <= true.arm.stiffness) & (true.arm.stiffness <= p.high_95[rows])
+    assert inside.sum() >= 5
+    assert np.all(p.std[rows] < 0.05)
+    q = plain.parameters
+    outside = (q.low_95[rows] > true.arm.stiffness) | (true.arm.stiffness > q.high_95[rows])
+    assert outside.sum() >= 2
