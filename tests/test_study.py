@@ -83,6 +83,12 @@ CONFIG_FAULTS: list[tuple[str, str, str, list[str]]] = [
         ["line 6: band_hertz: unknown key", "did you mean `band_hz`?"],
     ),
     (
+        "unknown key with a capital",
+        "band_hz:",
+        "Band_hz:",
+        ["line 6: Band_hz: unknown key", "did you mean `band_hz`?"],
+    ),
+    (
         "unknown key deep down",
         "averages: 4",
         "averagges: 4",

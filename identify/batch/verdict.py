@@ -27,7 +27,7 @@ def verdict(jobs: JobTable, dependence: DependenceTable, kept: int, seconds: flo
         for state, word in (("failed", "failed"), ("waiting", "not begun"))
         if state in jobs.state
     ]
-    rest += [f"{kept} were kept from before"] if kept else []
+    rest += [f"{kept} {'was' if kept == 1 else 'were'} kept from before"] if kept else []
     first = (
         f"{done} of {len(jobs.state)} fits completed in {seconds:.0f} s on"
         f" {workers}{'; ' + ', '.join(rest) if rest else ''}."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from inspect import isabstract
 from pathlib import Path
@@ -131,10 +131,7 @@ def read_yaml(path: Path) -> tuple[Any, str]:
 
 def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> InputError:
     """A pydantic error as a sentence with the key and its line."""
-    *above, last = fault["loc"] or ("config",)
-    keys = [key for key in above if not _is_class(key)]
-    if fault["loc"] and (fault["type"] == "extra_forbidden" or not _is_class(last)):
-        keys.append(last)
+    keys = _keys(data, fault["loc"])
     where = f"{path}{line_of(data, keys)}: {'.'.join(map(str, keys)) or 'config'}"
     if fault["type"] == "extra_forbidden":
         known = [field.alias or name for name, field in _fields_at(kind, keys[:-1]).items()]
@@ -156,9 +153,15 @@ def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> In
     return InputError(where, f"found {found!r}", expected[:1].lower() + expected[1:])
 
 
-def _is_class(key: Any) -> bool:
-    """Whether a place in an error is no key but a class of a union."""
-    return isinstance(key, str) and key[:1].isupper()
+def _keys(data: Any, location: Sequence[Any]) -> list[Any]:
+    """Where in the data a fault is: without the class names that stand for the members of unions."""
+    keys, here = [], data
+    for key in location:
+        inside = isinstance(here, Mapping) and key in here
+        if inside or not (isinstance(key, str) and key[:1].isupper()):
+            keys.append(key)
+            here = here[key] if inside or (isinstance(here, list) and isinstance(key, int)) else None
+    return keys
 
 
 def _fields_at(kind: type[BaseModel], keys: list[Any]) -> dict[str, Any]:

@@ -271,6 +271,17 @@ def test_binary_not_a_number_and_foreign_formats_are_refused(tmp_path: Path) -> 
         load(tmp_path, content.replace(b"58b     1     2", b"58b     1     3"))
 
 
+def test_a_signalling_not_a_number_is_refused_like_any_other(tmp_path: Path) -> None:
+    """Turning it into double precision warns, and a warning is no sentence."""
+    frf = some_frf()
+    numbers = np.stack([frf.real, frf.imag], 1).astype("<f4")
+    numbers.view("<u4")[3, 0] = 0x7F800001
+    head = Dataset58(frf).lines()[:13]
+    head[1] = f"    58b{1:6d}{2:6d}{11:12d}{numbers.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}"
+    with pytest.raises(InputError, match="value 4 is not finite"):
+        load(tmp_path, "\n".join(head).encode() + b"\n" + numbers.tobytes() + b"    -1\n")
+
+
 def test_time_histories_with_blocks_and_units(tmp_path: Path) -> None:
     def signal(seed: int, **changes: object) -> Dataset58:
         values = some_frf(seed).real

@@ -77,7 +77,8 @@ def binary_values(cursor: Cursor, form: Form, head: str) -> Array:
         if end is not None:
             _check_length(cursor, form, head, (form.count * dtype.itemsize, end[1] or b""))
             raw = np.frombuffer(cursor.data, dtype, form.count, cursor.at)
-            table = np.stack([raw[name].astype(float) for name in dtype.names or ()], axis=1)
+            with np.errstate(invalid="ignore"):  # of a signalling NaN, which is refused like any other
+                table = np.stack([raw[name].astype(float) for name in dtype.names or ()], axis=1)
             good = np.isfinite(table).all(axis=1)
             if not good.all():
                 raise InputError(
