@@ -134,6 +134,25 @@ def modes(
         raise
 
 
+@app.command("mac")
+def mac_(
+    modes: Annotated[
+        str, typer.Argument(help="modes: .h5 of `modes` (:NAME for one of several), .yaml, .csv, .unv")
+    ],
+    other: Annotated[str | None, typer.Argument(help="the modes to compare them with")] = None,
+    out: Annotated[Path | None, typer.Option(help="the MAC matrix as a picture: .png, .svg or .pdf")] = None,
+) -> None:
+    """Show a set of modes, or compare two: frequency pairs, MAC, MACX, COMAC; needs no robot."""
+    from identify.modes.compare_shapes import compare_modes
+    from identify.reports.modes.mac import show, write_picture
+
+    found = compare_modes(modes, other)
+    show(found)
+    if out is not None:
+        write_picture(found, out)
+        typer.echo(f"wrote {out}")
+
+
 @app.command()
 @takes_options
 def batch(

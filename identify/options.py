@@ -13,6 +13,8 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from identify.core.errors import InputError
+
 Out = Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>.h5")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Report = Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")]
@@ -87,6 +89,14 @@ class ExplainOptions:
     quiet: Quiet = False
 
 
+def _variable(text: str) -> tuple[str, str]:
+    """Name and place of an array, from `name=place`."""
+    name, equals, place = text.partition("=")
+    if not (name and equals and place):
+        raise InputError("--variable", repr(text), "a name and a place, such as frf=test.H")
+    return name.strip(), place.strip()
+
+
 @dataclass(frozen=True)
 class ModesOptions:
     """Of `identify modes`."""
@@ -111,8 +121,29 @@ class ModesOptions:
         list[float] | None,
         typer.Option(help="choose by hand: the mode nearest to this frequency, Hz; repeatable"),
     ] = None
+    keep: Annotated[
+        list[float] | None,
+        typer.Option(help="the cluster of poles nearest to this frequency, Hz, is a mode; repeatable"),
+    ] = None
+    drop: Annotated[
+        list[float] | None, typer.Option(help="what was found at this frequency, Hz, is no mode; repeatable")
+    ] = None
+    threshold: Annotated[
+        float | None,
+        typer.Option(help="least part of the energy around a mode that only it explains, such as 0.01"),
+    ] = None
     max_order: Annotated[
         int | None, typer.Option(help="largest model order of the stabilisation diagram")
+    ] = None
+    variable: Annotated[
+        list[str] | None,
+        typer.Option(help="where a file of arrays keeps something: frequency_hz=f, frf=test.H; repeatable"),
+    ] = None
+    outputs: Annotated[
+        str | None, typer.Option(help="response channels of a file that does not name them: 1:+Z,2:+Z")
+    ] = None
+    inputs: Annotated[
+        str | None, typer.Option(help="force channels of a file that does not name them: 1:+Z")
     ] = None
     geometry: Annotated[
         Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
@@ -130,6 +161,9 @@ class ModesOptions:
             "quantity": self.quantity,
             "averages": self.averages,
             "window_decay_per_s": self.window_decay,
+            "variables": dict(_variable(text) for text in self.variable or ()),
+            "outputs": self.outputs.replace(" ", "").split(",") if self.outputs else None,
+            "inputs": self.inputs.replace(" ", "").split(",") if self.inputs else None,
         }
 
     def modal(self) -> dict[str, Any]:
@@ -139,6 +173,9 @@ class ModesOptions:
             "estimator": self.estimator,
             "direction": self.direction,
             "modes_hz": self.mode or None,
+            "keep_hz": self.keep or None,
+            "drop_hz": self.drop or None,
+            "min_contribution": self.threshold,
             "max_order": self.max_order,
         }
         return {key: value for key, value in given.items() if value is not None}

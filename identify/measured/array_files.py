@@ -101,7 +101,7 @@ def read_arrays(arrays: Arrays) -> FrfRecords:
     _check_names(arrays)
     frequency = arrays.numbers("frequency_hz")
     if frequency is None or np.any(frequency.imag):
-        fix = "say where it is with the key variables, such as {frequency_hz: f}"
+        fix = "say where it is: `variables: {frequency_hz: f}` in a study or `--variable frequency_hz=f`"
         raise InputError(arrays.where, "no real frequency_hz", "the frequencies in Hz under this name", fix)
     frequency_hz = np.asarray(frequency.real, dtype=np.float64).ravel()
     pairs = [
@@ -169,7 +169,7 @@ def _cube(arrays: Arrays, lines: int) -> list[FrfRecord]:
     if frf is None and parts[0] is not None and parts[1] is not None and parts[0].shape == parts[1].shape:
         frf = parts[0] + 1j * parts[1]
     if frf is None:
-        fix = "say where it is with the key variables, such as {frf: H}"
+        fix = "say where it is: `variables: {frf: H}` in a study or `--variable frf=H`"
         raise InputError(arrays.where, "no frf, and no frf_real and frf_imag", "FRFs under these names", fix)
     outputs, inputs = (
         _channels(arrays, "outputs", arrays.options.outputs),

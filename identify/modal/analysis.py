@@ -1,7 +1,8 @@
 """Experimental modal analysis without clicking: measured FRFs in, modal table and its quality out.
 
-The steps, each in its own file: `layout`, `stabilisation` (with `plscf` or `lsce`), `selection`, `verify`
-(with `refine`, `lsfd` and `imperfect`), `scaling`, `cmif`, `reciprocity`, `window`.
+The steps, each in its own file: `layout`, `bands` (which does the next for each part of a wide band),
+`stabilisation` (with `plscf` or `lsce`), `selection`, `verify` (with `refine`, `lsfd` and `imperfect`),
+`scaling`, `cmif`, `reciprocity`, `window`.
 """
 
 from __future__ import annotations
@@ -11,20 +12,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Complex
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
+from identify.modal.bands import Identified, identified
 from identify.modal.cmif import cmif
 from identify.modal.layout import Layout, arrange
-from identify.modal.lsfd import ModalModel, synthesise
+from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
 from identify.modal.reciprocity import ReciprocityCheck, reciprocity
 from identify.modal.scaling import Scaling, scale
-from identify.modal.selection import Candidate, candidates, select
+from identify.modal.selection import DROPPED, Candidate, is_near
 from identify.modal.settings import ModalSettings
-from identify.modal.stabilisation import Diagram, stabilisation
-from identify.modal.verified import Verified, unrefined
-from identify.modal.verify import verify
+from identify.modal.stabilisation import Diagram
+from identify.modal.verified import Verified
 from identify.modal.window import frequency_and_damping, seen_through
 
 
@@ -59,6 +61,7 @@ class ModalAnalysis:
     total_error: float
     mode_indicator: Array
     reciprocity: tuple[ReciprocityCheck, ...]
+    bands_hz: tuple[tuple[float, float], ...]
 
     @property
     def references(self) -> tuple[Channel, ...]:
@@ -74,17 +77,25 @@ def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnal
     """
     settings = settings or ModalSettings()
     layout = arrange(frf_set, settings)
-    diagram = stabilisation(layout, settings)
-    manual = settings.modes_hz is not None
-    accepted, rejected = select(
-        candidates(diagram, 0.0 if manual else settings.min_presence / 2), layout, settings
-    )
-    if settings.refine:
-        verified = verify(accepted, layout, settings)
-    else:
-        verified = unrefined(accepted, layout, settings)
-    verified = replace(verified, rejected=sorted(rejected + verified.rejected, key=lambda c: c.frequency_hz))
-    return _result(frf_set, layout, diagram, verified, settings)
+    found = identified(layout, settings)
+    _check_by_hand(found.verified, settings)
+    rejected = sorted(found.verified.rejected, key=lambda c: c.frequency_hz)
+    verified = replace(found.verified, rejected=rejected)
+    return _result(frf_set, layout, replace(found, verified=verified), settings)
+
+
+def _check_by_hand(found: Verified, settings: ModalSettings) -> None:
+    """InputError for a frequency given by hand where no cluster of poles is."""
+    kept = [mode for mode in found.modes if mode.by_hand]
+    dropped = [mode for mode in found.rejected if mode.reason == DROPPED]
+    for key, frequencies, candidates in (
+        ("keep_hz", settings.keep_hz, kept),
+        ("drop_hz", settings.drop_hz, dropped),
+    ):
+        for frequency in frequencies:
+            if not any(is_near(candidate, frequency) for candidate in candidates):
+                fix = "take a frequency from the stabilisation diagram of the report"
+                raise InputError(key, f"no cluster of poles near {frequency:g} Hz", fix=fix)
 
 
 def analyse_directions(frf_set: FrfSet, settings: ModalSettings | None = None) -> dict[str, ModalAnalysis]:
@@ -99,20 +110,15 @@ def analyse_directions(frf_set: FrfSet, settings: ModalSettings | None = None) -
     return {name: analyse(frf_set, settings.model_copy(update={"direction": name})) for name in measured}
 
 
-def _result(
-    frf_set: FrfSet, layout: Layout, diagram: Diagram, verified: Verified, settings: ModalSettings
-) -> ModalAnalysis:
-    model = verified.model
+def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalSettings) -> ModalAnalysis:
+    verified, model = found.verified, found.verified.model
     scaling = scale(model, layout)
     frequency, damping = frequency_and_damping(model.poles)
     seen_frequency, seen_damping = frequency_and_damping(seen_through(model.poles, layout.decay))
     noise = _noise(model.poles, verified.covariance)
     spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
     std = np.hypot(noise, spread)
-    synthesised = synthesise(model, layout.s, layout.power) + synthesise(
-        verified.outside, layout.s, layout.power
-    )
-    error, total = synthesis_error(layout.frf, synthesised)
+    error, total = synthesis_error(layout.frf, found.rebuilt)
     table = ModalTable(
         frequency,
         damping,
@@ -130,14 +136,15 @@ def _result(
         scaling=scaling,
         modes=tuple(verified.modes),
         rejected=tuple(verified.rejected),
-        diagram=diagram,
+        diagram=found.diagram,
         layout=layout,
         settings=settings,
         seen_frequency_hz=seen_frequency,
         seen_damping_ratio=seen_damping,
         mpc=mpc(scaling.shapes),
         mpd=mpd(scaling.shapes),
-        synthesised=synthesised,
+        synthesised=found.rebuilt,
+        bands_hz=found.bands_hz,
         synthesis_error=error,
         total_error=total,
         mode_indicator=cmif(layout),

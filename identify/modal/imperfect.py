@@ -18,22 +18,31 @@ from identify.modal.selection import Candidate, arrays, idle_reason, least_share
 from identify.modal.settings import ModalSettings
 from identify.modal.verified import BEYOND, Verified, rows, stays, unrefined
 
+_FIRM = 0.8
+"""Part of the orders in which a cluster appears, beyond which a mode that wanders off is held where it was
+found: what pushes it is what no mode explains."""
+
 
 def imperfect(modes: list[Candidate], layout: Layout, settings: ModalSettings) -> Verified:
     """Refine; drop modes that fail, wanderers first because they may have pushed others; refine again until
     all stand.
     """
     kept, gone = without_idle(modes, layout, settings)
+    held: set[int] = set()
     quick = True
     while kept:
         poles, participation = arrays(kept)
-        free = np.ones(len(kept), dtype=bool)
+        free = np.array([id(mode) not in held for mode in kept])
         refined = refine(layout, poles, participation, settings.residuals, free, quick=quick)
         model = lsfd(layout, refined.poles, refined.participation, settings.residuals, refined.weight)
         outside = [
             _is_outside(mode, pole, layout, settings) for mode, pole in zip(kept, refined.poles, strict=True)
         ]
         faults = _wandered(kept, refined, layout, outside)
+        firm = {id(mode) for mode in kept if id(mode) in faults and (mode.by_hand or mode.presence >= _FIRM)}
+        if firm:
+            held |= firm
+            continue
         faults = _least_first(kept, faults or _failed(kept, model, layout, settings, outside))
         gone += [replace(mode, reason=faults[id(mode)]) for mode in kept if id(mode) in faults]
         kept = [mode for mode in kept if id(mode) not in faults]
@@ -91,6 +100,8 @@ def _failed(
     collinear, deviation = mpc(model.shapes), np.degrees(mpd(model.shapes))
     faults = {}
     for r, mode in enumerate(modes):
+        if mode.by_hand:
+            continue
         if share[r] < least_share(settings):
             faults[id(mode)] = idle_reason(share[r]) + " after refinement"
         elif not outside[r] and (collinear[r] < settings.min_mpc or deviation[r] > settings.max_mpd_deg):

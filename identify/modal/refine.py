@@ -217,7 +217,8 @@ def _trial(state: Fit, step: Array) -> Fit | None:
 
 def _step(normal: Array, gradient: Array, damping: float) -> Array:
     diagonal = np.diag(normal)
-    scale = np.sqrt(np.maximum(diagonal, 1e-30 * np.max(diagonal)) + np.finfo(float).tiny)
+    # Of a pole that changes nothing, rounding leaves a diagonal on either side of zero.
+    scale = np.sqrt(np.maximum(diagonal, 1e-30 * np.max(np.abs(diagonal))) + np.finfo(float).tiny)
     factor = factored(normal / np.outer(scale, scale), damping)
     return np.asarray(scipy.linalg.cho_solve(factor, gradient / scale) / scale)
 

@@ -81,7 +81,11 @@ def refine(
     state = _eliminate(problem, poles, unit_participation(participation))
     for effort in (_QUICK,) if quick else (_QUICK, _QUICK, _FULL):
         problem = replace(problem, weight=_weights(state.error / problem.rows, layout))
-        state = _minimise(problem, _eliminate(problem, state.poles, state.participation), *effort)
+        state = _eliminate(problem, state.poles, state.participation)
+        if free.any():
+            state = _minimise(problem, state, *effort)
+    if not free.any():
+        return Refined(state.poles, state.participation, np.zeros((len(poles), 2, 2)), problem.weight)
     _, normal = _gradient(problem, state)
     covariance = np.linalg.pinv(normal, hermitian=True) * state.cost / max(problem.y.size - len(normal), 1)
     q = 2 * len(layout.references)

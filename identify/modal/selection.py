@@ -20,6 +20,10 @@ _MANUAL_REACH = 0.02
 """How far (relative) a cluster may be from a frequency that was asked for."""
 
 
+DROPPED = "dropped by hand"
+_LATE, _STEADY, _SHARP = 0.3, 0.95, 0.1
+"""A pole that only high orders can tell appears in this part of all orders, in this part of those from its
+first on, and scatters over them by less than this part of its half-bandwidth."""
 _LOOSE_MPC, _LOOSE_MPD = 0.5, 1.4
 _SHARE = 0.01
 
@@ -28,8 +32,9 @@ _SHARE = 0.01
 class Candidate:
     """A cluster of poles.  pole: median over orders (rad/s); participation (references,) and shape
     (responses,): its dominant direction, unit length; frequency_std_hz, damping_std: spread over orders;
-    presence: part of the orders it appears in; mpc, mpd (rad): medians; contribution: see
-    `lsfd.contributions`, NaN where not computed; reason: why it is not a mode.
+    presence: part of the orders it appears in; steadiness: the same of the orders from its first on; mpc, mpd
+    (rad): medians; contribution: see `lsfd.contributions`, NaN where not computed; reason: why it is not a
+    mode; by_hand: whether somebody said that it is one.
     """
 
     pole: complex
@@ -40,8 +45,10 @@ class Candidate:
     presence: float
     mpc: float
     mpd: float
+    steadiness: float = 1.0
     contribution: float = np.nan
     reason: str = ""
+    by_hand: bool = False
 
     @property
     def frequency_hz(self) -> float:
@@ -79,6 +86,7 @@ def _candidate(diagram: Diagram, members: NDArray[np.intp]) -> Candidate:
         frequency_std_hz=float(np.std(diagram.frequency_hz[members])),
         damping_std=float(np.std(diagram.damping_ratio[members])),
         presence=len(members) / len(diagram.orders),
+        steadiness=len(members) / sum(order >= np.min(diagram.order[members]) for order in diagram.orders),
         mpc=float(np.median(diagram.mpc[members])),
         mpd=float(np.median(diagram.mpd[members])),
     )
@@ -90,12 +98,12 @@ def _dominant(rows: Complex) -> Complex:
 
 
 def select(
-    found: list[Candidate], layout: Layout, settings: ModalSettings
+    found: list[Candidate], layout: Layout, settings: ModalSettings, *, late: bool = False
 ) -> tuple[list[Candidate], list[Candidate]]:
     """Accepted modes by frequency, and rejected candidates with the reason.
 
     Before refinement the shape criteria are loose: close modes mix in their clusters, and part when they are
-    refined; `verify` applies the criteria in full.
+    refined; `verify` applies the criteria in full.  late: whether a pole that only high orders tell may pass.
     """
     if settings.modes_hz is not None:
         return _chosen(found, settings.modes_hz)
@@ -104,18 +112,44 @@ def select(
         settings = settings.model_copy(update=loose)
     accepted: list[Candidate] = []
     rejected: list[Candidate] = []
+    kept = [_nearest(found, frequency) for frequency in settings.keep_hz]
+    dropped = [_nearest(found, frequency) for frequency in settings.drop_hz]
     for candidate in found:
-        reason = _fault(candidate, settings) or _duplicate(candidate, accepted, settings)
-        (rejected if reason else accepted).append(replace(candidate, reason=reason))
+        by_hand = any(candidate is other for other in kept)
+        reason = "" if by_hand else _dropped(candidate, dropped) or _fault(candidate, settings, late)
+        reason = reason or ("" if by_hand else _duplicate(candidate, accepted, settings))
+        (rejected if reason else accepted).append(replace(candidate, reason=reason, by_hand=by_hand))
     return sorted(accepted, key=lambda c: c.frequency_hz), rejected
 
 
-def _fault(candidate: Candidate, settings: ModalSettings) -> str:
+def _nearest(found: list[Candidate], frequency_hz: float) -> Candidate | None:
+    """The cluster that is meant by a frequency: of those near it the one in most orders."""
+    near = [c for c in found if is_near(c, frequency_hz)]
+    firm = [c for c in near if abs(c.frequency_hz - frequency_hz) <= c.half_bandwidth / (2 * np.pi)]
+    by_presence = max(firm, key=lambda c: c.presence, default=None)
+    return by_presence or min(near, key=lambda c: abs(c.frequency_hz - frequency_hz), default=None)
+
+
+def is_near(candidate: Candidate, frequency_hz: float) -> bool:
+    """Whether a cluster is meant by a frequency that was given by hand."""
+    return abs(candidate.frequency_hz - frequency_hz) <= _MANUAL_REACH * frequency_hz
+
+
+def _dropped(candidate: Candidate, meant: list[Candidate | None]) -> str:
+    """Why a cluster is out: it, or one within its half-power bandwidth, was dropped by hand."""
+    near = [abs(candidate.pole - c.pole) <= 2 * c.half_bandwidth for c in meant if c is not None]
+    return DROPPED if any(near) else ""
+
+
+def _fault(candidate: Candidate, settings: ModalSettings, late: bool) -> str:
     """The first criterion that a candidate fails, as a sentence, or nothing."""
     spread = candidate.frequency_std_hz / candidate.frequency_hz
     damping_spread = candidate.damping_std / candidate.damping_ratio
+    rare = candidate.presence < settings.min_presence
+    apart = 2 * np.pi * candidate.frequency_std_hz / candidate.half_bandwidth
+    late = late and candidate.presence >= _LATE and candidate.steadiness >= _STEADY and apart < _SHARP
     checks = (
-        (candidate.presence < settings.min_presence, f"appears in {candidate.presence:.0%} of the orders"),
+        (rare and not late, f"appears in {candidate.presence:.0%} of the orders"),
         (spread > settings.max_frequency_spread, f"frequency scatters by {spread:.2%} over orders"),
         (
             damping_spread > settings.max_damping_spread,
@@ -157,8 +191,8 @@ def without_idle(
         kept = [
             replace(candidate, contribution=float(part)) for candidate, part in zip(kept, parts, strict=True)
         ]
-        least = min(kept, key=lambda candidate: candidate.contribution)
-        if least.contribution >= share:
+        least = min(kept, key=lambda candidate: np.inf if candidate.by_hand else candidate.contribution)
+        if least.by_hand or least.contribution >= share:
             break
         kept.remove(least)
         gone.append(replace(least, reason=idle_reason(least.contribution)))

@@ -70,6 +70,13 @@ class ModalSettings(BaseModel):
     modes_hz: tuple[float, ...] | None = Field(
         None, description="manual choice: the clusters nearest to these frequencies"
     )
+    keep_hz: tuple[float, ...] = Field(
+        (),
+        description="by hand: the cluster nearest to each of these frequencies is a mode, whatever it fails",
+    )
+    drop_hz: tuple[float, ...] = Field(
+        (), description="by hand: the clusters within a half-bandwidth of these frequencies are no modes"
+    )
     refine: bool = Field(
         True, description="refine poles and participations by nonlinear least squares on the FRFs"
     )
@@ -83,4 +90,6 @@ class ModalSettings(BaseModel):
             raise ValueError(f"band_hz is {list(self.band_hz)}; expected [low, high] with 0 <= low < high")
         if self.max_order is not None and self.max_order < self.min_order:
             raise ValueError(f"max_order {self.max_order} is below min_order {self.min_order}")
+        if self.modes_hz is not None and (self.keep_hz or self.drop_hz):
+            raise ValueError("modes_hz names all modes; keep_hz and drop_hz only correct an automatic choice")
         return self

@@ -112,9 +112,9 @@ def _pruned(state: _State, layout: Layout) -> _State:
     for r in np.flatnonzero(_left(found.poles, layout))[::-1]:
         gone.append(replace(modes.pop(r), reason=f"not a resonance: it went to {_said(found.poles[r])}"))
         found = without(found, int(r))
-    needed = required(found)
+    needed = np.where([mode.by_hand for mode in modes], 0.0, required(found))
     while len(found.poles):
-        over = found.rises() / needed
+        over = np.divide(found.rises(), needed, out=np.full(len(needed), np.inf), where=needed > 0)
         least = int(np.argmin(over))
         if over[least] >= 1:
             break
@@ -128,7 +128,7 @@ def _merged(state: _State) -> _State:
     kept: set[int] = set()
     while True:
         doubt = _doubt(state.fit)
-        doubt[[k for k, mode in enumerate(state.modes) if id(mode) in kept]] = 0
+        doubt[[k for k, mode in enumerate(state.modes) if mode.by_hand or id(mode) in kept]] = 0
         if not len(doubt) or np.max(doubt) < _UNSURE:
             return state
         r = int(np.argmax(doubt))
@@ -200,7 +200,7 @@ def _dropped(state: _State, reasons: dict[int, str]) -> _State:
 def _contributing(state: _State, layout: Layout, least: float) -> _State:
     """Without modes that explain less than this share of the response around them."""
     while len(state.modes):
-        _, share = leftover(state.fit)
+        share = np.where([mode.by_hand for mode in state.modes], np.inf, leftover(state.fit)[1])
         r = int(np.argmin(share))
         if share[r] >= least:
             break
@@ -217,6 +217,7 @@ def _split(state: _State, layout: Layout, settings: ModalSettings) -> Verified:
     faults = (
         [""] * len(found.poles) if settings.modes_hz is not None else _faults(found, model, layout, settings)
     )
+    faults = ["" if mode.by_hand else fault for mode, fault in zip(state.modes, faults, strict=True)]
     order = np.argsort(np.abs(model.poles), kind="stable")
     inner = np.array([r for r in order if not faults[r]], dtype=int)
     outer = np.array([r for r in order if faults[r]], dtype=int)

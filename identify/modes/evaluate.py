@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,8 +40,11 @@ _WHY = (
     ("not a resonance", "that wander off when refined"),
     ("a resonance beyond", "beyond the band"),
     ("not chosen", "by hand"),
+    ("dropped by hand", "by hand"),
 )
 """How reasons of rejection begin, and what they are in short."""
+_STRETCHES = 16
+"""Of a band, each of which is judged."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,7 @@ def analysed(measured: Measured, settings: ModalSettings) -> tuple[ModalAnalysis
         posture_deg=np.array(measured.posture_deg, dtype=float),
         estimator=ESTIMATORS[settings.estimator],
         highest_order=found.diagram.orders[-1],
+        parts=len(found.bands_hz),
         total_error=found.total_error,
         modes=_modes(found),
         rejected=_rejected(found),
@@ -181,7 +186,8 @@ def _found(m: AnalysedMeasurement) -> str:
     count, lines = len(m.modes.frequency_hz), m.frf.frequency_hz
     modes = {0: "No mode was", 1: "One mode was"}.get(count, f"{count} modes were")
     where = f"between {lines[0]:.4g} and {lines[-1]:.4g} Hz in {len(m.frf.output)} FRFs"
-    return f"{modes} found {where} ({m.estimator}, orders up to {m.highest_order})."
+    parts = f", in {m.parts} parts of the band" if m.parts > 1 else ""
+    return f"{modes} found {where} ({m.estimator}, orders up to {m.highest_order}{parts})."
 
 
 def _rebuilt(m: AnalysedMeasurement) -> str:
@@ -194,7 +200,27 @@ def _rebuilt(m: AnalysedMeasurement) -> str:
     )
     if m.total_error < FAILED_REBUILD:
         return said
-    return f"{said} That is no model of these FRFs: narrow the band (`--band`) or raise `--max-order`."
+    return (
+        f"{said} That is no model of these FRFs{_where_poor(m)}: narrow the band (`--band`) or raise"
+        " `--max-order`."
+    )
+
+
+def _where_poor(m: AnalysedMeasurement) -> str:
+    """The stretches of the band where most of the FRFs is not rebuilt, in words."""
+    lines, measured = m.frf.frequency_hz, m.frf.measured
+    edges = np.linspace(0, len(lines), _STRETCHES + 1).astype(int)
+    poor = [
+        np.nansum(np.abs(measured[a:b] - m.frf.fitted[a:b]) ** 2)
+        > FAILED_REBUILD**2 * np.nansum(np.abs(measured[a:b]) ** 2)
+        for a, b in pairwise(edges)
+    ]
+    starts = [n for n, bad in enumerate(poor) if bad and (n == 0 or not poor[n - 1])]
+    ends = [n + 1 for n, bad in enumerate(poor) if bad and (n + 1 == len(poor) or not poor[n + 1])]
+    spans = [
+        f"{lines[edges[a]]:.4g} to {lines[edges[b] - 1]:.4g} Hz" for a, b in zip(starts, ends, strict=True)
+    ]
+    return " at " + ", ".join(spans) if spans and not all(poor) else ""
 
 
 def _turned_down(m: AnalysedMeasurement) -> str:

@@ -94,7 +94,7 @@ class AnalysedMeasurement:
 
     posture_deg is empty where no robot is known; total_error: RMS over all FRFs of measured minus rebuilt,
     over measured; frf: `fitted` are the FRFs rebuilt from the modes; geometry and shapes (m, points, 3), in
-    its axes, NaN at points that were not measured.
+    its axes, NaN at points that were not measured; parts: of the band, that were analysed apart.
     """
 
     name: str
@@ -111,6 +111,7 @@ class AnalysedMeasurement:
     frf: FrfComparison
     geometry: Geometry | None
     shapes: Complex | None
+    parts: int = 1
 
 
 @dataclass(frozen=True, kw_only=True)
