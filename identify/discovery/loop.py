@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from identify.core.errors import InputError
 from identify.discovery.evidence import EvidenceCriterion, variance_inflation
+from identify.discovery.places.screen import PlaceFit
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
@@ -28,13 +29,14 @@ Step = selection.Step[Effect, Trial]
 @dataclass(frozen=True)
 class Discovery:
     """How it went: the model at the start and at the end, the effects added in order, and every step that was
-    looked at.
+    looked at, with the places that it looked at, best first.
     """
 
     first: Trial
     final: Trial
     added: tuple[Option, ...]
     steps: tuple[Step, ...]
+    places: tuple[list[PlaceFit], ...] = ()
 
     @property
     def kept(self) -> tuple[bool, ...]:
@@ -54,9 +56,11 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     """
     check_data(problem)
     story = story or Story()
-    found = select(ImpactWorkbench(problem, workers), story)
+    bench = ImpactWorkbench(problem, workers)
+    found = select(bench, story)
     added = in_turn(problem, workers, found.first, found.options, found.final)
-    return Discovery(found.first, found.final, tuple(added), tuple(story.steps))
+    places = tuple(bench.places(step.before) for step in story.steps)
+    return Discovery(found.first, found.final, tuple(added), tuple(story.steps), places)
 
 
 def check_data(problem: Problem) -> None:

@@ -19,6 +19,7 @@ from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.discovery import sentences
 from identify.discovery.advise import advise
+from identify.discovery.curves import curves, place_table
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
 from identify.discovery.new_config import config_text, entry_of, write_config
@@ -113,6 +114,8 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         before=evaluate(problem, _as_fit(problem, first), key),
         after=fitted,
         provenance=provenance_of(problem.file),
+        curves=curves(problem, found),
+        written=path.with_suffix(".yaml").name if found.added else "",
     )
 
 
@@ -167,6 +170,7 @@ def _step(problem: Problem, found: Discovery, number: int, bands: Array) -> Step
         alike=sentences.alike(step),
         advice=_advice(problem, step),
         decision=sentences.decision(step, found.kept[number]),
+        places=place_table(found.places[number]),
     )
 
 

@@ -13,6 +13,7 @@ from identify.core.thresholds import QUIET
 from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
+from identify.discovery.places.screen import PlaceFit
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
@@ -42,9 +43,9 @@ def attempt(before: Trial, trial: Trial) -> Attempt[Effect, Trial]:
 
 def screened(
     workers: Workers, problem: Problem, found: Sequence[Effect], before: Trial, story: Story
-) -> list[Trial]:
-    """Candidates, best first: those at places that explain the gap, by the law that they say, the best of
-    them refitted quickly; then the others that have been looked at.
+) -> tuple[list[PlaceFit], list[Trial]]:
+    """Places and candidates, best first: those at places that explain the gap, by the law that they say, the
+    best of them refitted quickly; then the others that have been looked at.
 
     None where the gap is closed and no place would make it smaller than noise models may be wrong.
     """
@@ -78,7 +79,7 @@ def screened(
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
         quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
     rest = [_guessed(before, one, anchor) for one in placed[_REFITTED:]]
-    return [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
+    return places, [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
 
 
 def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> list[Trial]:

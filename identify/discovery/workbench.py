@@ -12,6 +12,7 @@ from identify.core.thresholds import QUIET
 from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
+from identify.discovery.places.screen import PlaceFit
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
@@ -29,6 +30,7 @@ class ImpactWorkbench:
 
     def __init__(self, problem: Problem, workers: Workers) -> None:
         self.problem, self.workers = problem, workers
+        self._places: list[tuple[tuple[Effect, ...], list[PlaceFit]]] = []
 
     @property
     def policy(self) -> Policy:
@@ -72,8 +74,13 @@ class ImpactWorkbench:
 
     def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
         """Trials on few lines, best first."""
-        trials = screen.screened(self.workers, self.problem, effects, model, story)
+        places, trials = screen.screened(self.workers, self.problem, effects, model, story)
+        self._places.append((model.task.effects, places))
         return [screen.attempt(model, trial) for trial in trials]
+
+    def places(self, model: Trial) -> list[PlaceFit]:
+        """The places that were looked at beside the effects of a model, best first."""
+        return next((found for effects, found in reversed(self._places) if effects == model.task.effects), [])
 
     def promising(
         self, model: Trial, screened: Sequence[Attempt[Effect, Trial]]

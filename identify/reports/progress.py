@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -20,6 +22,9 @@ from identify.batch.index import BatchIndex
 from identify.batch.loop import Watch
 from identify.fitting.fit import Progress
 from identify.fitting.selection.workbench import Story
+
+_BEAT_S = 9.0
+"""Between two lines of a run whose output is piped."""
 
 
 @contextmanager
@@ -68,7 +73,28 @@ def story(quiet: bool) -> Iterator[Story]:
             if not quiet:
                 bar.console.print(sentence, highlight=False)
 
-        yield Story(say, lambda number, total: bar.update(task, completed=number, total=total))
+        def done(number: int, total: int) -> None:
+            count[0] += 1
+            bar.update(task, completed=number, total=total or None)
+
+        count, ended = [0], threading.Event()
+        heart = threading.Thread(target=_beat, args=(console, count, ended), daemon=True)
+        if not quiet and not console.is_terminal:
+            heart.start()
+        try:
+            yield Story(say, done)
+        finally:
+            ended.set()
+
+
+def _beat(console: Console, count: list[int], ended: threading.Event) -> None:
+    """A line every few seconds for a reader who sees no bar: that it goes on, and how far it is."""
+    began = time.monotonic()
+    while not ended.wait(_BEAT_S):
+        console.print(
+            f"... {time.monotonic() - began:.0f} s, {count[0]} looks at places and candidates so far",
+            highlight=False,
+        )
 
 
 @contextmanager

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
+from identify.results.curves import CurveTable, PlaceTable
 from identify.results.fit import FitResult
 from identify.results.header import KeyedHeader
 
+_NO_PLACES = PlaceTable((), np.zeros(0), np.zeros(0, dtype=int))
 _FORMERLY = {"log_odds": ("evidence", 0.5)}
 """Files of old hold a difference of an information criterion, which is twice the log odds."""
 
@@ -79,6 +81,7 @@ class StepResult:
     alike: Texts
     advice: str
     decision: str
+    places: PlaceTable = _NO_PLACES
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,8 @@ class AddedEffects:
 class DiscoveryResult(KeyedHeader):
     """A whole run of `identify discover`; before and after: the study's model and the final one, as fits.
 
-    elsewhere: which data were not fitted and judged with; map_before, map_after: the gap by band and channel.
+    elsewhere: which data were not fitted and judged with; map_before, map_after: the gap by band and channel;
+    curves: dynamic stiffnesses as measured; written: name of the new config, empty where there is none.
     """
 
     KIND: ClassVar[str] = "discovery"
@@ -115,3 +119,5 @@ class DiscoveryResult(KeyedHeader):
     map_after: GapByBand
     before: FitResult
     after: FitResult
+    curves: dict[str, CurveTable] = field(default_factory=dict)
+    written: str = ""

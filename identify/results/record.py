@@ -42,7 +42,7 @@ def record_of(group: Group, kind: type[T], where: str) -> T:
 
 
 def _default(field: dataclasses.Field[Any]) -> bool:
-    return field.default is not dataclasses.MISSING
+    return not (field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING)
 
 
 def _value(group: Group, name: str, hint: Any, where: str) -> Any:

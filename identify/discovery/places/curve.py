@@ -17,13 +17,10 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
 from identify.discovery.places.predict import Predicted, StructuralModel, Unknown
-from identify.discovery.places.semiparametric import SemiParametricFit, normal_equations
+from identify.discovery.places.semiparametric import Normal, SemiParametricFit, normal_equations
 from identify.discovery.places.update import a_of, pairs_of, stiffness_of, symmetric, triangle
 from identify.discovery.places.views import View
 from identify.vibration.uncertainty import common_variance
-
-AGREE = 1.5
-"""RMS difference of postures over its standard deviation up to which they agree."""
 
 
 @dataclass(frozen=True)
@@ -104,14 +101,17 @@ def _spread(parts: Sequence[Predicted], views: Sequence[View], count: int) -> Co
     return total
 
 
-def _of_force(part: Predicted, entry: int) -> Complex:
-    """Of one force of a set: the component of residuals along the responses has the force's noise too."""
+def _of_force(part: Predicted, entry: int, *, stated: bool = False) -> Complex:
+    """Of one force of a set: the component of residuals along the responses has the force's noise too.
+
+    stated: the noise of the rest is as stated, whatever the residual says.
+    """
     e, j, h = part.of_force(entry)
     size = np.linalg.norm(h, axis=1)
     u = h / np.where(size > 0, size, 1.0)[:, None]
     along = np.sum(np.conj(u) * e, axis=1)
     rest = e - along[:, None] * u
-    level = max(float(np.sum(np.abs(rest) ** 2)) / max(1, rest.size - len(rest)), 2.0)
+    level = 2.0 if stated else max(float(np.sum(np.abs(rest) ** 2)) / max(1, rest.size - len(rest)), 2.0)
     common = common_variance(np.abs(along) ** 2, size**2, level)
     pull = np.einsum("lrm,lr->lm", np.conj(j), u)
     own = np.conj(np.swapaxes(j, 1, 2)) @ j
@@ -195,20 +195,32 @@ def _alone(
         None,
         lines,
     )
-    of_pooled = _moved(known[0][where], known[1], where, reference, model.size)
-    # The pooled curve has this set's data in it: what differs from it varies less, by as much as it varies.
-    apart = covariance - of_pooled if shared else covariance + of_pooled
-    values, vectors = np.linalg.eigh(apart)
-    turned = np.conj(np.swapaxes(vectors, 1, 2)) @ step[..., None]
-    sure = values > 1e-3 * np.linalg.eigvalsh(covariance)
-    squares = np.where(sure, np.abs(turned[..., 0]) ** 2 / (2 * np.where(sure, values, 1.0)), 0.0)
-    return curve, float(np.sqrt(squares.sum() / max(int(sure.sum()), 1)))
+    return curve, _distance(
+        part, normal, None if shared else _moved(known[0][where], known[1], where, reference)
+    )
 
 
-def _moved(
-    covariance: Complex, unknown: Unknown, where: Sequence[int], reference: Complex, size: int
-) -> Complex:
+def _distance(part: Predicted, normal: Normal, pooled: Complex | None) -> float:
+    """RMS over lines and entries of how far a set is from the pooled curve, over its standard deviation by
+    the noise as stated, as a score test: what is not determined does not count.
+
+    pooled (l, m, m): uncertainty of the pooled curve, where the set has no part in it.
+    """
+    variance = np.zeros_like(normal.gram)
+    for entry in range(part.forces):
+        variance += _of_force(part, entry, stated=True)
+    if pooled is not None:
+        variance += normal.gram @ pooled @ normal.gram
+    size = np.einsum("lmm->lm", variance).real
+    unit = np.eye(variance.shape[1]) * (1e-9 * size.max(axis=1) + np.finfo(float).tiny)[:, None, None]
+    through = np.linalg.solve(variance + unit, normal.slope[..., None])[..., 0]
+    squares = np.sum(np.conj(normal.slope) * through, axis=1).real
+    return float(np.sqrt(squares.mean() / (2 * variance.shape[1])))
+
+
+def _moved(covariance: Complex, unknown: Unknown, where: Sequence[int], reference: Complex) -> Complex:
     """Covariance of A as it is of another reference."""
+    size = reference.shape[-1]
     a, old = symmetric(unknown.values, size)[where], unknown.reference[where]
     unit, columns = np.eye(size), []
     turn = np.linalg.inv(unit + (reference - old) @ a)

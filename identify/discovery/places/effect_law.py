@@ -63,6 +63,17 @@ def start_of(
     return EffectStart({**_known(known, fit, found, problem), **values}, fit.squares + found.squares)
 
 
+def law_of(
+    effect: Effect, model: StructuralModel, problem: Problem, values: Mapping[str, float], s: Complex
+) -> Complex:
+    """(l, d, d): the dynamic stiffness that an effect says for a place with values by parameter name."""
+    view = model.views[0]
+    site = _site(effect, view, problem)
+    terms = effect.terms(problem.robot, site, f"effects.{len(problem.file.study.effects)}")
+    own = np.array([values[term.parameter.name] for term in terms])
+    return _law(effect, terms, model, view, site, problem)(own, s)
+
+
 def _held(term: Term) -> Term:
     return replace(term, parameter=replace(term.parameter, free=False))
 

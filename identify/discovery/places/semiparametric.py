@@ -17,7 +17,7 @@ from identify.discovery.places.predict import PlaceModel, Predicted, Unknown
 _RANK = 1e-12
 """Share of the largest eigenvalue, of columns of one length, below which a combination of unknowns of a line
 is not determined."""
-_COMMON = 5.0
+COMMON = 5.0
 """Squares that an unknown takes out of noise alone, where the noise of a force is in all responses: the least
 variance inflation that has been seen."""
 _LEAST = 1e-8
@@ -48,7 +48,7 @@ class SemiParametricFit:
     @property
     def fall(self) -> float:
         """Fall of the gap beyond what so many unknowns may take out of noise that is common to channels."""
-        return self.gap_before - float(np.sqrt((self.squares + _COMMON * self.unknowns) / max(self.count, 1)))
+        return self.gap_before - float(np.sqrt((self.squares + COMMON * self.unknowns) / max(self.count, 1)))
 
     @property
     def gap(self) -> float:

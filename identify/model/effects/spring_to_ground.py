@@ -44,11 +44,10 @@ class SpringToGround(Attached):
 
     def sentence(self) -> str:
         """For example: spring between link2 and the ground (x, y, z)."""
+        at = "[" + ", ".join(f"{x:.3g}" for x in self.at_m or ()) + "] m"
         directions = "in any direction" if self.cross_coupling else f"({', '.join(self.axes)})"
-        return (
-            f"spring between {self.link}{'' if self.at_m is None else ' at ' + str(list(self.at_m))} and the"
-            f" ground {directions}"
-        )
+        place = self.link if self.at_m is None else f"{self.link} at {at}"
+        return f"spring between {place} and the ground {directions}"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:

@@ -5,7 +5,8 @@
   const GAP = "Gap: residual / noise (1 = noise)";
   const STANDING = [{color: PALETTE[0], symbol: "circle"}, {color: PALETTE[4], symbol: "diamond"}, {color: PALETTE[7], symbol: "circle"}];
   const upright = (x, dash = "dot", shade = "muted") => ({type: "line", yref: "paper", x0: x, x1: x, y0: 0, y1: 1, line: {color: color(shade), dash, width: 1.2}});
-  const short = text => text.length > 46 ? `${text.slice(0, 45)}…` : text;
+  // A long name goes on in further lines: what is cut off would be the place.
+  const short = text => text.split(" ").reduce((lines, word) => (lines.at(-1) + word).length > 42 ? [...lines, word] : [...lines.slice(0, -1), `${lines.at(-1)} ${word}`.trim()], [""]).join("<br>");
   const rows = (names, reverse = true) => ({
     tickmode: "array", tickvals: names.map((_, i) => i), ticktext: names.map(short), range: reverse ? [names.length - 0.4, -0.6] : undefined, zeroline: false, showgrid: false, ticks: "", tickfont: {size: 11.5},
   });

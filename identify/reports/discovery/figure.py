@@ -4,7 +4,7 @@ before and after.
 
 from __future__ import annotations
 
-from textwrap import shorten
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ _STANDING = ((PALETTE[0], "o"), (PALETTE[4], "D"), (PALETTE[7], "o"))
 _TICKS = (0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100)
 _COLUMNS, _ROW_IN, _HEAD_IN = 3, 0.145, 0.55
 _LABEL = 48
-"""Characters of a name that an axis has room for."""
+"""Characters of a name in one line beside an axis."""
 _MOST_CHANNELS = 60
 """Channels that a map of the PDF has labels for."""
 
@@ -116,7 +116,7 @@ def options(step: StepResult) -> Figure:
     left.plot(other, rows, "o", mfc="none", mec=INK, mew=0.7, ms=6.5, label="on other data")
     left.axvline(step.gap, color=INK, lw=0.7, ls="--", label="without it")
     left.axvline(1.0, color=INK, lw=0.7, ls=":")
-    left.set_yticks(rows, [shorten(name, _LABEL, placeholder="…") for name in names], fontsize=7)
+    left.set_yticks(rows, [fill(name, _LABEL) for name in names], fontsize=7)
     left.tick_params(length=0, axis="y")
     left.set(ylim=(len(rows) - 0.5, -0.6))
     left.grid(False, axis="y")
@@ -190,7 +190,7 @@ def falls(rows: list[Fall]) -> Figure:
     axes.set_xlim(low / 1.25 if is_wide(end.ravel()) else low - 0.08 * (high - low), high)
     axes.axvline(1.0, color=INK, lw=0.7, ls=":")
     axes.set(ylim=(len(rows) - 0.5, -0.5))
-    axes.set_yticks(range(len(rows)), [shorten(row.label, _LABEL, placeholder="…") for row in rows])
+    axes.set_yticks(range(len(rows)), [fill(row.label, _LABEL) for row in rows])
     axes.tick_params(length=0, axis="y")
     axes.grid(False, axis="y")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=2)

@@ -11,7 +11,7 @@ from identify.core.thresholds import CONVINCING
 from identify.reports.compare import tables as compare_tables
 from identify.reports.compare.pick import Shared
 from identify.reports.compare.sections import ratio_data, ratio_parts, residual_data, residual_parts
-from identify.reports.discovery import figure, tables
+from identify.reports.discovery import curve, figure, tables
 from identify.reports.discovery.pick import (
     BEFORE,
     SHOWN,
@@ -91,6 +91,7 @@ def report(result: DiscoveryResult) -> Report:
     step_data = {"steps": [_step_data(step) for _, step in story], "convincing": CONVINCING}
     sections = [
         *([Section("added", "What was added", added)] if several else []),
+        *curve.section(result),
         Section("steps", "Step by step", steps, data=step_data, scripts=_SCRIPTS),
         _gap(result, shown, several),
         Section("frf", "Frequency response functions", _frfs(shown), "FRFs", _page_data(runs.runs, shown)),
@@ -98,7 +99,19 @@ def report(result: DiscoveryResult) -> Report:
         Section("modes", "Modes", _modes(shown)),
         _errors(shown),
     ]
-    return Report(tables.tiles(result), (), [*sections, *_origin(result, several)])
+    return Report(tables.tiles(result), _next(result), [*sections, *_origin(result, several)])
+
+
+def _next(result: DiscoveryResult) -> list[Part]:
+    """The new study and the command that goes on with it."""
+    if not result.written:
+        return []
+    return [
+        Text(
+            f"The study with what was found is {result.written}, beside this result. Next: identify fit"
+            f" {result.written}"
+        )
+    ]
 
 
 def _step(number_of: int, step: StepResult) -> list[Part]:
@@ -124,8 +137,17 @@ def _step(number_of: int, step: StepResult) -> list[Part]:
         Text(_PARTS, "note", PAGE),
         Fold("All parts, with their gap and share", [Tabular(part_table)], on=PAGE),
         Tabular(part_table, rows=0, on=PRINT),
+        *_places(number_of, step),
         *_options(number_of, step),
     ]
+
+
+def _places(number_of: int, step: StepResult) -> list[Part]:
+    """Where it could come from, whatever it is; nothing in results from before places were looked at."""
+    if not step.places.sentence:
+        return []
+    table = curve.place_table(number_of, step.places)
+    return [Heading("Where it could come from", 4, on=PAGE), Tabular(table, rows=SHOWN, on=EVERYWHERE)]
 
 
 def _options(number_of: int, step: StepResult) -> list[Part]:

@@ -1,0 +1,140 @@
+"""The measured curves of a discovery: at every place that got an effect, and where something is left, the
+dynamic stiffness without a law, and the law through it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identify.core.arrays import Complex
+from identify.core.parameters import Scale
+from identify.core.thresholds import QUIET
+from identify.discovery.loop import Discovery
+from identify.discovery.places.curve import measured_curve
+from identify.discovery.places.effect_law import law_of
+from identify.discovery.places.laws import rank_laws
+from identify.discovery.places.predict import StructuralModel, Unknown, model_of
+from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
+from identify.discovery.places.update import a_of, triangle
+from identify.discovery.places.views import views_of
+from identify.discovery.trial import Trial
+from identify.model.effects.base import Effect
+from identify.model.effects.place import Beside, Column, Place, Release, Rows
+from identify.results.curves import CurveTable, PlaceTable
+from identify.vibration.problem import Problem, with_effects
+
+_STEPS = 10
+_LISTED = 15
+
+
+def curves(problem: Problem, found: Discovery) -> dict[str, CurveTable]:
+    """One for each added effect at a place of the structure; where the gap stays open, one for the place that
+    explains most of the rest.
+    """
+    tables: list[CurveTable] = []
+    for option in found.added:
+        tables += _of_effect(problem, found.final, option.effect)
+    if found.final.gap > QUIET and found.places and found.places[-1]:
+        place = found.places[-1][0].place
+        if not isinstance(place, (Rows, Column)):
+            tables += _measured(problem, found.final.task.effects, found.final, place, None)
+    return {str(number): table for number, table in enumerate(tables)}
+
+
+def place_table(ranked: Sequence[PlaceFit]) -> PlaceTable:
+    """The best of the places that a step looked at."""
+    best = ranked[:_LISTED]
+    return PlaceTable(
+        tuple(one.place.sentence() for one in best),
+        np.array([one.fit.gap for one in best]),
+        np.array([one.fit.unknowns for one in best], dtype=int),
+    )
+
+
+def _of_effect(problem: Problem, final: Trial, effect: Effect) -> list[CurveTable]:
+    known = tuple(other for other in final.task.effects if other != effect)
+    places = [
+        place
+        for place in effect.places(problem.robot, problem.points)
+        if not isinstance(place, (Rows, Column))
+    ]
+    return _measured(problem, known, final, places[0], effect) if places else []
+
+
+def _measured(
+    problem: Problem, known: Sequence[Effect], final: Trial, place: Place, effect: Effect | None
+) -> list[CurveTable]:
+    """For each strength of impacts where several were used; nothing where the known model depends on
+    amplitude, whose FRFs are not linear in what is missing.
+    """
+    if any(one.of_amplitude for one in known):
+        return []
+    model = with_effects(problem, known, final.values)
+    peaks = sorted({m.given.impact.peak for m in model.measurements if m.given.impact is not None})
+    if len(peaks) < 2:
+        return [_table(model, final, place, effect, "")]
+    tables = []
+    for peak in peaks:
+        own = tuple(m for m in model.measurements if m.given.impact and m.given.impact.peak == peak)
+        if any(m.settings.use == "fit" for m in own):
+            alone = replace(model, measurements=own)
+            tables.append(_table(alone, final, place, effect, f", impacts of {peak:.0f} N"))
+    return tables
+
+
+def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, when: str) -> CurveTable:
+    """The curve of a place of the structure."""
+    fitter = PlaceFitter(problem)
+    model = fitter.model(place)
+    assert isinstance(model, StructuralModel)
+    s = model.lines(problem.initial)
+    said = None
+    if effect is not None and not effect.of_amplitude:
+        said = law_of(effect, model, problem, final.values, s)
+    [fit] = fitter.fit([Job(place, problem.initial, _begin(model, problem, said))], _STEPS)
+    assert fit is not None
+    scale, others = Scale(problem.parameters), views_of(problem, "validate")
+    beyond = model_of(place, others) if others else None
+    curve = measured_curve(model, fit, scale, beyond if isinstance(beyond, StructuralModel) else None)
+    law = np.full(curve.pooled.values.shape, np.nan + 0j)
+    if said is not None:
+        law = triangle(said)[np.argsort(s.imag, kind="stable")]
+    ranked = rank_laws(fit, model.stiffness(fit.unknown), s, model.sign)
+    return CurveTable(
+        place=place.sentence() + when,
+        effect="" if effect is None else effect.sentence(),
+        unit=_unit(place),
+        gap=fit.gap,
+        entries=curve.entries,
+        frequency_hz=curve.pooled.frequency_hz,
+        value=curve.pooled.values,
+        std_real=curve.pooled.std_real,
+        std_imag=curve.pooled.std_imag,
+        law=law,
+        sets=tuple(one.name for one in curve.postures),
+        agreement=curve.agreement,
+        fitted=np.arange(len(curve.postures)) < len(model.views),
+        laws=tuple(one.law.name for one in ranked),
+        law_gap=np.array([one.gap for one in ranked]),
+        law_log_odds=np.array([one.log_odds for one in ranked]),
+    )
+
+
+def _begin(model: StructuralModel, problem: Problem, law: Complex | None) -> Unknown | None:
+    """What a law says as an unknown to begin with; None where there is no law."""
+    if law is None:
+        return None
+    reference = model.start(problem.initial).reference
+    return Unknown(triangle(a_of(law, reference, model.sign)), reference)
+
+
+def _unit(place: Place) -> str:
+    """Of the entries along one coordinate; those between translations and rotations differ by a length."""
+    names = place.coordinates if isinstance(place, (Release, Beside)) else ()
+    turns = [name.rsplit(".", 1)[-1].startswith("r") for name in names]
+    if turns and all(turns):
+        return "N m/rad"
+    return "N/m" if not any(turns) else "N/m, N m/rad"

@@ -1,0 +1,125 @@
+"""Which simple law a measured dynamic stiffness follows, on each coordinate of its place alike: chosen by
+evidence from what the data say of the unknowns of all lines together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array, Complex
+from identify.discovery.places.law import Whitened, fit_law
+from identify.discovery.places.semiparametric import COMMON, SemiParametricFit
+
+_SPAN = 12.0
+"""Natural logarithm of how far values may be from where they start."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A dynamic stiffness with parameters on a logarithmic scale.
+
+    of: (s (l,), values (q,)) -> (l,); start: values (q,) from a stiffness, a damping at w rad/s.
+    """
+
+    name: str
+    count: int
+    of: Callable[[Complex, Array], Complex]
+    start: Callable[[float, float, float], Array]
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A law at a place: gap that it leaves, log odds for it over the best of the others (the best) or over
+    the best (all others), values by coordinate (d, q).
+    """
+
+    law: Law
+    gap: float
+    log_odds: float
+    values: Array
+
+
+def _maxwell(s: Complex, v: Array) -> Complex:
+    return np.asarray(v[0] + s * v[2] * v[1] / (v[1] + s * v[2]))
+
+
+LAWS = (
+    Law("spring k", 1, lambda s, v: v[0] + 0 * s, lambda k, h, w: np.array([k])),
+    Law("spring and damper k + s c", 2, lambda s, v: v[0] + s * v[1], lambda k, h, w: np.array([k, h / w])),
+    Law(
+        "hysteretic spring k (1 + j eta)",
+        2,
+        lambda s, v: v[0] * (1 + 1j * v[1]) + 0 * s,
+        lambda k, h, w: np.array([k, h / k]),
+    ),
+    Law("mass m s^2", 1, lambda s, v: v[0] * s**2, lambda k, h, w: np.array([k / w**2])),
+    Law(
+        "spring, damper and mass k + s c + m s^2",
+        3,
+        lambda s, v: v[0] + s * v[1] + v[2] * s**2,
+        lambda k, h, w: np.array([k, h / w, 0.1 * k / w**2]),
+    ),
+    Law(
+        "body on a spring and damper",
+        3,
+        lambda s, v: v[2] * s**2 * (v[0] + s * v[1]) / (v[0] + s * v[1] + v[2] * s**2),
+        lambda k, h, w: np.array([k, 0.1 * k / w, k / w**2]),
+    ),
+    Law(
+        "spring with one relaxation time",
+        3,
+        _maxwell,
+        lambda k, h, w: np.array([k, max(2 * h, 0.1 * k), max(2 * h, 0.1 * k) / w]),
+    ),
+    Law(
+        "spring and fractional damper k + c s^a",
+        3,
+        lambda s, v: v[0] + v[1] * s ** np.clip(v[2], 0.0, 1.0),
+        lambda k, h, w: np.array([k, h / w**0.5, 0.5]),
+    ),
+)
+"""Each on every coordinate of the place, without coupling."""
+
+
+def rank_laws(fit: SemiParametricFit, stiffness: Complex, s: Complex, sign: float) -> list[Ranked]:
+    """All laws, likeliest first, for a measured dynamic stiffness (l, d, d) at s (l,)."""
+    whitened, size = Whitened(fit, sign), stiffness.shape[-1]
+    middle = float(np.median(s.imag))
+    starts = [_typical(stiffness[:, i, i]) for i in range(size)]
+    count = max(fit.count - fit.unknowns, 1)
+    found = []
+    for law in LAWS:
+        first = np.log(np.maximum(np.concatenate([law.start(k, h, middle) for k, h in starts]), 1e-12))
+
+        def of(x: Array, law: Law = law) -> Complex:
+            return _diagonal([law.of(s, v) for v in np.exp(x).reshape(size, law.count)])
+
+        end = fit_law(whitened, of, first[None], first - _SPAN, first + _SPAN)
+        squares = fit.squares + end.squares
+        score = squares / COMMON + law.count * size * np.log(count / COMMON)
+        found.append((score, law, np.sqrt(squares / fit.count), np.exp(end.values).reshape(size, -1)))
+    found.sort(key=lambda one: one[0])
+    best, second = found[0][0], found[1][0]
+    return [
+        Ranked(law, float(gap), float((second - best if n == 0 else best - score) / 2), values)
+        for n, (score, law, gap, values) in enumerate(found)
+    ]
+
+
+def _typical(entry: Complex) -> tuple[float, float]:
+    """Sizes of the real and the imaginary part."""
+    finite = entry[np.isfinite(entry)]
+    if not len(finite):
+        return 1.0, 1.0
+    real, imaginary = np.median(np.abs(finite.real)), np.median(np.abs(finite.imag))
+    return float(real) + 1e-12, float(imaginary) + 1e-12
+
+
+def _diagonal(entries: list[Complex]) -> Complex:
+    matrix = np.zeros((len(entries[0]), len(entries), len(entries)), dtype=complex)
+    for number, entry in enumerate(entries):
+        matrix[:, number, number] = entry
+    return matrix

@@ -1,0 +1,189 @@
+"""Measured dynamic stiffness in a report: the figure, its tables, and what is said of it."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from identify.core.text import listed
+from identify.reports.kit.cells import Column, Curves, Table, number, words
+from identify.reports.kit.figures import BLUE, INK, MUTED, ORANGE, WIDTH_IN
+from identify.reports.kit.report import EVERYWHERE, PAGE, Drawing, Heading, Part, Section, Tabular, Text
+from identify.results.curves import CurveTable, PlaceTable
+from identify.results.discovery import DiscoveryResult
+
+AGREE = 2.0
+"""RMS difference of a posture from the pooled curve over its standard deviation up to which they agree."""
+_95 = 1.96
+_MOST = 3
+_NOTE = (
+    "Points: measured line by line, with no law assumed and one value for all postures, with 95 % intervals."
+    " Line: the law of the added effect. A flat real part is a spring; an imaginary part in proportion to"
+    " frequency is a damper, a constant one hysteresis; a real part that falls with the square of frequency"
+    " is a mass; a peak is a body on a spring of its own."
+)
+
+
+def section(result: DiscoveryResult) -> list[Section]:
+    """What was measured at the places in question; nothing where no curve was."""
+    parts: list[Part] = []
+    data = []
+    for key, curve in sorted(result.curves.items(), key=lambda item: int(item[0])):
+        parts += _parts(int(key), curve)
+        data.append(_data(curve))
+    if not parts:
+        return []
+    return [
+        Section(
+            "curve",
+            "What was measured there",
+            parts,
+            "Measured stiffness",
+            {"stiffness": data},
+            ("curve.js",),
+        )
+    ]
+
+
+def place_table(step: int, places: PlaceTable) -> Table:
+    """Where the gap could come from, whatever it is."""
+    rows = tuple(
+        (sentence, number(gap, 3), str(unknowns))
+        for sentence, gap, unknowns in zip(places.sentence, places.gap, places.unknowns, strict=True)
+    )
+    note = (
+        "Gap left when each frequency line has an unknown of its own there, the same for all postures:"
+        " no law is assumed. Numbers: how many real numbers were fitted for that, which the gap counts."
+    )
+    return Table(f"Places, step {step}", (words("Place"), Column("Gap left"), Column("Numbers")), rows, note)
+
+
+def sentences(curve: CurveTable) -> str:
+    """What the curve says, in words."""
+    law = f"Among simple laws, {curve.laws[0]} is likeliest" if curve.laws else ""
+    if len(curve.laws) > 1:
+        law += f" (log odds {curve.law_log_odds[0]:.0f} over {curve.laws[1]})"
+    said = [f"{curve.place[:1].upper()}{curve.place[1:]}: without any law the gap left is {curve.gap:.2f}."]
+    said += [law + "."] if law else []
+    apart = [name for name, rms in zip(curve.sets, curve.agreement, strict=True) if rms > AGREE]
+    if len(curve.sets) > 1:
+        said.append(
+            f"{listed(apart)} {'differs' if len(apart) == 1 else 'differ'} from the others by more than their"
+            " uncertainty: the place, or something else in the model, is not quite right."
+            if apart
+            else "All postures agree within their uncertainty, also those that were not fitted."
+            if not all(curve.fitted)
+            else "All postures agree within their uncertainty."
+        )
+    return " ".join(said)
+
+
+def chosen(curve: CurveTable) -> list[int]:
+    """Entries that are drawn: those along one coordinate."""
+    return [n for n, name in enumerate(curve.entries) if " with " not in name][:_MOST]
+
+
+def figure(curve: CurveTable) -> Figure:
+    """Real and imaginary part over frequency, a row for each coordinate."""
+    entries = chosen(curve)
+    drawn = Figure((WIDTH_IN, 0.5 + 1.5 * len(entries)), layout="constrained")
+    grid = drawn.subplots(len(entries), 2, squeeze=False, sharex=True)
+    for row, entry in enumerate(entries):
+        for column, (part, std) in enumerate((("real", curve.std_real), ("imag", curve.std_imag))):
+            axes, value = grid[row][column], getattr(curve.value[:, entry], part)
+            axes.errorbar(
+                curve.frequency_hz,
+                value,
+                _95 * std[:, entry],
+                fmt=".",
+                ms=3,
+                color=BLUE,
+                ecolor=MUTED,
+                elinewidth=0.5,
+            )
+            if np.isfinite(curve.law[:, entry]).any():
+                axes.plot(curve.frequency_hz, getattr(curve.law[:, entry], part), color=ORANGE, lw=1.2)
+            axes.axhline(0, color=INK, lw=0.4)
+            axes.set_ylim(*reach(curve, entry, part))
+            axes.set_ylabel(f"{curve.entries[entry]}\n({curve.unit})" if column == 0 else "")
+            axes.set_title("Real part" if column == 0 else "Imaginary part") if row == 0 else None
+            if row == len(entries) - 1:
+                axes.set_xlabel("Frequency (Hz)")
+    return drawn
+
+
+def reach(curve: CurveTable, entry: int, part: str) -> tuple[float, float]:
+    """Limits of an axis: what is known well, and the law."""
+    value, std = getattr(curve.value[:, entry], part), curve.std_real[:, entry]
+    sure = np.isfinite(value) & np.isfinite(std)
+    known = sure & (std <= 3 * np.median(std[sure])) if sure.any() else sure
+    shown = [value[known], getattr(curve.law[:, entry], part)]
+    every = np.concatenate([one[np.isfinite(one)] for one in shown] + [np.zeros(1)])
+    low, high = float(every.min()), float(every.max())
+    margin = 0.1 * max(high - low, 1e-12)
+    return low - margin, high + margin
+
+
+def _parts(number_of: int, curve: CurveTable) -> list[Part]:
+    title = curve.effect or curve.place
+    table = _law_table(curve)
+    return [
+        Heading(f"{title[:1].upper()}{title[1:]}", 4, on=EVERYWHERE),
+        Text(sentences(curve), on=EVERYWHERE),
+        Drawing(
+            f"stiffness-{number_of}",
+            partial(figure, curve),
+            f"Dynamic stiffness, measured: {curve.place}. {_NOTE}",
+            lambda: [_numbers(curve)],
+            _NOTE,
+        ),
+        Tabular(table, on=PAGE),
+    ]
+
+
+def _law_table(curve: CurveTable) -> Table:
+    rows = tuple(
+        (name, number(gap, 3), number(odds, 3))
+        for name, gap, odds in zip(curve.laws, curve.law_gap, curve.law_log_odds, strict=True)
+    )
+    note = "Log odds: of the first law over the second, of the others over the first (negative)."
+    return Table(
+        "Simple laws through the curve", (words("Law"), Column("Gap"), Column("Log odds")), rows, note
+    )
+
+
+def _numbers(curve: CurveTable) -> Curves:
+    heads, columns = [Column("Frequency", "Hz")], [curve.frequency_hz]
+    for n, name in enumerate(curve.entries):
+        for part, values in (
+            ("real", curve.value[:, n].real),
+            ("imaginary", curve.value[:, n].imag),
+            ("std of real", curve.std_real[:, n]),
+            ("std of imaginary", curve.std_imag[:, n]),
+            ("law, real", curve.law[:, n].real),
+            ("law, imaginary", curve.law[:, n].imag),
+        ):
+            heads.append(Column(f"{name} {part}", curve.unit))
+            columns.append(values)
+    return Curves(f"dynamic stiffness, {curve.place}", tuple(heads), np.column_stack(columns))
+
+
+def _data(curve: CurveTable) -> dict[str, Any]:
+    """What the page draws."""
+    panels = []
+    for entry in chosen(curve):
+        for part, std in (("real", curve.std_real), ("imag", curve.std_imag)):
+            law = getattr(curve.law[:, entry], part)
+            panels.append(
+                {
+                    "title": f"{curve.entries[entry]}, {'real' if part == 'real' else 'imaginary'} part",
+                    "value": getattr(curve.value[:, entry], part),
+                    "spread": _95 * std[:, entry],
+                    "law": law if np.isfinite(law).any() else None,
+                    "range": list(reach(curve, entry, part)),
+                }
+            )
+    return {"frequency": curve.frequency_hz, "unit": curve.unit, "panels": panels}

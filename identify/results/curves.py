@@ -1,0 +1,50 @@
+"""Measured dynamic stiffnesses as a result keeps them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.arrays import Array, Complex, Texts
+
+
+@dataclass(frozen=True)
+class CurveTable:
+    """The dynamic stiffness of a place by line (l) and entry (m), measured without a law.
+
+    place, effect: sentences; unit of the entries along one coordinate; gap that the place leaves without a
+    law; value (l, m) and standard deviations of real and imaginary part; law (l, m): what the added effect
+    says, NaN where there is none; sets (p): measurements, with agreement (p,), RMS difference from the pooled
+    curve over its standard deviation, and whether they were fitted; laws (n): simple laws, likeliest first,
+    with the gap that each leaves and log odds (of the first over the second, of the others over the first).
+    """
+
+    place: str
+    effect: str
+    unit: str
+    gap: float
+    entries: Texts
+    frequency_hz: Array
+    value: Complex
+    std_real: Array
+    std_imag: Array
+    law: Complex
+    sets: Texts
+    agreement: Array
+    fitted: NDArray[np.bool_]
+    laws: Texts
+    law_gap: Array
+    law_log_odds: Array
+
+
+@dataclass(frozen=True)
+class PlaceTable:
+    """Places that a step looked at (n), best first: sentence, gap that is left with one unknown per line (by
+    the numbers left to explain it), and how many real numbers that took.
+    """
+
+    sentence: Texts
+    gap: Array
+    unknowns: NDArray[np.int_]
