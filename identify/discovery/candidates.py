@@ -25,7 +25,7 @@ def candidates(problem: Problem, known: Sequence[Effect]) -> list[Effect]:
     found, levels = [], level_gap(problem) > QUIET
     for name in EFFECTS.names():
         kind = EFFECTS.get(name)
-        if kind.needs_levels and not levels:
+        if kind.last_resort or (kind.needs_levels and not levels):
             continue
         for effect in kind.instances(problem.robot, problem.points):
             rest = _beyond(effect, problem, taken)

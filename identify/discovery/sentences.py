@@ -61,6 +61,10 @@ def decision(step: Step, kept: bool) -> str:
     """What a step decided, in a sentence."""
     before, best = step.before, step.best
     if best is None:
+        if not step.options:
+            return (
+                "Nothing was tried: no place in the robot or the measurement explains more than noise does."
+            )
         why = "none improves fitted and other data by more than its parameters are worth"
         return f"None of {len(step.options)} candidates is supported by the data: {why}."
     trial, share = best.model, removed(before.gap, best.model.gap)

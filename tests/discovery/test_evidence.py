@@ -34,3 +34,19 @@ def test_the_price_of_a_parameter_is_that_of_schwarz() -> None:
 def test_a_gap_counts_above_noise() -> None:
     assert removed(3.0, 2.0) == pytest.approx(0.5)
     assert removed(3.0, 3.5) < 0
+
+
+@pytest.mark.parametrize(
+    ("before", "elsewhere", "material"),
+    [(1.08, 0.02, False), (1.08, 0.06, True), (1.12, 0.06, True), (1.12, 0.04, True)],
+)
+def test_where_the_gap_is_closed_other_data_must_say_more(
+    before: float, elsewhere: float, material: bool
+) -> None:
+    """Below 1.1 the gap must fall by 0.05 on data that were not fitted too; above it need not."""
+
+    def trial(gap: float, validation: float) -> Trial:
+        return Trial(Task((), (), {}), {}, 1e5 * gap**2, 100_000, 1e5 * validation**2, 100_000, 5)
+
+    found = EvidenceCriterion(1.0).gain(trial(before, before), trial(1.0, before - elsewhere))
+    assert found.material is material

@@ -105,6 +105,8 @@ class Effect(BaseModel, ABC):
     """Whether it is a matter of the measurement, not of the robot."""
     of_amplitude: ClassVar[bool] = False
     """Whether its share in the motion depends on the amplitude, so that impacts have to be simulated."""
+    last_resort: ClassVar[bool] = False
+    """Whether discovery tries it only where what was measured at a place is no other effect's law."""
     RENAMED: ClassVar[Mapping[str, str]] = {}
     """Keys of older versions and what they are called now."""
     kind: str = Field(description="which effect")

@@ -12,7 +12,7 @@ is measured.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -27,7 +27,7 @@ from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
 
-_FAST_HZ = 2000.0
+_FAST_HZ = 1e4
 """Where the mass between spring and damper of a branch resonates with the default stiffness of its branch."""
 _SPAN = 1e4
 
@@ -45,6 +45,7 @@ class MeasuredImpedance(Effect):
     brings no spring, because the data could not tell two springs apart.
     """
 
+    last_resort: ClassVar[bool] = True
     kind: Literal["measured-impedance"] = "measured-impedance"
     at: Annotated[list[str], AfterValidator(_different)] = Field(
         min_length=1, description="coordinates, such as joint4.ry or base.rx"
@@ -59,20 +60,29 @@ class MeasuredImpedance(Effect):
     branch_damping: Values = Field(Values(), description="c_i, likewise")
 
     def sentence(self) -> str:
-        """For example: measured dynamic stiffness of joint4.rx, joint4.ry (2 relaxation times)."""
-        names = ", ".join(self.at)
+        """For example: measured dynamic stiffness of joint 4 (rx, ry), 2 relaxation times."""
+        bodies = list(dict.fromkeys(name.partition(".")[0] for name in self.at))
+        axes = [", ".join(n.partition(".")[2] for n in self.at if n.startswith(f"{b}.")) for b in bodies]
+        names = ", ".join(
+            f"{body.replace('joint', 'joint ')} ({own})" for body, own in zip(bodies, axes, strict=True)
+        )
         times = f"{self.branches} relaxation time{'s' if self.branches != 1 else ''}"
-        return f"measured dynamic stiffness of {names} ({times})"
+        return f"measured dynamic stiffness of {names}, {times}"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """Nowhere by itself: discovery makes one where it has measured a law that no effect has."""
-        return iter(())
+        """The locked axes of every joint; discovery makes one only where it has measured a law that no other
+        effect has.
+        """
+        for number in range(1, len(robot.joints) + 1):
+            for axis in ("rx", "ry", "tx", "ty", "tz"):
+                yield cls(at=[f"joint{number}.{axis}"])
 
     def variants(self) -> list[Self]:
-        """One relaxation time more or less."""
+        """Each of its coordinates alone; one relaxation time more or less."""
+        alone = [self.model_copy(update={"at": [name]}) for name in self.at] if len(self.at) > 1 else []
         counts = [n for n in (self.branches - 1, self.branches + 1) if 1 <= n <= 3]
-        return [self.model_copy(update={"branches": n}) for n in counts]
+        return [*alone, *(self.model_copy(update={"branches": n}) for n in counts)]
 
     def _branch(self, name: str, number: int) -> str:
         return f"{name}.branch_{number + 1}"

@@ -17,8 +17,13 @@ class Release:
     coordinates: tuple[str, ...]
 
     def sentence(self) -> str:
-        """For example: joint2.rx, joint2.ry giving way."""
-        return f"{', '.join(self.coordinates)} giving way"
+        """For example: joint2 (rx, ry) giving way; link3 bending or twisting."""
+        bodies = {name.partition(".")[0] for name in self.coordinates}
+        if len(bodies) > 1:
+            return f"{', '.join(self.coordinates)} giving way"
+        if any("deflection" in name for name in self.coordinates):
+            return f"{min(bodies)} bending or twisting"
+        return f"{min(bodies)} ({', '.join(name.partition('.')[2] for name in self.coordinates)}) giving way"
 
 
 @dataclass(frozen=True)

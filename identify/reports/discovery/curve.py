@@ -105,11 +105,13 @@ def figure(curve: CurveTable) -> Figure:
                 elinewidth=0.5,
             )
             if np.isfinite(curve.law[:, entry]).any():
-                axes.plot(curve.frequency_hz, getattr(curve.law[:, entry], part), color=ORANGE, lw=1.2)
+                axes.plot(
+                    curve.frequency_hz, getattr(curve.law[:, entry], part), color=ORANGE, lw=1.2, zorder=3
+                )
             axes.axhline(0, color=INK, lw=0.4)
             axes.set_ylim(*reach(curve, entry, part))
             axes.set_ylabel(f"{curve.entries[entry]}\n({curve.unit})" if column == 0 else "")
-            axes.set_title("Real part" if column == 0 else "Imaginary part") if row == 0 else None
+            axes.set_title(("Real part", "Imaginary part")[column] if row == 0 else "", pad=12)
             if row == len(entries) - 1:
                 axes.set_xlabel("Frequency (Hz)")
     return drawn

@@ -1,0 +1,112 @@
+"""Draw the dynamic stiffness that a hammer test measures at a place, without a law: python -m
+tests.benchmarks.measured_curve FOLDER PLACE --out PICTURE.png.
+
+PLACE is coordinates with commas between them, such as joint2.rx,joint2.ry; a coordinate that the study frees
+already is drawn with the spring and damper that the model has there, so that the whole joint is seen, and for
+each strength of impacts by itself.  The pictures of docs/measured_curve.md come from here.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from threadpoolctl import threadpool_limits
+
+from identify.core.arrays import Array, Complex
+from identify.core.parameters import Scale
+from identify.discovery.places.curve import Curve, measured_curve
+from identify.discovery.places.predict import StructuralModel
+from identify.discovery.places.screen import Job, PlaceFitter
+from identify.model.effects.place import Beside, Release
+from identify.reports.kit.figures import INK, MUTED, PALETTE, WIDTH_IN, style
+from identify.vibration.problem import Problem
+from tests.benchmarks.places import fitted
+
+
+def main() -> None:
+    """Fit the present model, then the place, and draw."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.measured_curve", description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("place", help="coordinates with commas between them")
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    names = tuple(given.place.split(","))
+    with threadpool_limits(1), style():
+        figure = drawn(names, list(curves_of(given.folder, names)))
+        figure.savefig(given.out, dpi=130)
+
+
+def curves_of(folder: Path, names: tuple[str, ...]) -> Iterator[tuple[str, Curve]]:
+    """The curve of each strength of impacts, all postures together."""
+    problem, present = fitted(folder)
+    values = problem.at(present.values)
+    free = {name for m in problem.measurements for name in m.system.coordinates}
+    place = Beside(names) if set(names) <= free else Release(names)
+    for label, part in _levels(problem):
+        fitter = PlaceFitter(part)
+        model = fitter.model(place)
+        assert isinstance(model, StructuralModel)
+        [fit] = fitter.fit([Job(place, values)], 40)
+        assert fit is not None
+        curve = measured_curve(model, fit, Scale(part.parameters)).pooled
+        print(f"{label or 'all impacts'}: gap {present.gap:.2f}, with the place {fit.gap:.2f}")
+        if isinstance(place, Beside):
+            found = dict(zip((p.name for p in part.parameters), fit.values, strict=True))
+            curve = replace(curve, values=curve.values + _own(found, names[0], curve.frequency_hz)[:, None])
+        yield label, curve
+
+
+def _levels(problem: Problem) -> Iterator[tuple[str, Problem]]:
+    peaks = sorted({m.given.impact.peak for m in problem.measurements if m.given.impact is not None})
+    for peak in peaks or [0.0]:
+        own = tuple(m for m in problem.measurements if len(peaks) < 2 or m.given.impact.peak == peak)  # type: ignore[union-attr]
+        yield ("" if len(peaks) < 2 else f"impacts of {peak:.0f} N"), replace(problem, measurements=own)
+
+
+def _own(values: dict[str, float], name: str, frequency_hz: Array) -> Complex:
+    """The spring and damper of a coordinate."""
+    s = 2j * np.pi * frequency_hz
+    return np.asarray(values[f"{name}.stiffness"] + s * values[f"{name}.damping"])
+
+
+def drawn(names: tuple[str, ...], curves: list[tuple[str, Curve]]) -> Figure:
+    """Real and imaginary part of each coordinate."""
+    size = len(names)
+    diagonal = [sum(size - k for k in range(n)) for n in range(size)]
+    figure = Figure((WIDTH_IN, 0.6 + 1.6 * size), layout="constrained")
+    grid = figure.subplots(size, 2, squeeze=False, sharex=True)
+    for row, entry in enumerate(diagonal):
+        for column, part in enumerate(("real", "imag")):
+            axes = grid[row][column]
+            for number, (label, curve) in enumerate(curves):
+                std = (curve.std_real, curve.std_imag)[column][:, entry]
+                value = getattr(curve.values[:, entry], part)
+                sure = std <= 4 * np.median(std)
+                axes.errorbar(
+                    curve.frequency_hz[sure],
+                    value[sure],
+                    1.96 * std[sure],
+                    fmt=".",
+                    ms=3,
+                    color=PALETTE[number],
+                    ecolor=MUTED,
+                    elinewidth=0.4,
+                    label=label,
+                )
+            axes.axhline(0, color=INK, lw=0.4)
+            axes.set_title(("Real part", "Imaginary part")[column] if row == 0 else "", pad=12)
+            axes.set_xlabel("Frequency (Hz)" if row == size - 1 else "")
+        unit = "N m/rad" if names[row].rsplit(".", 1)[1].startswith("r") else "N/m"
+        grid[row][0].set_ylabel(f"{names[row]} ({unit})")
+    if len(curves) > 1:
+        grid[0][1].legend(fontsize=7)
+    return figure
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""The measured dynamic stiffness of a place: postures that agree where the place is right, the law through
+it, and the effect that carries a law of no other.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.core.parameters import Scale
+from identify.discovery.places.curve import MeasuredCurve, measured_curve
+from identify.discovery.places.laws import rank_laws
+from identify.discovery.places.predict import StructuralModel, model_of
+from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
+from identify.discovery.places.views import views_of
+from identify.discovery.trial import thinned
+from identify.model.effects.place import Release
+from identify.model.frf import dynamic_stiffness
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
+from tests.arms import arm, system
+from tests.hidden import truth, write_config
+
+CASE = "tilt_j2_101"
+
+
+@pytest.fixture(scope="module")
+def fitter(tmp_path_factory: pytest.TempPathFactory) -> PlaceFitter:
+    """Few lines of a test with a joint 2 that tilts, from its true drives."""
+    config = write_config(CASE, tmp_path_factory.mktemp(CASE), truth(CASE)["k"])
+    return PlaceFitter(thinned(load_problem(read_study(config))))
+
+
+def _measured(fitter: PlaceFitter, joint: int, tmp_path: Path) -> tuple[MeasuredCurve, PlaceFit]:
+    place = Release((f"joint{joint}.rx", f"joint{joint}.ry"))
+    [fit] = fitter.fit([Job(place, fitter.problem.initial)], 20)
+    model, whole = fitter.model(place), load_problem(read_study(write_config(CASE, tmp_path)))
+    assert isinstance(model, StructuralModel)
+    assert fit is not None
+    others = model_of(place, views_of(whole, "validate"))
+    assert isinstance(others, StructuralModel)
+    return measured_curve(model, fit, Scale(fitter.problem.parameters), others), PlaceFit(place, fit)
+
+
+def test_postures_agree_where_the_place_is_right(fitter: PlaceFitter, tmp_path: Path) -> None:
+    """Also the one that was not fitted; at the next joint none does."""
+    right, found = _measured(fitter, 2, tmp_path)
+    wrong, _ = _measured(fitter, 3, tmp_path)
+    assert found.fit.gap < 1.1
+    assert len(right.agreement) == 3
+    assert right.agreement.max() < 2
+    assert wrong.agreement.min() > 3
+
+
+def test_the_law_of_a_spring_and_damper_is_seen(fitter: PlaceFitter, tmp_path: Path) -> None:
+    """Not that of hysteresis, whose imaginary part would not grow; the real part is the same at all
+    frequencies within its band, and the band is not wide.
+    """
+    curve, found = _measured(fitter, 2, tmp_path)
+    model = fitter.model(found.place)
+    assert isinstance(model, StructuralModel)
+    ranked = rank_laws(
+        found.fit, model.stiffness(found.fit.unknown), model.lines(found.fit.values), model.sign
+    )
+    assert [one.law.name for one in ranked[:4]].count("spring and damper k + s c") == 1
+    by_name = {one.law.name: one for one in ranked}
+    damper, hysteresis = by_name["spring and damper k + s c"], by_name["hysteretic spring k (1 + j eta)"]
+    assert damper.gap < 1.1
+    assert hysteresis.gap > damper.gap + 0.2
+    k = damper.values[0, 0]
+    apart = (curve.pooled.values[:, 0].real - k) / curve.pooled.std_real[:, 0]
+    assert np.sqrt(np.median(apart**2)) < 1.5
+    assert np.median(curve.pooled.std_real[:, 0]) < 0.2 * k
+
+
+def test_a_measured_impedance_is_spring_damper_and_branches(tmp_path: Path) -> None:
+    """Its own coordinates taken out, a coordinate meets k + s c + s k_1 c_1 / (k_1 + s c_1); the mass between
+    them is not seen.
+    """
+    drives = {"kind": "joint-compliance"}
+    plain = {"kind": "joint-compliance", "joints": [2], "axes": ["rx"]}
+    robot = arm(tmp_path)
+    values = {"stiffness": {"initial": 3e5}, "damping": {"initial": 50.0}}
+    branch = {"branch_stiffness": {"initial": 2e5}, "branch_damping": {"initial": 900.0}}
+    new, parameters, _ = system(
+        robot, [drives, {"kind": "measured-impedance", "at": ["joint2.rx"], **values, **branch}]
+    )
+    old, others, _ = system(robot, [drives, {**plain, **values}])
+    s = 1.0 + 2j * np.pi * np.linspace(5, 60, 7)
+    z = dynamic_stiffness(*new.matrices(np.array([p.initial for p in parameters])), s)
+    inner = [n for n, name in enumerate(new.coordinates) if "branch" in name]
+    outer = [new.coordinates.index(name) for name in old.coordinates]
+    left = z[:, outer][:, :, outer] - z[:, outer][:, :, inner] @ np.linalg.solve(
+        z[:, inner][:, :, inner], z[:, inner][:, :, outer]
+    )
+    change = left - dynamic_stiffness(*old.matrices(np.array([p.initial for p in others])), s)
+    number = old.coordinates.index("joint2.rx")
+    wanted = s * 2e5 * 900.0 / (2e5 + s * 900.0)
+    assert len(inner) == 1
+    assert np.allclose(change[:, number, number], wanted, rtol=2e-3)
+    change[:, number, number] = 0
+    assert np.abs(change).max() < 1e-6 * np.abs(wanted).max()
