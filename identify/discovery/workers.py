@@ -10,6 +10,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -29,6 +30,13 @@ from identify.vibration.problem import Problem
 
 T = TypeVar("T")
 _LOOK_S = 0.2
+_PHASES = {
+    "start": "the present model",
+    "glance": "first looks",
+    "brief": "first looks",
+    "quick": "quick refits",
+    "thorough": "thorough refits",
+}
 _runner: list[TrialRunner] = []
 
 
@@ -36,11 +44,12 @@ class Workers(AbstractContextManager["Workers"]):
     """Tries tasks on a problem in `count` processes; with one, in this process.
 
     memory is filled with every finished trial: by key of a task its values by name; squares, count, squares
-    and count on validation data, free parameters; failure.
+    and count on validation data, free parameters; failure.  seconds: how long it worked, by phase.
     """
 
     def __init__(self, problem: Problem, count: int, memory: Memory | None = None) -> None:
         self.memory = Memory() if memory is None else memory
+        self.seconds: dict[str, float] = {}
         context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
         self._end, self._count = context.Event(), count
         self._runner = TrialRunner(problem) if count == 1 else None
@@ -52,7 +61,7 @@ class Workers(AbstractContextManager["Workers"]):
         """The trials of all tasks in their order; `done` is called after each.  Interrupted where the user
         asked for the end.
         """
-        keys = [_key(task) for task in tasks]
+        began, keys = time.perf_counter(), [_key(task) for task in tasks]
         new = {key: task for key, task in zip(keys, tasks, strict=True) if key not in self.memory}
         for key, trial in self._tried(new):
             numbers = [
@@ -64,13 +73,18 @@ class Workers(AbstractContextManager["Workers"]):
             ]
             self.memory[key] = (dict(trial.values), [float(number) for number in numbers], trial.failure)
             done()
+        self._count_time(_PHASES[tasks[0].how] if tasks else "", began)
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
+
+    def _count_time(self, phase: str, began: float) -> None:
+        self.seconds[phase] = self.seconds.get(phase, 0.0) + time.perf_counter() - began
 
     def places(
         self, known: Known, jobs: Sequence[PlaceJob], done: Callable[[], None] = lambda: None
     ) -> list[Any]:
         """What becomes of work on places, in order; `done` is called after each."""
         found: dict[int, Any] = {}
+        began = time.perf_counter()
         if self._runner is not None:
             for number, job in enumerate(jobs):
                 check()
@@ -92,6 +106,7 @@ class Workers(AbstractContextManager["Workers"]):
                     found |= dict(zip(chunk, ends, strict=True))
                     for _ in chunk:
                         done()
+        self._count_time("places", began)
         return [found[number] for number in range(len(jobs))]
 
     def _tried(self, tasks: Mapping[str, Task]) -> Iterator[tuple[str, Trial]]:

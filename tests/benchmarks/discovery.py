@@ -112,6 +112,8 @@ def _true(effect: dict[str, Any]) -> Iterator[str]:
         yield from {f"{kind} {_BASE[axis]}" for axis in effect.get("axes", ["rx", "ry"])}
     elif kind == "joint-compliance":
         yield f"{kind} {effect['joint']} {effect['axes_class']}"
+    elif kind == "relaxing-joint":  # no effect of the catalogue: right is a measured law at that joint
+        yield f"measured-impedance joint{effect['joint']}"
     else:
         places = (
             ("point",) if "point" in effect else ("joint", "link", "axis")
@@ -131,6 +133,8 @@ def _labels(problem: Problem, effect: Effect) -> Iterator[str]:
     elif effect.kind == "joint-compliance":
         classes = {name for name, axes in CLASSES.items() if set(axes) & set(data["axes"])}
         yield from {f"{effect.kind} {joint} {name}" for joint in data["joints"] for name in classes}
+    elif effect.kind == "measured-impedance":
+        yield from {f"{effect.kind} {name.partition('.')[0]}" for name in data["at"]}
     elif "joints" in data:
         yield from {f"{effect.kind} {joint}" for joint in data["joints"]}
     else:
