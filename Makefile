@@ -7,13 +7,17 @@ UV := $(BIN)/python -m uv
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test browser screenshots lint format bench lock clean
+.PHONY: demo test docs browser screenshots lint format bench lock clean
 
 demo:
 	$(MADE) dev.py demo
 
 test:
 	$(MADE) dev.py test
+
+# The documentation as a website: docs/_build/html/index.html.
+docs: .venv/ready
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 
 # What tests of reports need beside the environment, on Debian; they are skipped, saying so, where it is not installed.
 browser:

@@ -68,8 +68,8 @@ class Fit:
 @dataclass
 class Progress:
     """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations,
-    best cost in the stage), the journal remembers costs, rows are the history; led: where stages, by number,
-    led from where.
+    best cost in the stage, NaN where that is not the cost of the result), the journal remembers costs, rows
+    are the history; led: where stages, by number, led from where.
     """
 
     show: Callable[[int, int, str, int, float], None] = lambda start, starts, kind, evaluations, best: None
@@ -127,11 +127,10 @@ def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress
     outcome, values = Outcome(False, "no stage ran"), initial
     for position, stage in enumerate(stages):
 
-        def watch(
-            count: int, best: float, position: int = position, kind: str = stage.optimizer.kind
-        ) -> None:
+        def watch(count: int, best: float, position: int = position, stage: Stage = stage) -> None:
             progress.rows.append((number, position, count, best, time.perf_counter() - progress.began))
-            progress.show(number, plan.starts, kind, count, best)
+            told = best if stage.objective is plan.objective else np.nan
+            progress.show(number, plan.starts, stage.optimizer.kind, count, told)
 
         target = plan.target_cost if stage.objective is plan.objective else 0.0
         part = _part(plan.parameters, stage, values)

@@ -1,0 +1,133 @@
+"""The reference, written from the code: every command with its options, every key of every config, a page for
+each effect with its formula from formulas.md.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer.main
+
+from identify.cli import app
+from identify.core.analyses import BY_NAME, WITH_CONFIG
+from identify.core.schema import config_schema
+from identify.model.effects.base import EFFECTS
+
+_FENCE = "```"
+
+
+def write_reference(docs: Path) -> None:
+    """Write docs/reference; files that are the same already are left alone, and not built anew."""
+    folder = docs / "reference"
+    _write(folder / "options.md", options())
+    for name in WITH_CONFIG:
+        _write(folder / f"config_{name}.md", config(name))
+    formulas = formulas_in((docs / "formulas.md").read_text(encoding="utf-8"))
+    kinds = config_schema(BY_NAME["vibration"])["properties"]["effects"]["kinds"]
+    for kind in EFFECTS.builtin:
+        _write(folder / "effects" / f"{kind}.md", effect(kind, kinds[kind], formulas[kind]))
+    rows = "\n".join(EFFECTS.builtin)
+    _write(folder / "effects" / "index.md", f"# Effects\n\n{_FENCE}{{toctree}}\n{rows}\n{_FENCE}\n")
+
+
+def formulas_in(text: str) -> dict[str, str]:
+    """The sections of formulas.md by kind."""
+    _, *parts = re.split(r"^## ", text, flags=re.MULTILINE)
+    return {head.strip(): body.strip() for head, _, body in (part.partition("\n") for part in parts)}
+
+
+def options() -> str:
+    """Every command with its arguments and options."""
+    group: Any = typer.main.get_command(app)
+    parts = ["# Commands and options\n"]
+    for name, command in group.commands.items():
+        rows = [_parameter(one) for one in command.params if one.name != "help"]
+        parts.append(f"## identify {name}\n\n{_plain(command.help or '')}\n")
+        parts.append(_table(("option", "default", "meaning"), rows))
+    return "\n".join(parts)
+
+
+def _parameter(one: Any) -> tuple[str, str, str]:
+    if one.param_type_name == "argument":
+        return f"`{(one.metavar or one.name).upper()}`", "", _plain(one.help or "")
+    names = ", ".join(f"`{name}`" for name in (*one.opts, *one.secondary_opts))
+    default = "" if one.default in (None, False, []) or callable(one.default) else f"`{one.default}`"
+    return names, default, _plain(one.help or "")
+
+
+def config(name: str) -> str:
+    """Every key of a config."""
+    analysis = BY_NAME[name]
+    schema = config_schema(analysis)
+    parts = [f"# Config: {analysis.takes}\n", f"`schema: {analysis.schema}`\n", _keys(schema)]
+    for key, field in schema["properties"].items():
+        for kind, inside in field.get("kinds", {}).items():
+            parts.append(f"## {key}: {kind}\n\n{_plain(inside.get('description', ''))}\n")
+            parts.append(_keys(inside))
+    for inner, definition in schema.get("$defs", {}).items():
+        if definition.get("properties"):
+            parts.append(f"## {inner}\n\n{_plain(definition.get('description', ''))}\n\n{_keys(definition)}")
+    return "\n".join(parts)
+
+
+def effect(kind: str, schema: dict[str, Any], formula: str) -> str:
+    """The page of an effect."""
+    inner = [f"## {name}\n\n{_keys(one)}" for name, one in schema.get("$defs", {}).items()]
+    said = _plain(schema["description"])
+    return "\n\n".join([f"# {kind}", said, "## Formula", formula, "## Keys", _keys(schema), *inner]) + "\n"
+
+
+def _keys(schema: dict[str, Any]) -> str:
+    if not schema.get("properties"):
+        return ""
+    needed = schema.get("required", [])
+    rows = []
+    for key, field in schema["properties"].items():
+        default = "required" if key in needed else _default(field.get("default"))
+        rows.append(
+            (
+                f"`{key}`",
+                " or ".join(dict.fromkeys(_types(field))),
+                default,
+                _plain(field.get("description", "")),
+            )
+        )
+    return _table(("key", "takes", "default", "meaning"), rows)
+
+
+def _types(field: dict[str, Any]) -> Iterator[str]:
+    for one in field.get("anyOf", [field]):
+        if "$ref" in one:
+            yield one["$ref"].rpartition("/")[2]
+        elif "enum" in one or "const" in one:
+            yield ", ".join(f"`{value}`" for value in one.get("enum", [one.get("const")]))
+        elif one.get("type") == "array":
+            inner = next(_types(one.get("items", {})), "") if isinstance(one.get("items"), dict) else ""
+            yield f"list of {inner}" if inner else "list"
+        elif one.get("type") not in (None, "null"):
+            yield one["type"]
+
+
+def _default(value: Any) -> str:
+    return "" if value is None or isinstance(value, dict | list) else f"`{value}`"
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    return (
+        "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in lines) + "\n"
+    )
+
+
+def _plain(text: str) -> str:
+    """One paragraph, in which nothing is taken for markup."""
+    return re.sub(r"\s+", " ", text).replace("<", "\\<").replace("*", "\\*").replace("$", "\\$").strip()
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")

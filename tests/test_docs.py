@@ -1,0 +1,64 @@
+"""The documentation: built strictly, and complete."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from identify.model.effects.base import EFFECTS
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def _built(docs: Path) -> subprocess.CompletedProcess[str]:
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-W",
+        "-q",
+        "-b",
+        "html",
+        str(docs),
+        str(docs / "_build" / "html"),
+    ]
+    environment = {**os.environ, "PYTHONPATH": str(DOCS.parent)}
+    return subprocess.run(command, check=False, capture_output=True, text=True, env=environment)
+
+
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sources of the documentation, without what was built of them."""
+    docs = tmp_path_factory.mktemp("copy") / "docs"
+    shutil.copytree(DOCS, docs, ignore=shutil.ignore_patterns("_build", "reference", "__pycache__"))
+    return docs
+
+
+def test_the_docs_are_built_strictly_and_have_every_option_key_and_effect(copied: Path) -> None:
+    built = _built(copied)
+    assert built.returncode == 0, built.stderr
+    html = copied / "_build" / "html"
+    options = (html / "reference" / "options.html").read_text()
+    for word in ("--profile", "--window-decay", "--no-report", "identify simulate"):
+        assert word in options, word
+    keys = (html / "reference" / "config_vibration.html").read_text()
+    for word in ("window_decay_per_s", "posture_deg", "start_factor", "differential-evolution"):
+        assert word in keys, word
+    for kind in EFFECTS.builtin:
+        page = (html / "reference" / "effects" / f"{kind}.html").read_text()
+        assert 'class="math' in page, kind
+    assert (html / "searchindex.js").exists()
+    (copied / "faq.md").write_text("# Questions\n\n[gone](gone.md)\n")
+    assert _built(copied).returncode != 0, "a link to nowhere is an error"
+
+
+def test_every_effect_has_a_formula() -> None:
+    sections = [
+        line[3:] for line in (DOCS / "formulas.md").read_text().splitlines() if line.startswith("## ")
+    ]
+    assert sorted(sections) == sorted(EFFECTS.builtin)
