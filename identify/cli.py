@@ -195,6 +195,8 @@ def check(config: Config, quiet: Quiet = False) -> None:
         raise InputErrors(list(checked.refused))
     if checked.failed:
         raise typer.Exit(EXIT_FAILED_CHECK)
+    if not quiet:
+        typer.echo(f"next: identify fit {config}")
 
 
 @app.command()

@@ -41,7 +41,7 @@ def verdict(found: TargetResult, judge: str) -> tuple[str, ...]:
         f"{_OF[found.target]} of joints {joints}: RMS residual on record {judge} from {before} to {after}"
         f" {unit}, "
     )
-    effects = "; ".join(found.effects.name)
+    effects = "; ".join(found.effects.sentence)
     return (said + f"{taken} % of its squares explained.", f"In order of evidence: {effects}.")
 
 

@@ -287,9 +287,10 @@ def _verdict(rows: PostureRows, seconds: float, about: str) -> tuple[str, ...]:
         f"The first mode lies between {np.nanmin(first):.2f} and {np.nanmax(first):.2f} Hz, its damping"
         f" between {np.nanmin(damping):.2g} "
     )
+    angles = ", ".join(f"{angle:.4g}" for angle in rows.posture_deg[weak])
     softest = (
-        f"The tool is most compliant at {rows.name[weak]}: {1e6 * peak[weak]:.3g} µm/N at a resonance, along"
-        " the softest axis of the base."
+        f"The tool is most compliant at {rows.name[weak]} ({angles})°: {1e6 * peak[weak]:.3g} µm/N at a"
+        " resonance, along the softest axis of the base."
     )
     return done, f"{between}and {np.nanmax(damping):.2g} %.", softest
 

@@ -116,8 +116,8 @@ class Lines:
 
     @contextmanager
     def alive(self, first: str) -> Iterator[None]:
-        """Signs of life as long as it is open."""
-        self.tell(first, stage=first)
+        """Signs of life as long as it is open; first: what is done, said where it takes long."""
+        self._text = first
         ended = threading.Event()
 
         def beating() -> None:

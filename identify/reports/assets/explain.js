@@ -35,7 +35,7 @@ DATA.targets.forEach(target => {
     })),
     ...["before", "after"].map((when, i) => ({
       x: gap[i], y: joints.map(joint => `joint ${joint} `), type: "bar", orientation: "h", name: `gap ${when}`, xaxis: "x2", yaxis: "y2",
-      marker: {color: color(i ? "fitted" : "initial")}, hovertemplate: `%{x:.3g}<extra>gap ${when}</extra>`,
+      marker: {color: color(i ? "ink" : "line")}, hovertemplate: `%{x:.3g}<extra>gap ${when}</extra>`,
     })),
   ], {
     height: 130 + 26 * Math.max(steps.length, 4), margin: {l: 210, r: 16, t: 40, b: 56}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"}, barmode: "group",

@@ -22,8 +22,12 @@
     along.value = at >= 0 ? at : most.length ? most[0] : last;
   }
 
+  // Where one angle alone varies, a line joins the dots.
+  const joined = o => Boolean(o.joint) && over.filter(other => other.joint).length === 1 && new Set(o.values).size === o.values.length;
+  const sorted = (o, rows) => joined(o) ? [...rows].sort((a, b) => o.values[a] - o.values[b]) : rows;
+
   function trend() {
-    const q = quantities[quantity.value], o = over[along.value], rows = names.map((_, i) => i);
+    const q = quantities[quantity.value], o = over[along.value], rows = sorted(o, names.map((_, i) => i));
     const counted = rows.filter(i => !(q.faint && q.faint[i]) && q.value[i] !== null), others = rows.filter(i => q.faint && q.faint[i] && q.value[i] !== null);
     const reach = limit => counted.map(i => limit && limit[i] !== null ? Math.abs(limit[i] - q.value[i]) : 0);
     const values = counted.map(i => q.value[i]), low = Math.min(...values), high = Math.max(...values), room = 0.3 * (high - low) || 0.05 * Math.abs(high) || 1;
@@ -31,7 +35,7 @@
     const line = q.level && {type: "line", xref: "paper", x0: 0, x1: 1, y0: q.level[0], y1: q.level[0], line: {color: color("initial"), width: 1.5}, layer: "below"};
     const dots = (at, marker) => ({x: at.map(i => o.values[i]), y: at.map(i => q.value[i]), text: at.map(i => names[i]), mode: "markers", type: "scatter", marker, hovertemplate: "%{text}<br>%{x:.4g}: %{y:.5g}<extra></extra>"});
     return [[
-      {...dots(counted, {size: 6, color: color("fitted")}), ...(q.low && {error_y: {type: "data", symmetric: false, array: reach(q.high), arrayminus: reach(q.low), color: color("muted"), thickness: 1, width: 0}})},
+      {...dots(counted, {size: 6, color: color("fitted")}), ...(joined(o) && {mode: "lines+markers", line: {color: color("fitted"), width: 1.2}}), ...(q.low && {error_y: {type: "data", symmetric: false, array: reach(q.high), arrayminus: reach(q.low), color: color("muted"), thickness: 1, width: 0}})},
       ...(others.length ? [dots(others, {size: 6, symbol: "x-thin", color: color("muted"), line: {width: 1.5, color: color("muted")}})] : []),
     ], {
       height: 400, margin: {l: 70, r: 12, t: 40, b: 52}, showlegend: false, title: {text: q.name, font: {size: 14}, x: 0, xref: "paper", xanchor: "left"},
@@ -54,9 +58,9 @@
   }
 
   function frequencies() {
-    const o = over[along.value];
+    const o = over[along.value], rows = sorted(o, names.map((_, i) => i));
     return [quantities.filter(q => q.kind === "frequency").map((q, i) => ({
-      x: o.values, y: q.value, text: names, name: q.name.replace("frequency of ", ""), mode: "markers", type: "scatter", marker: {size: 5, color: PALETTE[i % PALETTE.length]},
+      x: rows.map(i => o.values[i]), y: rows.map(i => q.value[i]), text: rows.map(i => names[i]), name: q.name.replace("frequency of ", ""), mode: joined(o) ? "lines+markers" : "markers", line: {width: 1.2}, type: "scatter", marker: {size: 5, color: PALETTE[i % PALETTE.length]},
       hovertemplate: "%{text}: %{y:.4g} Hz<extra></extra>",
     })), {height: 380, margin: {l: 64, r: 12, t: 34, b: 52}, legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"}, xaxis: {title: {text: o.label}, zeroline: false}, yaxis: {title: {text: "Frequency (Hz)"}, rangemode: "tozero"}}];
   }

@@ -7,7 +7,7 @@
   if (!stages.length) return;
   const home = {azimuth: -0.9, elevation: 0.35, zoom: 1};
   const view = {...home};
-  let robot, mode, center, radius, feet, order, canvas, context, playing = true, phase = 0, last = 0;
+  let robot, mode, center, radius, reach, rise, feet, order, canvas, context, playing = true, phase = 0, last = 0;
 
   const drawn = DATA.measurements.filter(m => m.robot);
   const links = [...new Set(drawn.flatMap(m => m.robot.link))].filter(Boolean);
@@ -33,12 +33,14 @@
     const all = [...robot.points, ...robot.skeleton];
     center = [0, 1, 2].map(i => (Math.min(...all.map(p => p[i])) + Math.max(...all.map(p => p[i]))) / 2);
     radius = Math.max(...all.map(p => Math.hypot(...add(p, center, -1)))) || 1;
+    reach = Math.max(...all.map(p => Math.hypot(p[0] - center[0], p[1] - center[1]))) || radius;
+    rise = Math.max(...all.map(p => Math.abs(p[2] - center[2])));
     feet = robot.points.map(point => foot(point, robot.skeleton));
     order = feet.map((_, i) => i).sort((a, b) => feet[a].segment - feet[b].segment || feet[a].part - feet[b].part);
     $("robot-mode").replaceChildren(...robot.modes.map((m, i) => new Option(m.label, i)));
     $("robot-mode").selectedIndex = Math.min(Math.max(at, 0), robot.modes.length - 1);
     const what = [chosen.name, chosen.use].filter(Boolean).join(", ");
-    $("robot-about").textContent = `${what}. Drag to turn, wheel to zoom. Largest displacement of each mode drawn equally large; `
+    $("robot-about").textContent = `${what}. Drag or arrow keys turn, wheel or + and - zoom. Largest displacement of each mode drawn equally large; `
       + `dashed: at rest. ${hasArrows() ? "Arrows: channels' directions, longer at forces. " : ""}`
       + (robot.ring.about && `Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not told"}).`);
     chooseMode();
@@ -54,10 +56,16 @@
     paint();
   }
 
+  // Pixels a metre: the robot, turned however, fills its panel.
+  function pixels() {
+    const high = Math.cos(view.elevation) * rise + Math.abs(Math.sin(view.elevation)) * reach;
+    return 0.42 * Math.min(canvas.clientWidth / reach, canvas.clientHeight / high) * view.zoom;
+  }
+
   function project(p) {
     const [x, y, z] = add(p, center, -1), c = Math.cos(view.azimuth), s = Math.sin(view.azimuth);
     const across = -s * x + c * y, depth = c * x + s * y;
-    const scale = 0.52 * Math.min(canvas.clientWidth, canvas.clientHeight) / radius * view.zoom;
+    const scale = pixels();
     const up = Math.cos(view.elevation) * z - Math.sin(view.elevation) * depth;
     return [canvas.clientWidth / 2 + scale * across, canvas.clientHeight / 2 - scale * up];
   }
@@ -122,13 +130,20 @@
     }
   }
 
+  // Links as capsules, thinner towards the tool: their outline first, so that they look like one body.
+  function bodies(skeleton) {
+    const size = i => Math.max(6, pixels() * radius * 0.13 * (1 - 0.6 * i / Math.max(skeleton.length - 1, 1)));
+    for (const [stroke, less] of [["muted", 0], ["neutral", 2.5]])
+      for (let i = 0; i + 1 < skeleton.length; i++) line([skeleton[i], skeleton[i + 1]], color(stroke), size(i) - less);
+  }
+
   function paintModel() {
     const skeleton = moved(robot.skeleton, mode.skeleton), points = moved(robot.points, mode.points);
     points.forEach((point, i) => {
       const {segment, part} = feet[i];
       if (skeleton.length > 1) line([add(skeleton[segment], add(skeleton[segment + 1], skeleton[segment], -1), part), point], linkColor(robot.link[i]), 1.5);
     });
-    line(skeleton, color("ink"), 5);
+    bodies(skeleton);
     skeleton.forEach(p => disc(project(p), 4.5, color("paper"), color("ink")));
     paintArrows(points);
     return paintPoints(points);
@@ -210,6 +225,15 @@
       paint();
     });
     canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+    canvas.addEventListener("keydown", event => {
+      const turn = {ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[event.key], zoom = {"+": 1.1, "-": 1 / 1.1}[event.key];
+      if (turn) { view.azimuth += turn[0]; view.elevation = Math.min(1.57, Math.max(-0.3, view.elevation + turn[1])); }
+      else if (zoom) view.zoom = Math.min(8, Math.max(0.3, view.zoom * zoom));
+      else if (event.key === " ") play(!playing);
+      else return;
+      event.preventDefault();
+      paint();
+    });
     canvas.addEventListener("wheel", event => {
       event.preventDefault();
       view.zoom = Math.min(8, Math.max(0.3, view.zoom * Math.exp(-event.deltaY * 0.001)));

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from identify.reports.explain.pick import bars, history
 from identify.reports.explain.tables import scale, title
-from identify.reports.kit.figures import BLUE, INK, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.kit.figures import BLUE, GRID, INK, ORANGE, PALETTE, WIDTH_IN
 from identify.results.explain import Curves, TargetResult
 
 
@@ -53,8 +53,8 @@ def shares(found: TargetResult) -> Figure:
     )
     left.legend(loc="lower right")
     place = np.arange(len(found.joints), dtype=float)
-    right.barh(place - 0.2, found.gap_start, 0.38, color=ORANGE, label="before")
-    right.barh(place + 0.2, found.gap, 0.38, color=BLUE, label="after")
+    right.barh(place - 0.2, found.gap_start, 0.38, color=GRID, label="before")
+    right.barh(place + 0.2, found.gap, 0.38, color=INK, label="after")
     right.set(
         xscale="log",
         yticks=place,

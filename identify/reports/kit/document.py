@@ -15,7 +15,19 @@ import typst
 
 from identify.reports.kit import figures
 from identify.reports.kit.cells import Curves, Table, sentence
-from identify.reports.kit.report import PRINT, Bullets, Code, Drawing, Heading, Part, Report, Tabular, visible
+from identify.reports.kit.report import (
+    GAP,
+    PRINT,
+    Bullets,
+    Code,
+    Drawing,
+    Heading,
+    Part,
+    Report,
+    Tabular,
+    speaks_of_gap,
+    visible,
+)
 from identify.results.header import Header
 
 if TYPE_CHECKING:
@@ -94,6 +106,8 @@ def document(result: Header, report: Report) -> Document:
     for note in result.notes:
         made.add("warning", sentence(note))
     made.blocks.append({"kind": "tiles", "items": report.tiles})
+    if speaks_of_gap(report):
+        made.add("paragraph", GAP)
     with figures.style():
         _add(made, visible(report.opening, PRINT))
         for section in report.sections:

@@ -15,7 +15,7 @@ import numpy as np
 from markupsafe import Markup
 
 from identify.reports.kit.cells import sentence
-from identify.reports.kit.report import PAGE, Report, visible
+from identify.reports.kit.report import GAP, PAGE, Report, speaks_of_gap, visible
 from identify.results.header import Header
 
 _ASSETS = Path(__file__).parents[1] / "assets"
@@ -40,6 +40,7 @@ def page(result: Header, report: Report) -> str:
         opening=visible(report.opening, PAGE),
         sections=shown,
         sentence=sentence,
+        gap=GAP if speaks_of_gap(report) else "",
         style=_text("report.css"),
         scripts=[*map(_text, _EARLY), Markup(_plotly()), *map(_text, (_LATE[0], *own, _LATE[1]))],
         data=Markup(_json(_together([section.data for section, _ in shown]))),

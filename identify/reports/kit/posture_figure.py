@@ -31,7 +31,7 @@ def trends(postures: Postures, quantities: Sequence[Quantity]) -> Figure:
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
     for axes, one in zip(panels, quantities, strict=False):
         x, label = _across(postures, one)
-        _trend(axes, x, one)
+        _trend(axes, x, one, _joined(postures, one))
         axes.set_xlabel(label)
         axes.set_title(one.name)
         axes.set_ylabel(one.unit or NONE)
@@ -47,14 +47,22 @@ def _across(postures: Postures, one: Quantity) -> tuple[Array, str]:
     return postures.angles_deg[:, joint], f"Joint {joint + 1} (°)"
 
 
-def _trend(axes: Axes, x: Array, one: Quantity) -> None:
+def _joined(postures: Postures, one: Quantity) -> bool:
+    """Whether one angle alone varies, so that a line may join its dots."""
+    angles = postures.angles_deg[:, postures.joint_of(one)]
+    return len(postures.varied) == 1 and postures.joint_of(one) >= 0 and len(set(angles)) == len(angles)
+
+
+def _trend(axes: Axes, x: Array, one: Quantity, joined: bool) -> None:
     faint = np.zeros(len(x), dtype=bool) if one.faint is None else one.faint
     if one.level is not None:
         axes.axhspan(one.level[1], one.level[2], color=ORANGE, alpha=0.35, lw=0)
         axes.axhline(one.level[0], color=ORANGE, lw=0.9)
     if one.low is not None and one.high is not None:
         axes.vlines(x[~faint], one.low[~faint], one.high[~faint], color=MUTED, lw=0.6)
-    axes.plot(x[~faint], one.value[~faint], ".", color=BLUE, ms=3.5)
+    order = np.argsort(x[~faint], kind="stable")
+    style = ".-" if joined else "."
+    axes.plot(x[~faint][order], one.value[~faint][order], style, color=BLUE, ms=3.5, lw=0.8)
     counted = one.value[~faint & np.isfinite(one.value)]
     axes.plot(x[faint], one.value[faint], "x", color=MUTED, ms=3)
     if len(counted):
@@ -73,12 +81,14 @@ def modes(postures: Postures, kind: str) -> Figure:
         color = PALETTE[number % len(PALETTE)]
         if one.low is not None and one.high is not None:
             axes.vlines(x, one.low, one.high, color=color, lw=0.5, rasterized=len(x) > _MANY)
+        order = np.argsort(x, kind="stable")
         axes.plot(
-            x,
-            one.value,
-            ".",
+            x[order],
+            one.value[order],
+            ".-" if _joined(postures, found[0]) else ".",
             color=color,
             ms=3,
+            lw=0.8,
             rasterized=len(x) > _MANY,
             label=one.name.removeprefix(f"{kind} of "),
         )

@@ -174,6 +174,18 @@ class Report:
     sections: Sequence[Section]
 
 
+GAP = "Gap: what is left between model and measurement (RMS), over the measurement's own noise; 1 is perfect."
+"""Stands on every page and in every PDF that has a gap."""
+
+
+def speaks_of_gap(report: Report) -> bool:
+    """Whether a tile or a table has a gap."""
+    parts = [*report.opening, *(part for section in report.sections for part in section.parts)]
+    tables = [part.table for part in visible(parts, PRINT) if isinstance(part, Tabular)]
+    heads = [column.heading for table in tables for column in table.columns]
+    return any(text.lower().startswith("gap") for text in [*heads, *(tile[0] for tile in report.tiles)])
+
+
 def visible(parts: Sequence[Part], on: On) -> list[Part]:
     """The parts that are shown there; but on the page, boxes and folds are opened."""
     found: list[Part] = []
