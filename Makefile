@@ -7,13 +7,17 @@ UV := $(BIN)/python -m uv
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test docs browser screenshots lint format bench lock clean
+.PHONY: demo test release docs browser screenshots lint format bench lock clean
 
 demo:
 	$(MADE) dev.py demo
 
 test:
 	$(MADE) dev.py test
+
+# Wheel and sdist in dist/, each tried in a bare environment.
+release:
+	$(MADE) dev.py release
 
 # The documentation as a website: docs/_build/html/index.html.
 docs: .venv/ready

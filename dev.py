@@ -1,4 +1,4 @@
-"""The recipe for every system: `python dev.py demo`, `test` or `ready`; make calls it too.
+"""The recipe for every system: `python dev.py demo`, `test`, `release` or `ready`; make calls it too.
 
 It needs Python 3.11 or newer and nothing else; on Windows, `py dev.py demo`.
 """
@@ -6,8 +6,10 @@ It needs Python 3.11 or newer and nothing else; on Windows, `py dev.py demo`.
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent
@@ -19,9 +21,9 @@ _LEAST = (3, 11)
 _EXAMPLE = "configs/arm_hammer_test.yaml"
 
 
-def program(name: str, windows: bool = os.name == "nt") -> Path:
-    """Where a program of the environment is."""
-    return VENV / ("Scripts" if windows else "bin") / (f"{name}.exe" if windows else name)
+def program(name: str, environment: Path = VENV, windows: bool = os.name == "nt") -> Path:
+    """Where a program of an environment is."""
+    return environment / ("Scripts" if windows else "bin") / (f"{name}.exe" if windows else name)
 
 
 def run(name: str, *words: str) -> None:
@@ -62,7 +64,25 @@ def test() -> None:
     run("pytest", "-n", "logical", "--dist", "loadfile")
 
 
-RECIPES = {"ready": ready, "demo": demo, "test": test}
+def release() -> None:
+    """Build wheel and sdist into dist/, and fit the example with each, installed in a bare environment."""
+    ready()
+    shutil.rmtree(ROOT / "dist", ignore_errors=True)
+    run("python", "-m", "hatchling", "build", "-d", "dist")
+    for built in sorted((ROOT / "dist").iterdir()):
+        with tempfile.TemporaryDirectory() as folder:
+            bare = Path(folder) / "bare"
+            run("python", "-m", "uv", "venv", "-q", "--seed", str(bare))
+            python = str(program("python", bare))
+            run("python", "-m", "uv", "pip", "install", "-q", "--python", python, str(built))
+            fit = [str(program("identify", bare)), "fit", str(ROOT / _EXAMPLE), "--out", "arm.h5"]
+            done = subprocess.run(fit, check=False, cwd=folder)
+            if done.returncode or not (Path(folder) / "arm.pdf").exists():
+                sys.exit(f"{built.name}: the example cannot be fitted with it")
+        print(f"{built.name}: installed in a bare environment, it fits the example.")
+
+
+RECIPES = {"ready": ready, "demo": demo, "test": test, "release": release}
 
 
 def main(words: list[str]) -> None:

@@ -11,15 +11,16 @@
     const marks = {size: 9, color: parameters.status.map(s => statusColor[s]), symbol: parameters.status.map(s => statusMark[s])};
     const reach = limits => parameters.value.map((v, i) => limits[i] === null ? 0 : Math.abs(v - limits[i]));
     const kinds = Object.keys(statusColor).filter(s => parameters.status.includes(s));
+    const narrow = $("parameter-plot").clientWidth < 560;  // a telephone has room for one panel
     return [[
       {...common, x: parameters.initial, name: "start", marker: {size: 8, symbol: "circle-open", color: color("muted"), line: {width: 1.5}}, hovertemplate: "start<extra>%{y}</extra>"},
       {...common, x: parameters.value, name: "fitted", marker: marks, showlegend: false, error_x: {type: "data", symmetric: false, array: reach(parameters.high_95), arrayminus: reach(parameters.low_95), color: color("ink"), thickness: 1.5, width: 3}, hovertemplate: "fitted<extra>%{y}</extra>"},
-      {...common, x: parameters.half, xaxis: "x2", marker: marks, showlegend: false, hovertemplate: "± %{x:.2g} %<extra>%{y}</extra>"},
+      ...(narrow ? [] : [{...common, x: parameters.half, xaxis: "x2", marker: marks, showlegend: false, hovertemplate: "± %{x:.2g} %<extra>%{y}</extra>"}]),
       ...kinds.map(s => ({...common, x: [null], y: [y[0]], name: s, marker: {size: 9, color: statusColor[s], symbol: statusMark[s]}})),
     ], {
-      height: 110 + 22 * y.length, margin: {l: 150, r: 16, t: 40, b: 56}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
-      xaxis: {title: {text: "Place between the bounds (–)"}, range: [-0.02, 1.02], domain: [0, 0.56], tickvals: [0, 0.25, 0.5, 0.75, 1], ticktext: ["lower", "¼", "½", "¾", "upper"], zeroline: false},
-      xaxis2: {domain: [0.62, 1], ...logAxis(parameters.half, "Half the 95 % interval (% of the value)")},
+      height: (narrow ? 200 : 110) + 22 * y.length, margin: {l: 150, r: 16, t: narrow ? 130 : 40, b: 56}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
+      xaxis: {title: {text: "Place between the bounds (–)"}, range: [-0.02, 1.02], domain: [0, narrow ? 1 : 0.56], tickvals: [0, 0.25, 0.5, 0.75, 1], ticktext: ["lower", "¼", "½", "¾", "upper"], zeroline: false},
+      ...(!narrow && {xaxis2: {domain: [0.62, 1], ...logAxis(parameters.half, "Half the 95 % interval (% of the value)")}}),
       yaxis: {autorange: "reversed", anchor: "x"},
     }];
   });

@@ -28,6 +28,7 @@ DATA.targets.forEach(target => {
   pickJoint.addEventListener("change", show);
   show();
 
+  const narrow = () => $(`${name}-shares`).clientWidth < 560;  // a telephone: one panel above the other
   if (steps.length) draw(`${name}-shares`, () => [[
     ...joints.map((joint, i) => ({
       x: shares[i], y: steps, type: "bar", orientation: "h", name: `joint ${joint}`, marker: {color: PALETTE[i]},
@@ -38,8 +39,8 @@ DATA.targets.forEach(target => {
       marker: {color: color(i ? "ink" : "line")}, hovertemplate: `%{x:.3g}<extra>gap ${when}</extra>`,
     })),
   ], {
-    height: 130 + 26 * Math.max(steps.length, 4), margin: {l: 210, r: 16, t: 40, b: 56}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"}, barmode: "group",
-    xaxis: {title: {text: "Of the squares at first (%)"}, domain: [0, 0.62]}, yaxis: {autorange: "reversed"},
-    xaxis2: {domain: [0.74, 1], anchor: "y2", ...logAxis(gap.flat(), "Gap (1 is noise)")}, yaxis2: {anchor: "x2", autorange: "reversed", domain: [0.3, 1]},
+    height: (narrow() ? 2.4 : 1) * (130 + 26 * Math.max(steps.length, 4)), margin: {l: narrow() ? 100 : 210, r: 16, t: narrow() ? 110 : 40, b: 56}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"}, barmode: "group",
+    xaxis: {title: {text: "Of the squares at first (%)"}, domain: [0, narrow() ? 1 : 0.62]}, yaxis: {autorange: "reversed", domain: narrow() ? [0.5, 1] : [0, 1]},
+    xaxis2: {domain: [narrow() ? 0 : 0.74, 1], anchor: "y2", ...logAxis(gap.flat(), "Gap (1 is noise)")}, yaxis2: {anchor: "x2", autorange: "reversed", domain: narrow() ? [0, 0.3] : [0.3, 1]},
   }]);
 });

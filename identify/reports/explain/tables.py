@@ -75,15 +75,17 @@ def effect_table(found: TargetResult) -> Table:
         *(Column(f"Joint {joint}", "%") for joint in found.joints),
         words("Reading"),
         words("Not distinguishable from"),
+        words("Name"),
     )
     e = found.effects
     rows = [
         (
-            e.name[row],
+            e.sentence[row] or e.name[row],
             number(e.evidence[row], 3),
             *(_percent(value) for value in e.share[row]),
             e.reading[row] or NONE,
             e.rivals[row] or NONE,
+            e.name[row],
         )
         for row in range(len(e.name))
     ]

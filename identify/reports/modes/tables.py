@@ -39,12 +39,13 @@ def tiles(result: ModesResult) -> tuple[tuple[str, str, str], ...]:
 
 
 def measurement_table(result: ModesResult) -> Table:
-    """What was analysed."""
+    """What was analysed; the decay of a window only where there was one."""
+    windowed = any(m.frf.window_decay_per_s for m in result.measurements.values())
     columns = (
         words("Measurement"),
         words("Joint angles", "°"),
         words("FRFs"),
-        Column("Decay", "1/s"),
+        *([Column("Decay", "1/s")] if windowed else []),
         Column("Modes"),
         Column("Error", "%"),
     )
@@ -53,7 +54,7 @@ def measurement_table(result: ModesResult) -> Table:
             m.name,
             ", ".join(f"{angle:.1f}" for angle in m.posture_deg) or "not told",
             f"{count(len(m.frf.output), 'FRF')} ({m.frf.quantity}), {band(m.frf)}",
-            number(m.frf.window_decay_per_s),
+            *([number(m.frf.window_decay_per_s)] if windowed else []),
             str(len(m.modes.frequency_hz)),
             percent(m.total_error),
         )
@@ -61,8 +62,8 @@ def measurement_table(result: ModesResult) -> Table:
     ]
     references = dict.fromkeys(", ".join(m.modes.references) for m in result.measurements.values())
     note = (
-        "Decay: of the exponential window on force and response. Error: of the FRFs rebuilt from the modes. "
-        f"References: {'; '.join(references)}."
+        f"{'Decay: of the exponential window on force and response. ' if windowed else ''}"
+        f"Error: of the FRFs rebuilt from the modes. References: {'; '.join(references)}."
     )
     return Table("Measurements", columns, tuple(rows), note)
 
@@ -77,7 +78,7 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         Column("± 95 %", "Hz"),
         Column("Damping ratio", "%"),
         Column("± 95 %", "%"),
-        Column("Seen through window", "%"),
+        *([Column("Seen through window", "%")] if m.frf.window_decay_per_s else []),
         Column("MPC"),
         Column("MPD", "°"),
     )
@@ -89,7 +90,7 @@ def mode_table(m: AnalysedMeasurement) -> Table:
             number(NORMAL_95 * t.frequency_std_hz[i], 2),
             percent(t.damping_ratio[i]),
             number(100 * NORMAL_95 * t.damping_std[i], 2),
-            percent(t.seen_damping_ratio[i]),
+            *([percent(t.seen_damping_ratio[i])] if m.frf.window_decay_per_s else []),
             number(t.mpc[i]),
             number(t.mpd_deg[i], 3),
         )

@@ -1,0 +1,67 @@
+"""The recipe that needs no make, as far as it can be tried without building an environment."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def dev() -> ModuleType:
+    """dev.py as a module."""
+    spec = importlib.util.spec_from_file_location("dev", ROOT / "dev.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_programs_are_where_each_system_has_them(dev: ModuleType) -> None:
+    assert dev.program("python", Path("e"), windows=True) == Path("e/Scripts/python.exe")
+    assert dev.program("python", Path("e"), windows=False) == Path("e/bin/python")
+
+
+def test_every_recipe_is_a_target_of_make(dev: ModuleType) -> None:
+    makefile = (ROOT / "Makefile").read_text()
+    for name in dev.RECIPES:
+        assert f"dev.py {name}\n" in makefile, name
+
+
+@pytest.mark.parametrize("words", [[], ["nonsense"], ["demo", "test"]])
+def test_other_words_are_answered_with_the_recipes(words: list[str]) -> None:
+    ran = subprocess.run(
+        [sys.executable, str(ROOT / "dev.py"), *words], check=False, capture_output=True, text=True
+    )
+    assert ran.returncode == 1
+    assert "usage: python dev.py ready | demo | test | release" in ran.stderr
+
+
+def test_an_old_python_is_told_so(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dev, "_LEAST", (99, 0))
+    with pytest.raises(SystemExit, match="identify needs"):
+        dev.main(["ready"])
+
+
+def test_what_is_ready_is_left_alone(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    ran: list[tuple[str, ...]] = []
+    for name in dev._MADE_OF:
+        (tmp_path / name).write_text("")
+    (tmp_path / "ready").write_text("")
+    monkeypatch.setattr(dev, "ROOT", tmp_path)
+    monkeypatch.setattr(dev, "READY", tmp_path / "ready")
+    monkeypatch.setattr(dev, "run", lambda *words: ran.append(words))
+    monkeypatch.setattr(dev, "program", lambda name: Path(sys.executable))
+    dev.ready()
+    assert ran == []
+    (tmp_path / "ready").unlink()
+    dev.ready()
+    assert ran[1][:5] == ("python", "-m", "uv", "pip", "install")
