@@ -169,8 +169,9 @@ def story(quiet: bool) -> Iterator[Story]:
     with shown(quiet, "reading, and fitting the present model") as where:
 
         def tried(number: int, total: int) -> None:
-            if number < total:
-                where.tell(f"trying candidates: {number} of {total}", number, total, "candidates")
+            if number < total or not total:
+                of = f" of {total}" if total else ""
+                where.tell(f"trying candidates: {number}{of}", number, total or None, "candidates")
             else:
                 where.tell("comparing the best candidates", stage="best")
 
