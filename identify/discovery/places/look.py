@@ -17,7 +17,7 @@ from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect
 from identify.model.effects.measured_impedance import MeasuredImpedance
-from identify.model.effects.place import Beside, Place, Release
+from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.vibration.problem import Problem
 
 _NEAR, _FEWEST, _MOST = 6.0, 0.05, 8
@@ -85,12 +85,12 @@ def candidates_at(
     """What candidates would leave at the best of the places; those without a place last."""
     names = [p.name for p in problem.parameters]
     near = _near(ranked)
-    pairs, unplaced = [], []
+    pairs, unplaced, fitted = [], [], {one.place for one in ranked}
     for effect in candidates:
         places = effect.places(problem.robot, problem.points)
         own = [found for found in near if found.place in places]
         pairs += [(effect, found) for found in own]
-        if not places:
+        if not any(place in fitted or isinstance(place, (Rows, Column)) for place in places):
             unplaced.append(Looked(effect, float("nan"), {}))
     starts = workers.places(known, [Start(effect, found) for effect, found in pairs], done)
     best: dict[str, Looked] = {}
