@@ -48,7 +48,7 @@ def written(config: Path) -> Path:
     path = config.with_name("run.h5")
     found = CliRunner().invoke(app, ["explain", str(config), "--out", str(path)])
     assert found.exit_code == 0, found.output
-    assert "joint1.coulomb-friction" in found.output
+    assert "Coulomb friction of joint 1" in " ".join(found.output.split())
     assert "These records cannot say" in found.output
     return path
 
@@ -107,11 +107,11 @@ def test_reports_say_what_the_result_says(written: Path) -> None:
     page, printed = (written.with_suffix(suffix) for suffix in (".html", ".pdf"))
     kept = result_file.read(written, ExplainResult)
     text = page.read_text("utf-8")
-    for sentence in (*kept.verdict, kept.targets["torque"].effects.name[0]):
+    for sentence in (*kept.verdict, kept.targets["torque"].effects.sentence[0]):
         assert sentence.replace("'", "&#39;") in text
     flat = " ".join(lines(printed))
     assert "What these records cannot say" in flat
-    assert kept.targets["torque"].effects.name[0] in flat
+    assert kept.targets["torque"].effects.sentence[0] in flat
     before = page.read_bytes(), printed.read_bytes()
     write_reports(written)
     assert (page.read_bytes(), printed.read_bytes()) == before
