@@ -92,6 +92,7 @@ def _whitened(target: FrfTarget, difference: Complex) -> tuple[Complex, Array]:
 
 def _driven(target: FrfTarget, values: Array, number: int) -> Complex:
     """(lines, outputs, 1): FRFs of the set's outputs with a unit torque at a coordinate."""
+    target, values = target.at(values)
     s, unit = target.s_at(values), np.zeros((len(target.system.coordinates), 1), dtype=complex)
     unit[number] = 1.0
     moved = np.linalg.solve(

@@ -102,8 +102,8 @@ def variance_inflation(problem: Problem, trial: Trial) -> float:
     determine.
     """
     model = with_effects(problem, trial.task.effects, trial.values)
-    scale = Scale(model.parameters)
-    found = uncertainty(model.targets(), scale, model.initial)
+    found = uncertainty(model.targets(), Scale(model.parameters), model.initial)
+    scale, values = Scale(model.parameters[: model.size]), model.initial[: model.size]
     ratio = (found.std / found.independent_std) ** 2
-    known = np.array([status != "not determined" for status in statuses(scale, model.initial, found.std)])
+    known = np.array([status != "not determined" for status in statuses(scale, values, found.std)])
     return float(np.max(ratio, where=known, initial=1.0))

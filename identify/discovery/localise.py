@@ -159,8 +159,8 @@ def _force_of(problem: Problem, target: FrfTarget, pair: int) -> str:
 
 def _modes(fitted: list[FrfTarget], values: Array) -> list[tuple[float, float]]:
     """Frequency and half width, Hz, of the model's modes within the band, at the first posture."""
-    first = fitted[0]
-    modes = complex_modes(*first.system.matrices(values))
+    first, own = fitted[0].at(values)
+    modes = complex_modes(*first.system.matrices(own))
     inside = (modes.frequency_hz > first.data.frequency_hz[0]) & (
         modes.frequency_hz < first.data.frequency_hz[-1]
     )

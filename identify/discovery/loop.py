@@ -5,16 +5,18 @@ and what each one adds in the end.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from identify.core.errors import InputError
+from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
+from identify.discovery.promote import beyond_belief
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
-from identify.fitting.selection.loop import select
+from identify.fitting.selection.loop import Selection, select
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.vibration.costs.base import parse_cost
@@ -22,6 +24,8 @@ from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 from identify.vibration.study import StudyFile
 
+_PROMOTED = 6
+"""Errors of what was told that become effects at most."""
 Option = selection.Option[Effect, Trial]
 Step = selection.Step[Effect, Trial]
 
@@ -58,6 +62,10 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     story = story or Story()
     bench = ImpactWorkbench(problem, workers)
     found = select(bench, story)
+    options, final = list(found.options), found.final
+    if problem.nuisances.entries:
+        options, final = promoted(problem, workers, options, final, story)
+        found = Selection(found.first, final, tuple(options))
     added = in_turn(problem, workers, found.first, found.options, found.final)
     story.say(_spent(workers.seconds))
     places = tuple(bench.places(step.before) for step in story.steps)
@@ -68,6 +76,28 @@ def _spent(seconds: Mapping[str, float]) -> str:
     """Where the time went, longest first."""
     parts = sorted(seconds.items(), key=lambda item: -item[1])
     return "Time: " + ", ".join(f"{name} {time:.1f} s" for name, time in parts if name) + "."
+
+
+def promoted(
+    problem: Problem, workers: Workers, options: Sequence[Option], final: Trial, story: Story
+) -> tuple[list[Option], Trial]:
+    """The options and the model where errors of what was told that are beyond belief have become effects."""
+    kept, model, tried = list(options), final, list[Effect]()
+    for _ in range(_PROMOTED):
+        found = beyond_belief(problem.nuisances, model.values, problem.robot)
+        effect = next((one for one in found if one not in (*tried, *model.task.effects)), None)
+        if effect is None:
+            break
+        tried.append(effect)
+        [trial] = workers.run([Task(model.task.effects, (effect,), model.values, "thorough")])
+        fall = (model.squares - trial.squares) / 2
+        if fall > CONVINCING + (trial.free - model.free):
+            criterion = EvidenceCriterion(max(trial.gap**2, 1.0))
+            gain = replace(criterion.gain(model, trial), log_odds=fall - (trial.free - model.free))
+            kept.append(selection.Option(effect, trial, trial.free - model.free, gain))
+            model = trial
+            story.say(f"{effect.sentence()}: more than stated uncertainty allows.")
+    return kept, model
 
 
 def check_data(problem: Problem) -> None:

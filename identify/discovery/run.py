@@ -92,7 +92,8 @@ def _remarks(found: Discovery) -> list[tuple[Any, str]]:
 def _result(problem: Problem, found: Discovery, key: str, path: Path, began: float) -> DiscoveryResult:
     first, final = found.first, found.final
     after = with_effects(problem, final.task.effects, {})
-    text = config_text(problem.file, _remarks(found), final.values, path.parent)
+    values = {p.name: final.values[p.name] for p in after.parameters[: after.size]}
+    text = config_text(problem.file, _remarks(found), values, path.parent)
     fitted = evaluate(
         replace(after, file=after.file.model_copy(update={"text": text})), _as_fit(after, final), key
     )
@@ -101,7 +102,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
     return DiscoveryResult(
         key=key,
         name=problem.file.study.name,
-        verdict=sentences.verdict(found),
+        verdict=(*sentences.verdict(found), *filter(None, [sentences.assumed(problem, found)])),
         notes=fitted.notes,
         seconds=time.perf_counter() - began,
         elsewhere="measurements for validation"

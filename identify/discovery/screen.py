@@ -14,6 +14,7 @@ from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, rem
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
+from identify.discovery.promote import stated_already
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
@@ -49,6 +50,8 @@ def screened(
 
     None where the gap is closed and no place would make it smaller than noise models may be wrong.
     """
+    if problem.nuisances.entries:
+        return (), screened_softly(workers, problem, found, before, story)
     anchor, known = anchor_of(before), before.task.effects
     linear = [effect for effect in known if not effect.of_amplitude]
     model = with_effects(problem, linear, before.values)
@@ -80,6 +83,31 @@ def screened(
         quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
     rest = [_guessed(before, one, anchor) for one in placed[_REFITTED:]]
     return places, [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
+
+
+def screened_softly(
+    workers: Workers, problem: Problem, found: Sequence[Effect], before: Trial, story: Story
+) -> list[Trial]:
+    """Candidates, best first, where errors of what was told are stated and fitted along: a glance at those of
+    single channels, a few steps of the others with residuals that count for little, the best of them again.
+    """
+    known, count = before.task.effects, [0]
+
+    def one() -> None:
+        count[0] += 1
+        story.done(count[0], 0)
+
+    left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
+    [present] = workers.run([Task(known, (), before.values, "quick")], one)
+    measuring = [effect for effect in left if effect.of_measurement]
+    glances = workers.run([Task(known, (e,), present.values, "glance") for e in measuring], one)
+    near = sorted(glances, key=squares_of)[:_REFITTED]
+    others = [effect for effect in left if not effect.of_measurement]
+    tasks = [Task(known, (e,), present.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
+    brief = sorted(workers.run(tasks, one), key=squares_of)
+    best = [trial for trial in brief[:_REFITTED] if np.isfinite(trial.squares)]
+    quick = workers.run([Task(known, trial.task.new, trial.values, "quick") for trial in best], one)
+    return [*sorted(quick, key=squares_of), *brief[len(quick) :]]
 
 
 def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> list[Trial]:

@@ -8,12 +8,13 @@ import math
 from collections.abc import Sequence
 
 from identify.core.text import listed
-from identify.core.thresholds import CONVINCING, QUIET
+from identify.core.thresholds import CONVINCING, MISSING, QUIET
 from identify.discovery.evidence import removed
 from identify.discovery.loop import Discovery, Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable
+from identify.vibration.problem import Problem
 
 
 def gaps(gap: float, elsewhere: float) -> str:
@@ -76,6 +77,24 @@ def decision(step: Step, kept: bool) -> str:
     if kept:
         return found + " It was added."
     return found + " It was not kept: it compensates for another missing effect rather than being one."
+
+
+def assumed(problem: Problem, found: Discovery) -> str:
+    """What was taken for granted of what was told, in a sentence; empty where that cannot matter."""
+    stated = problem.file.study.uncertainty
+    if stated is not None:
+        like = f" `{stated.like}`" if stated.like else ""
+        return (
+            f"Masses, places, directions and gains may be off by the stated{like} uncertainty, which was"
+            " fitted along: only what it cannot explain was named."
+        )
+    if found.final.gap <= MISSING:
+        return ""
+    return (
+        "All that was told was taken as exact.  Masses, places of sensors, gains and directions of impacts"
+        " that are some per cent, millimetres and degrees off leave such a gap too: `uncertainty: typical`"
+        " in the study takes them into account."
+    )
 
 
 def verdict(found: Discovery) -> tuple[str, ...]:

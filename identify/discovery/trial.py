@@ -18,6 +18,7 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
+from identify.discovery.softly import best_softly, descend_softly, likely, without_errors
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -25,6 +26,7 @@ from identify.model.effects.base import Effect
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Measurement, Problem, with_effects
+from identify.vibration.uncertainty import fitted_information, predictive_squares
 
 _LINES, _FEWEST = 84, 21
 """Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread
@@ -128,7 +130,9 @@ class TrialRunner:
     def _quick(self, task: Task) -> Trial:
         problem = self._model("thin", task)
         starts = self._starts(problem, task)
-        if task.how == "glance":
+        if problem.nuisances.entries:
+            values, cost = self._softly(problem, starts, task)
+        elif task.how == "glance":
             values, cost = _best(problem, starts)
         elif task.how == "start":
             values, cost = _descend(problem, self._robustly(problem, starts, _QUICK)[None], _QUICK)
@@ -140,6 +144,23 @@ class TrialRunner:
         return Trial(
             task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem)
         )
+
+    def _softly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
+        """With errors of what was told fitted along, from the best of the starts and from where logarithmic
+        residuals lead; residuals count for little, so that the errors stay near what was stated and what they
+        cannot explain shows.
+        """
+        if task.how == "glance":
+            return best_softly(problem, starts)
+        few = narrowed(problem) if task.how == "brief" else problem
+        few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
+        held = without_errors(few)
+        fresh = starts if task.how == "start" else self._afresh(few, starts)
+        robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
+        either = np.concatenate([starts, [robust]])
+        either[:, problem.size :] = 0.0
+        values = descend_softly(few, best_softly(few, either)[0], thorough=task.how != "brief")
+        return best_softly(problem, values[None])
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts, on some of the channels.
@@ -162,6 +183,8 @@ class TrialRunner:
         then on all lines.
         """
         problem = self._model("thin", task)
+        if problem.nuisances.entries:
+            return self._thorough_with_errors(problem, task)
         given = problem.initial[None]
         ends = [_descend(problem, given, _QUICK)]
         simulated = any(
@@ -171,6 +194,21 @@ class TrialRunner:
             if simulated or min(cost for _, cost in ends) <= QUIET:
                 break
             ends.append(_descend(problem, self._robustly(problem, fresh[None], _QUICK)[None], _QUICK))
+        values = min(ends, key=lambda end: end[1])[0]
+        problem = self._model("whole", replace(task, values=_named(problem, values)))
+        values, cost = _descend(problem, problem.initial[None], _THOROUGH)
+        count, found = _count(problem, "fit"), _named(problem, values)
+        squares, validation = self._elsewhere(problem, task, found)
+        return Trial(task, found, cost**2 * count, count, squares, validation, _free(problem))
+
+    def _thorough_with_errors(self, problem: Problem, task: Task) -> Trial:
+        """The same with errors of what was told, which are led to the likelihood from nothing."""
+        held, ends = without_errors(problem), list[tuple[Array, float]]()
+        for start in (problem.initial, *self._others(problem, problem.initial[None])):
+            robust = start if not ends else _descend(held, start[None], _QUICK, _logarithmic(held))[0]
+            ends.append(likely(problem, robust, _QUICK))
+            if min(cost for _, cost in ends) <= QUIET:
+                break
         values = min(ends, key=lambda end: end[1])[0]
         problem = self._model("whole", replace(task, values=_named(problem, values)))
         values, cost = _descend(problem, problem.initial[None], _THOROUGH)
@@ -210,6 +248,8 @@ class TrialRunner:
         else:
             values = problem.at(found)
         count = _count(problem, "validate")
+        if problem.nuisances.entries and count:
+            return predictive_squares(problem, fitted_information(problem, values), values)
         return (_squares(problem, values, "validate") if count else float("nan")), count
 
     def _model(self, lines: str, task: Task) -> Problem:
@@ -294,7 +334,8 @@ def narrowed(problem: Problem) -> Problem:
             t.data.pairs(chosen.tolist(), list(range(len(t.data.inputs)))),
             None if t.noise is None else t.noise[:, chosen],
         )
-        return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen]))
+        placed = t.nuisances and t.nuisances.of_outputs(chosen)
+        return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen], nuisances=placed))
 
     return replace(problem, measurements=tuple(fewer(m) for m in problem.measurements))
 
@@ -365,6 +406,10 @@ def _descend(
     )
 
 
+def _logarithmic(problem: Problem) -> Objective:
+    return FrfLeastSquares(residual="log").objective(problem.targets())
+
+
 def _squares(problem: Problem, values: Array, use: str) -> float:
     """Sum of squared residuals over noise."""
     cost = float(FrfLeastSquares().objective(problem.targets(use)).costs(values[None])[0])
@@ -377,7 +422,7 @@ def _count(problem: Problem, use: str) -> int:
 
 
 def _free(problem: Problem) -> int:
-    return sum(p.free for p in problem.parameters)
+    return sum(p.free for p in problem.parameters[: problem.size])
 
 
 def _named(problem: Problem, values: Array) -> dict[str, float]:

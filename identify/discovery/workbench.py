@@ -44,7 +44,8 @@ class ImpactWorkbench:
         problem, workers = self.problem, self.workers
         study, scale = problem.file.study, Scale(problem.parameters)
         names, known = [p.name for p in problem.parameters], tuple(study.effects)
-        points = starting_points(problem.parameters, study.starts, study.start_factor, study.seed)
+        count = min(study.starts, _AT_ONCE) if problem.nuisances.entries else study.starts
+        points = starting_points(problem.parameters, count, study.start_factor, study.seed)
         starts = [dict(zip(names, map(float, scale.to_values(x)), strict=True)) for x in points]
         tasks = [Task(known, (), values, "start") for values in starts]
         ends: list[Trial] = []
@@ -70,6 +71,8 @@ class ImpactWorkbench:
     def candidates(self, model: Trial) -> list[Effect]:
         """Every effect of the catalogue wherever it can sit, but those that an amplitude rules out."""
         present = with_effects(self.problem, model.task.effects, model.values)
+        if present.nuisances.entries and self.at_noise(model):
+            return []  # stated uncertainty and what is known suffice
         return plausible(present, model.values, candidates(self.problem, model.task.effects))
 
     def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
@@ -86,6 +89,8 @@ class ImpactWorkbench:
         self, model: Trial, screened: Sequence[Attempt[Effect, Trial]]
     ) -> Sequence[Attempt[Effect, Trial]]:
         """Those that may win."""
+        if not screened:
+            return []
         chosen = screen.promising(self.workers, model, [one.model for one in screened])
         return [screen.attempt(model, trial) for trial in chosen]
 

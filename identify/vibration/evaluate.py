@@ -63,6 +63,7 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         notes=(
             *_file_notes(problem),
             *trusted.notes,
+            *_unstated_note(problem, trusted),
             *fault_notes(targets.frf, fit.values),
             *_start_notes(fit),
         ),
@@ -116,6 +117,16 @@ def _verdict(
     determined = int(np.sum(status == "determined"))
     rest = "" if not groups else " Not determined, alone or in combination: " + "; ".join(groups) + "."
     return found, quality, f"{determined} of {parameters} free parameters are determined by the data.{rest}"
+
+
+def _unstated_note(problem: Problem, trusted: Uncertainty) -> list[str]:
+    """A word on what was told, where the residual is far above noise and nothing was said to be uncertain."""
+    if problem.nuisances.entries or not any("relied" in note for note in trusted.notes):
+        return []
+    return [
+        "masses, places of sensors, gains and directions of impacts were taken as exact: `uncertainty:"
+        " typical` in the study fits their errors along"
+    ]
 
 
 def _what_next(problem: Problem, gap: float) -> str:

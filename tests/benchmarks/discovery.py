@@ -39,6 +39,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path, nargs="?", default=ROOT / "hidden")
     parser.add_argument("--json", type=Path, help="also write the scores to this file")
     parser.add_argument("--cases", nargs="+", help="only these")
+    parser.add_argument("--uncertainty", choices=("careful", "typical"), help="stated in every study")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
     names = given.cases or sorted(
@@ -46,19 +47,23 @@ def main() -> None:
     )
     scores = {}
     for name in names:
-        scores[name] = score(given.folder / name, given.workers)
+        scores[name] = score(given.folder / name, given.workers, given.uncertainty)
         print(line(name, scores[name]), flush=True)
         if given.json:
             given.json.write_text(json.dumps(scores, indent=1))
     print(total(scores))
 
 
-def score(case: Path, workers: int) -> dict[str, Any]:
+def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str, Any]:
     """One case: what was hidden, what was named, right or wrong, gaps before and after, seconds."""
     truth = json.loads(case.with_name(f"{case.name}.truth.json").read_text())
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        problem = load_problem(read_study(config_of(case, Path(folder))))
+        problem = load_problem(
+            read_study(
+                config_of(case, Path(folder), extra=f"uncertainty: {uncertainty}" if uncertainty else "")
+            )
+        )
         with Workers(problem, workers) as at_work:
             found = discover(problem, at_work, Story())
         seconds = time.perf_counter() - began

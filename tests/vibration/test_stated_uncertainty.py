@@ -9,6 +9,7 @@ import pytest
 
 from identify.core.errors import InputErrors
 from identify.model.nuisances.inertia import changed, moments
+from identify.reports.fit.uncertainty_tables import error_table, part_table
 from identify.robot.description import Link
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.problem import Problem, load_problem
@@ -136,7 +137,13 @@ def test_stated_uncertainty_explains_what_was_not_as_told(careful: tuple[Path, T
     assert plain.gap > 3
     assert with_it.uncertainty is not None
     assert plain.uncertainty is None
+    rows = error_table(with_it.uncertainty).rows
+    assert len(rows) == len(with_it.uncertainty.shift)
+    parts = with_it.uncertainty.parts
+    assert np.all((parts.sum(axis=1) > 0) & (parts.sum(axis=1) < 1))
+    assert part_table(with_it, with_it.uncertainty).rows[0][0] == with_it.parameters.name[0]
     assert not [note for note in with_it.notes if "relied" in note]
+    assert [note for note in plain.notes if "uncertainty: typical" in note]
     assert [note for note in plain.notes if "relied" in note]
     p = with_it.parameters
     rows = [n for n, name in enumerate(p.name) if name.endswith("rz.stiffness")]

@@ -5,7 +5,14 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from identify.reports.fit import data, measurement_tables, pick, search_figure, tables
+from identify.reports.fit import (
+    data,
+    measurement_tables,
+    pick,
+    search_figure,
+    tables,
+    uncertainty_tables,
+)
 from identify.reports.fit.page_data import measurement_data
 from identify.reports.fit.parts import (
     error_lists,
@@ -64,6 +71,7 @@ def report(result: FitResult) -> Report:
         *_frfs(result, measurements),
         Section("convergence", "Convergence", _convergence(result), data=_search_data(result)),
         Section("identifiability", "Identifiability", _identifiability(result)),
+        *_stated(result),
     ]
     return Report(tables.tiles(result), opening, [*sections, *origin(result)])
 
@@ -176,6 +184,19 @@ def _identifiability(result: FitResult) -> list[Part]:
         Box("block", [Heading("Correlation of the estimates", on=PAGE), correlation]),
     ]
     return [Text(said), Box("columns two", plots), Tabular(tables.direction_table(result))]
+
+
+def _stated(result: FitResult) -> list[Section]:
+    """What was stated to be uncertain, and what became of it."""
+    stated = result.uncertainty
+    if stated is None:
+        return []
+    tables_of = [
+        Tabular(uncertainty_tables.part_table(result, stated), heading=True),
+        Tabular(uncertainty_tables.error_table(stated), heading=True, limit=30),
+    ]
+    said = " ".join(stated.sentences) or "No error of what was told is larger than was stated."
+    return [Section("uncertainty", "Stated uncertainty", [Text(said), *tables_of])]
 
 
 def _parameter_data(result: FitResult) -> dict[str, Any]:

@@ -1,0 +1,69 @@
+"""Errors of what was told that are beyond belief become effects; those that can be believed do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.discovery.promote import beyond_belief, stated_already
+from identify.model.effects.base import parse_effect
+from identify.robot.description import Joint, Link, Robot
+from identify.vibration.nuisances.nuisance import Nuisance, Nuisances
+
+_ENTRIES = (
+    Nuisance("link", "link1", "mass", 0.02, "1"),
+    *(Nuisance("link", "link1", f"centre_{x}", 0.005, "m") for x in "xyz"),
+    *(Nuisance("point", "7", x, 0.003, "m") for x in "xyz"),
+    *(Nuisance("point", "7", f"r{x}", 0.02, "rad") for x in "xyz"),
+    Nuisance("channel", "7:+X", "gain", 0.01, "1"),
+    Nuisance("set", "day1", "delay", 1e-5, "s", lasting=False),
+)
+_STATED = Nuisances(_ENTRIES)
+
+
+def _robot() -> Robot:
+    links = tuple(Link(name, 10.0, np.zeros(3), np.eye(3)) for name in ("base", "link1"))
+    joint = Joint("joint1", "base", "link1", np.eye(4), np.array([0.0, 0.0, 1.0]))
+    return Robot("arm", links, (joint,))
+
+
+def _found(**shifts: float) -> list[str]:
+    names = [one.name for one in _ENTRIES]
+    values = dict.fromkeys(names, 0.5)
+    values.update({names[int(key.removeprefix("n"))]: shift for key, shift in shifts.items()})
+    return [effect.sentence() for effect in beyond_belief(_STATED, values, _robot())]
+
+
+def test_what_can_be_believed_is_no_effect() -> None:
+    assert _found() == []
+    assert _found(n0=2.9, n10=2.5) == []
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [
+        (0, "added body (mass, centre, inertia) on link1"),
+        (8, "sensor at point 7 turned about its y axis"),
+        (10, "gain of channel 7:+X"),
+        (11, "time delay of all responses"),
+    ],
+)
+def test_what_is_beyond_belief_is_named(number: int, said: str) -> None:
+    assert _found(**{f"n{number}": 9.0}) == [said]
+    assert _found(**{f"n{number}": -9.0}) == [said]
+
+
+def test_a_point_that_is_far_off_has_no_effect_of_its_own() -> None:
+    assert _found(n4=9.0) == []
+
+
+def test_the_least_likely_comes_first() -> None:
+    assert _found(n0=8.0, n10=15.0)[0] == "gain of channel 7:+X"
+
+
+def test_effects_that_are_fitted_along_anyway_are_not_candidates() -> None:
+    gain = parse_effect({"kind": "channel-gain", "channel": "7:+X"})
+    tilt = parse_effect({"kind": "joint-compliance", "joints": [1], "axes": ["rx"]})
+    assert stated_already(_STATED, gain)
+    assert not stated_already(_STATED, tilt)
+    assert not stated_already(Nuisances(_ENTRIES[:4]), gain)
