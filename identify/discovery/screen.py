@@ -26,6 +26,9 @@ _REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
 """How many candidates are refitted after the first look; get further than quick trials; and of those, are
 tried in their other variants; how many times the best one's squares a candidate may leave after a few steps
 and still be refitted."""
+_NEARLY = 1.5
+"""How many times the squares that the best one leaves a candidate may leave and still win, with errors of
+what was told fitted along and residuals that count for little."""
 _UNEXPLAINED, _EXPLAINED = 2.0, 0.1
 """How many times the gap above noise that the best place leaves the best effect must leave for a law that no
 effect has to be tried there, and which gap above noise counts as none."""
@@ -108,6 +111,13 @@ def screened_softly(
     best = [trial for trial in brief[:_REFITTED] if np.isfinite(trial.squares)]
     quick = workers.run([Task(known, trial.task.new, trial.values, "quick") for trial in best], one)
     return [*sorted(quick, key=squares_of), *brief[len(quick) :]]
+
+
+def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
+    """Those that may win where errors were fitted along: what leaves far more than the best one does not."""
+    best = min((trial.squares for trial in screened), default=np.inf)
+    near = [trial for trial in screened if trial.task.how == "quick" and trial.squares <= _NEARLY * best]
+    return near[:_MOST]
 
 
 def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> list[Trial]:

@@ -20,6 +20,7 @@ from identify.vibration.softened import SOFT_STAGE, softened
 
 _SOFT = 10.0
 """By how much less residuals count in a first look: noise of half a per cent then counts as one of 5 %."""
+_BRIEF = GaussNewton(evaluations=5, tolerance=1e-2)
 _LEADING = (100.0, 30.0, _SOFT)
 
 
@@ -36,10 +37,11 @@ def best_softly(problem: Problem, starts: Array) -> tuple[Array, float]:
 
 
 def descend_softly(problem: Problem, start: Array, *, thorough: bool) -> Array:
-    """From start (unknowns,) to the least of that cost; else a few steps."""
-    for softness in _LEADING if thorough else _LEADING[1:]:
-        steps = SOFT_STAGE if thorough else SOFT_STAGE.model_copy(update={"evaluations": 4})
-        start = minimized(problem, start, steps, _soft(problem, softness))[0]
+    """From start (unknowns,) to the least of that cost; else a few steps towards it."""
+    if not thorough:
+        return minimized(problem, start, _BRIEF, _soft(problem, _SOFT))[0]
+    for softness in _LEADING:
+        start = minimized(problem, start, SOFT_STAGE, _soft(problem, softness))[0]
     return start
 
 

@@ -152,14 +152,18 @@ class TrialRunner:
         """
         if task.how == "glance":
             return best_softly(problem, starts)
-        few = narrowed(problem) if task.how == "brief" else problem
-        few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
-        held = without_errors(few)
-        fresh = starts if task.how == "start" else self._afresh(few, starts)
+        if task.how == "brief":
+            few = narrowed(problem)
+            few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
+            return best_softly(
+                problem, descend_softly(few, best_softly(few, starts)[0], thorough=False)[None]
+            )
+        held = without_errors(problem)
+        fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
         either = np.concatenate([starts, [robust]])
         either[:, problem.size :] = 0.0
-        values = descend_softly(few, best_softly(few, either)[0], thorough=task.how != "brief")
+        values = descend_softly(problem, best_softly(problem, either)[0], thorough=True)
         return best_softly(problem, values[None])
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
@@ -204,7 +208,7 @@ class TrialRunner:
     def _thorough_with_errors(self, problem: Problem, task: Task) -> Trial:
         """The same with errors of what was told, which are led to the likelihood from nothing."""
         held, ends = without_errors(problem), list[tuple[Array, float]]()
-        for start in (problem.initial, *self._others(problem, problem.initial[None])):
+        for start in (problem.initial, *self._afresh(problem, problem.initial[None])):
             robust = start if not ends else _descend(held, start[None], _QUICK, _logarithmic(held))[0]
             ends.append(likely(problem, robust, _QUICK))
             if min(cost for _, cost in ends) <= QUIET:

@@ -89,9 +89,11 @@ class ImpactWorkbench:
         self, model: Trial, screened: Sequence[Attempt[Effect, Trial]]
     ) -> Sequence[Attempt[Effect, Trial]]:
         """Those that may win."""
-        if not screened:
-            return []
-        chosen = screen.promising(self.workers, model, [one.model for one in screened])
+        trials = [one.model for one in screened]
+        if self.problem.nuisances.entries:
+            chosen = screen.promising_softly(trials)
+        else:
+            chosen = screen.promising(self.workers, model, trials)
         return [screen.attempt(model, trial) for trial in chosen]
 
     def refit(
