@@ -54,7 +54,7 @@ def screened(
     None where the gap is closed and no place would make it smaller than noise models may be wrong.
     """
     if problem.nuisances.entries:
-        return (), screened_softly(workers, problem, found, before, story)
+        return [], screened_softly(workers, problem, found, before, story)
     anchor, known = anchor_of(before), before.task.effects
     linear = [effect for effect in known if not effect.of_amplitude]
     model = with_effects(problem, linear, before.values)

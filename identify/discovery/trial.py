@@ -155,9 +155,7 @@ class TrialRunner:
         if task.how == "brief":
             few = narrowed(problem)
             few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
-            return best_softly(
-                problem, descend_softly(few, best_softly(few, starts)[0], thorough=False)[None]
-            )
+            return best_softly(few, descend_softly(few, best_softly(few, starts)[0], thorough=False)[None])
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
