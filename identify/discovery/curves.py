@@ -32,8 +32,11 @@ _LISTED = 15
 
 def curves(problem: Problem, found: Discovery) -> dict[str, CurveTable]:
     """One for each added effect at a place of the structure; where the gap stays open, one for the place that
-    explains most of the rest.
+    explains most of the rest; none where errors of what was told are stated, which a measured curve would
+    hold exact.
     """
+    if problem.nuisances.entries:
+        return {}
     tables: list[CurveTable] = []
     for option in found.added:
         tables += _of_effect(problem, found.final, option.effect)

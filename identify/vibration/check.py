@@ -15,6 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
+from identify.core.parameters import Scale
 from identify.core.text import listed
 from identify.fitting.fit import check_moves
 from identify.measured.finding import Finding, listing
@@ -23,9 +24,11 @@ from identify.measured.quality import check
 from identify.model.modes import undamped_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
+from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem, measurement_names, read_frfs
 from identify.vibration.study import MeasurementSettings, StudyFile, read_study
+from identify.vibration.uncertainty import fitted_information
 
 T = TypeVar("T")
 STUDY = "study"
@@ -82,6 +85,7 @@ def run_checks(config: Path) -> Checked:
             *_far_points(problem.robot, problem.points),
             *_limits(problem),
             *_resonances(problem),
+            *_uncertain(problem),
         ]
     return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
 
@@ -198,6 +202,28 @@ def _limits(problem: Problem) -> Iterator[Finding]:
             joints = listed([problem.robot.joints[number].name for number in outside])
             sentence = f"{measurement.name}: the posture is outside of the limits of {joints}."
             yield Finding("warn", "joint-limit", (), sentence, len(outside))
+
+
+def _uncertain(problem: Problem) -> Iterator[Finding]:
+    """Which of what is stated as uncertain makes most of the variance of the parameters, at their start
+    values.
+    """
+    entries = problem.nuisances.entries
+    if not entries:
+        return
+    scale = Scale(problem.parameters)
+    covariance = np.linalg.inv(fitted_information(problem, problem.initial))
+    own = np.flatnonzero(scale.free < problem.size)
+    parts = covariance[np.ix_(own, np.arange(len(own), len(scale.free)))] ** 2
+    share = np.mean(parts / np.diag(covariance)[own, None], axis=0)
+    kinds = [kind_of(one) for one in entries]
+    total = {kind: float(share[[one == kind for one in kinds]].sum()) for kind in dict.fromkeys(kinds)}
+    most = max(total, key=lambda kind: total[kind])
+    sentence = (
+        f"Of what is stated as uncertain, errors of {most} matter most for the parameters at their start"
+        f" values: {total[most]:.0%} of their variance, and of all {sum(total.values()):.0%}; the rest is noise."
+    )
+    yield Finding("info", "stated-uncertainty", (), sentence, total[most])
 
 
 def _resonances(problem: Problem) -> Iterator[Finding]:

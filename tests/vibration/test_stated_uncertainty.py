@@ -11,6 +11,7 @@ from identify.core.errors import InputErrors
 from identify.model.nuisances.inertia import changed, moments
 from identify.reports.fit.uncertainty_tables import error_table, part_table
 from identify.robot.description import Link
+from identify.vibration.check import STUDY, run_checks
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.run import run_fit
@@ -125,6 +126,13 @@ def test_a_statement_that_makes_no_sense_is_refused(
     with pytest.raises(InputErrors) as raised:
         load_problem(read_study(path))
     assert said in str(raised.value)
+
+
+def test_a_check_says_which_statement_matters_most(careful: tuple[Path, TestSpec]) -> None:
+    [finding] = [one for one in run_checks(careful[0]).findings[STUDY] if one.check == "stated-uncertainty"]
+    assert "matter most" in finding.sentence
+    assert finding.value is not None
+    assert 0 < finding.value < 1
 
 
 def test_stated_uncertainty_explains_what_was_not_as_told(careful: tuple[Path, TestSpec]) -> None:
