@@ -221,7 +221,8 @@ def _uncertain(problem: Problem) -> Iterator[Finding]:
     most = max(total, key=lambda kind: total[kind])
     sentence = (
         f"Of what is stated as uncertain, errors of {most} matter most for the parameters at their start"
-        f" values: {total[most]:.0%} of their variance, and of all {sum(total.values()):.0%}; the rest is noise."
+        f" values: {total[most]:.0%} of their variance, of all {sum(total.values()):.0%}; the rest is"
+        " noise."
     )
     yield Finding("info", "stated-uncertainty", (), sentence, total[most])
 
