@@ -232,7 +232,8 @@ def _resonances(problem: Problem) -> Iterator[Finding]:
     band = problem.file.study.band_hz
     if band is None:
         return
-    mass, _, stiffness = problem.measurements[0].system.matrices(problem.initial)
+    system, values = problem.measurements[0].at(problem.initial)
+    mass, _, stiffness = system.matrices(values)
     frequency, _ = undamped_modes(mass, stiffness.real)
     if frequency[0] <= _FAR * band[1] and frequency[-1] >= band[0] / _FAR:
         return
