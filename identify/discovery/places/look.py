@@ -20,7 +20,7 @@ from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.vibration.problem import Problem
 
-_NEAR, _FEWEST, _MOST = 6.0, 0.05, 8
+_NEAR, _FEWEST, _MOST = 30.0, 0.1, 8
 """How many times the best place's gap above noise a place may leave for its effects to be looked at, which
 gap above noise counts as none, and how many places at most."""
 _UNKNOWN = 2

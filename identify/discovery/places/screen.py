@@ -103,8 +103,11 @@ def screen_places(
         found |= {place: PlaceFit(place, fit) for place, fit in zip(left, ends, strict=True) if fit}
         if all(one.fit.fall < least for one in found.values()):
             return []
-        left = sorted((p for p in left if p in found), key=lambda place: found[place].fit.gap)[:keep]
-    return sorted(found.values(), key=lambda one: one.fit.gap)
+        left = sorted(
+            (p for p in left if p in found),
+            key=lambda place: found[place].fit.gap_before - found[place].fit.fall,
+        )[:keep]
+    return sorted(found.values(), key=lambda one: one.fit.gap_before - one.fit.fall)
 
 
 def _job(place: Place, before: PlaceFit | None, values: Array) -> Job:
