@@ -25,6 +25,21 @@ def test_one_degree_of_freedom_in_closed_form() -> None:
     assert found == pytest.approx(S**2 / (k + S * c + S**2 * m), rel=1e-12)
 
 
+def test_an_ordinary_arm_needs_no_solve_per_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The route through the eigenvalues measures its own error, and an error in it would pass as slowness."""
+
+    def solved(*_: object) -> None:
+        raise AssertionError("solved line by line")
+
+    monkeypatch.setattr("identify.model.frf.frf_by_solve", solved)
+    model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    matrices, out = model.matrices(initial(parameters)), model.jacobian("link6", np.zeros(3))
+    assert np.isfinite(frf(*matrices, S, out, out.T, 2)).all()
+    defective = np.eye(2), 2 * np.eye(2), np.eye(2)
+    with pytest.raises(AssertionError, match="line by line"):
+        frf(*defective, S, np.eye(2), np.eye(2), 2)
+
+
 @pytest.mark.parametrize("power", [0, 1, 2])
 def test_eigenvalues_and_solves_agree_on_a_full_arm(tmp_path: Path, power: int) -> None:
     robot = arm(tmp_path)

@@ -177,6 +177,22 @@ def test_directions_of_a_ground_spring_stay_with_the_base(tmp_path: Path) -> Non
     assert parameters[-2].name == "link2.ground_z.stiffness"
 
 
+def test_motion_in_the_axes_of_the_base_is_the_derivative_of_the_place_there(tmp_path: Path) -> None:
+    robot, at, step = arm(tmp_path), np.array([0.1, -0.2, 0.4]), 1e-6
+    posture, turning = random_posture(1), [{"kind": "joint-compliance"}]
+    model, _, _ = system(robot, turning)
+    effects = [parse_effect(effect) for effect in turning]
+
+    def place(angles: np.ndarray) -> np.ndarray:
+        return build_site(robot, angles, effects).engine.position("link4", at)
+
+    moved = [(place(posture + d) - place(posture - d)) / (2 * step) for d in step * np.eye(6)]
+    found = model.base_jacobian("link4", at)
+    assert found == pytest.approx(np.transpose(moved), abs=1e-8)
+    own = model.jacobian("link4", at)[:3]
+    assert np.abs(own - found).max() > 0.1, "the link is turned, so its own axes see it differently"
+
+
 def test_a_cross_coupled_spring_is_a_spring_along_its_own_direction(tmp_path: Path) -> None:
     at, n, k = [0.1, 0.0, 0.4], np.array([0.6, -0.48, 0.64]), 3e5
     spring = {"kind": "spring-to-ground", "link": "link2", "at_m": at, "cross_coupling": True}
