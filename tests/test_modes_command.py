@@ -227,10 +227,18 @@ def test_frfs_that_the_modes_do_not_rebuild_end_with_a_way_out(tmp_path: Path) -
     ruler = FrfSet(lines_hz, spectra[:, :, None], points, points[:1], "accelerance", source="ruler")
     data = tmp_path / "ruler.uff"
     write_uff58(data, ruler)
-    said = invoke(data, "--out", tmp_path / "whole.h5", "--no-report", "--quiet")
+    wide = ["--band", 1, 2500, "--max-order", 40]
+    said = invoke(data, *wide, "--out", tmp_path / "whole.h5", "--no-report", "--quiet")
+    whole = result_file.read(tmp_path / "whole.h5", ModesResult)
+    for peak in (39, 108, 212, 352, 551):
+        assert np.min(np.abs(whole.measurements["ruler"].modes.frequency_hz - peak)) < 1, peak
+    assert whole.measurements["ruler"].parts > 1
+    assert "parts of the band" in whole.verdict[0]
+    narrow = ["--band", 3000, 9000, "--max-order", 10]
+    said = invoke(data, *narrow, "--out", tmp_path / "poor.h5", "--no-report", "--quiet")
     assert said.exit_code == EXIT_NOT_CONVERGED
     assert "do not rebuild the FRFs: narrow the band with `--band`" in said.output
-    kept = result_file.read(tmp_path / "whole.h5", ModesResult)
+    kept = result_file.read(tmp_path / "poor.h5", ModesResult)
     assert kept.found > 0 and kept.measurements["ruler"].total_error > 0.5
     said = invoke(data, "--band", 20, 600, "--out", tmp_path / "low.h5", "--no-report", "--quiet")
     assert said.exit_code == 0, said.output

@@ -34,13 +34,15 @@ from identify.modal.window import frequency_and_damping, seen_through
 class ModalAnalysis:
     """Modes of an FRF set and all that is needed to judge and to plot them; rows of (m,) follow the table.
 
-    table: frequencies, damping (window corrected), shapes at `layout.responses`, standard deviations (spread
-    over orders and noise together); model: poles, participation at `layout.references`, receptance residues
-    and residuals; outside: resonances beyond the band that were fitted with them; modes: the cluster behind
-    each mode; rejected: candidates with the reason; seen_*: what the window showed before its correction; mpc
-    (m,), mpd (m,) rad: of the final shapes; synthesised (L, responses, references): the model's FRFs;
-    synthesis_error (responses, references): RMS error over RMS of the FRF in the band, total_error over all
-    of them; mode_indicator (L, references): CMIF.
+    table: frequencies, damping (window corrected), shapes at `layout.responses`, standard deviations (from
+    noise, with the spread over orders, of which no more counts than noise where noise is all that is left);
+    model: poles, participation at
+    `layout.references`, receptance residues and residuals; outside: resonances beyond the band that were
+    fitted with them; modes: the cluster behind each mode; rejected: candidates with the reason; seen_*: what
+    the window showed before its correction; mpc (m,), mpd (m,) rad: of the final shapes; synthesised (L,
+    responses, references): the model's FRFs; synthesis_error (responses, references): RMS error over RMS of
+    the FRF in the band, total_error over all of them; mode_indicator (L, references): CMIF; bands_hz: the
+    parts of the band that were analysed apart.
     """
 
     table: ModalTable
@@ -117,7 +119,8 @@ def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalS
     seen_frequency, seen_damping = frequency_and_damping(seen_through(model.poles, layout.decay))
     noise = _noise(model.poles, verified.covariance)
     spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
-    std = np.hypot(noise, spread)
+    # Low orders scatter by more than the refined modes do: where noise is all that is left, no more than it.
+    std = np.hypot(noise, np.minimum(spread, noise) if verified.by_noise else spread)
     error, total = synthesis_error(layout.frf, found.rebuilt)
     table = ModalTable(
         frequency,

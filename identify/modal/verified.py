@@ -22,7 +22,8 @@ class Verified:
     that are none.
 
     outside: what was fitted with the rest and is no mode of the table: resonances beyond the band, poles with
-    too much damping or a complex shape; they act as residuals.
+    too much damping or a complex shape; they act as residuals.  by_noise: whether the covariance says all, as
+    where the residual is noise; elsewhere the spread over orders counts besides.
     """
 
     modes: list[Candidate]
@@ -30,6 +31,7 @@ class Verified:
     outside: ModalModel
     covariance: np.ndarray
     rejected: list[Candidate]
+    by_noise: bool = False
 
 
 def unrefined(modes: list[Candidate], layout: Layout, settings: ModalSettings) -> Verified:

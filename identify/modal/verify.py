@@ -226,7 +226,8 @@ def _split(state: _State, layout: Layout, settings: ModalSettings) -> Verified:
     ]
     modes = [state.modes[r] for r in inner]
     inside = rows(model, inner, model.residuals)
-    return Verified(modes, inside, rows(model, outer, {}), covariance(found)[inner], gone)
+    outside, by_noise = rows(model, outer, {}), over_noise(found) <= _NOT_NOISE
+    return Verified(modes, inside, outside, covariance(found)[inner], gone, by_noise=by_noise)
 
 
 def _faults(found: Fit, model: ModalModel, layout: Layout, settings: ModalSettings) -> list[str]:
