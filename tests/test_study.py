@@ -83,6 +83,18 @@ CONFIG_FAULTS: list[tuple[str, str, str, list[str]]] = [
         ["line 6: band_hertz: unknown key", "did you mean `band_hz`?"],
     ),
     (
+        "a number beyond all computing",
+        "band_hz: [5, 60]",
+        "band_hz: [5, 1e300]",
+        ["line 6", "the number 1e300, beyond all that can be computed with"],
+    ),
+    (
+        "a pair of which one is missing",
+        "band_hz: [5, 60]",
+        "band_hz: [5]",
+        ["line 6: band_hz.1: missing"],
+    ),
+    (
         "unknown key with a capital",
         "band_hz:",
         "Band_hz:",

@@ -160,7 +160,8 @@ def _keys(data: Any, location: Sequence[Any]) -> list[Any]:
         inside = isinstance(here, Mapping) and key in here
         if inside or not (isinstance(key, str) and key[:1].isupper()):
             keys.append(key)
-            here = here[key] if inside or (isinstance(here, list) and isinstance(key, int)) else None
+            inside |= isinstance(here, list) and isinstance(key, int) and key < len(here)
+            here = here[key] if inside else None
     return keys
 
 

@@ -11,6 +11,8 @@ from identify.core.files import MEBIBYTE, read_bytes
 
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]")
 LARGEST_CSV = 1024 * MEBIBYTE
+LARGEST = 1e60
+"""Of numbers from outside: products of a few larger ones are none any more."""
 
 
 def read_text(path: Path, expected: str, largest: int = MEBIBYTE, fix: str = "check the path") -> str:

@@ -21,7 +21,7 @@ from ruamel.yaml.tag import Tag
 
 from identify.core.errors import InputError
 from identify.core.files import MEBIBYTE
-from identify.core.text_input import has_control, read_text
+from identify.core.text_input import LARGEST, has_control, read_text
 
 _DEPTH, _NODES, _DIGITS = 20, 250_000, 60
 _TEXT, _DATE, _FLOAT = (f"tag:yaml.org,2002:{name}" for name in ("str", "timestamp", "float"))
@@ -156,9 +156,20 @@ class _Composer(Composer):
             return f"nested deeper than {_DEPTH} levels"
         if not isinstance(event, ScalarEvent):
             return ""
-        if event.implicit[0] and len(event.value) > _DIGITS and _NUMBER.fullmatch(event.value):
-            return f"a number of {len(event.value)} digits, where {_DIGITS} are read at most"
-        return has_control(event.value.replace("\n", " "))
+        return (_number_fault(event.value) if event.implicit[0] else "") or has_control(
+            event.value.replace("\n", " ")
+        )
+
+
+def _number_fault(text: str) -> str:
+    """Why a plain value is a number that cannot be computed with, or nothing."""
+    if len(text) > _DIGITS and _NUMBER.fullmatch(text):
+        return f"a number of {len(text)} digits, where {_DIGITS} are read at most"
+    try:
+        beyond = abs(float(text)) > LARGEST
+    except ValueError:
+        return ""
+    return f"the number {text}, beyond all that can be computed with" if beyond else ""
 
 
 class _Resolver(VersionedResolver):

@@ -17,7 +17,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
-from identify.core.text_input import read_csv
+from identify.core.text_input import LARGEST, read_csv
 from identify.robot.description import Robot
 from identify.robot.pose import pose
 
@@ -131,6 +131,6 @@ def _number(where: str, column: str, text: str) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
+    if not abs(value) < LARGEST:
         raise InputError(where, f"{column} is {text!r}", "a finite number")
     return value

@@ -12,6 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text_input import LARGEST
 from identify.core.xml_input import Lines, read_xml
 from identify.robot.description import Link
 from identify.robot.pose import pose, seen_from
@@ -79,7 +80,7 @@ class UrdfDocument:
             values = [float(word) for word in text.split()]
         except ValueError:
             values = []
-        if len(values) != count or not np.all(np.isfinite(values)):
+        if len(values) != count or not np.all(np.abs(values) < LARGEST):
             fix = "expand the xacro macros first (xacro robot.xacro > robot.urdf)" if "${" in text else ""
             raise InputError(
                 self.where(element, owner),
