@@ -29,6 +29,8 @@ and still be refitted."""
 _NEARLY = 1.5
 """How many times the squares that the best one leaves a candidate may leave and still win, with errors of
 what was told fitted along and residuals that count for little."""
+_SETTLED = 1.25
+"""The gap above which the best effect at the best places may not be all that is missing, or the wrong one."""
 _UNEXPLAINED, _EXPLAINED = 2.0, 0.1
 """How many times the gap above noise that the best place leaves the best effect must leave for a law that no
 effect has to be tried there, and which gap above noise counts as none."""
@@ -80,6 +82,11 @@ def screened(
     # A dynamic stiffness per level shows where friction acts, not how strong it is: the impact does.
     others = [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
     others += [one for one in looked if np.isnan(one.gap)]
+    if min((trial.gap for trial in quick), default=np.inf) > _SETTLED:
+        # The steps at a place may have gone astray: what it holds is tried without them.
+        seen = {one.effect.model_dump_json() for one in (*placed[:_REFITTED], *others)}
+        rest = [effect for effect in found if not effect.of_measurement]
+        others += [Looked(effect, np.nan) for effect in rest if effect.model_dump_json() not in seen]
     quick += _again(workers, tried(others, "brief"), quick)
     best = min((trial.gap for trial in quick), default=np.inf)
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):

@@ -70,8 +70,8 @@ def _variance(targets: Targets, values: Array, free: Index, combinations: Array)
         e, j = (h - target.measured) / target.sigma, (gradient @ combinations) / target.sigma[..., None]
         count += 2 * e.size
         for entry in np.unique(target.pairs[1]):
-            blow = target.pairs[1] == entry
-            variance += score_variance(e[:, blow], j[:, blow], (h / target.sigma)[:, blow])
+            column = target.pairs[1] == entry
+            variance += score_variance(e[:, column], j[:, column], (h / target.sigma)[:, column])
     return np.asarray(variance * count / max(1, count - len(free)))
 
 
