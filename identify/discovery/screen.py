@@ -85,8 +85,8 @@ def screened(
     if min((trial.gap for trial in quick), default=np.inf) > _SETTLED:
         # The steps at a place may have gone astray: what it holds is tried without them.
         seen = {one.effect.model_dump_json() for one in (*placed[:_REFITTED], *others)}
-        rest = [effect for effect in found if not effect.of_measurement]
-        others += [Looked(effect, np.nan) for effect in rest if effect.model_dump_json() not in seen]
+        structural = [effect for effect in found if not effect.of_measurement]
+        others += [Looked(effect, np.nan) for effect in structural if effect.model_dump_json() not in seen]
     quick += _again(workers, tried(others, "brief"), quick)
     best = min((trial.gap for trial in quick), default=np.inf)
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
