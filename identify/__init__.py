@@ -1,16 +1,18 @@
 """Fit elastic robot models to measured vibration.
 
 The commands as functions: `identify.fit("config.yaml")`, `discover`, `modes`, `explain`, `simulate`, `batch`,
-`map_postures`, `read_result`; see `identify.api`, which is imported when one of them is first used, so that
-`import identify` itself costs nothing.  `identify.cli` has the commands of the terminal.
+`map_postures`, `read_result`; see `identify.api.commands`, which is imported when one of them is first used,
+so that `import identify` itself costs nothing.  `identify.cli` has the commands of the terminal.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from identify.core.version import VERSION
+
 if TYPE_CHECKING:
-    from identify.api import (
+    from identify.api.commands import (
         Result,
         batch,
         discover,
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     )
     from identify.core.errors import InputError, InputErrors
 
-__version__ = "0.2.0"
+__version__ = VERSION
 __all__ = [
     "InputError",
     "InputErrors",
@@ -46,4 +48,6 @@ def __getattr__(name: str) -> Any:
 
     if name in ("batch", "explain", "modes"):  # packages that can be called
         return import_module(f"identify.{name}")
-    return getattr(import_module("identify.core.errors" if "Error" in name else "identify.api"), name)
+    return getattr(
+        import_module("identify.core.errors" if "Error" in name else "identify.api.commands"), name
+    )

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 
-from identify import __version__
+from identify.core.version import VERSION
 
 
 def main() -> None:
     """Entry point.  The version is told without loading what parses a command line."""
     if sys.argv[1:] == ["--version"]:
-        print(f"identify {__version__}")
+        print(f"identify {VERSION}")
         return
     from identify import cli
 

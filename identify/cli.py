@@ -12,17 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from identify import __version__
-from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG
-from identify.core.errors import (
-    EXIT_BAD_INPUT,
-    EXIT_FAILED_CHECK,
-    EXIT_INTERRUPTED,
-    EXIT_NOT_CONVERGED,
-    InputError,
-    InputErrors,
-)
-from identify.options import (
+from identify.api.options import (
     BatchOptions,
     DiscoverOptions,
     ExplainOptions,
@@ -33,6 +23,16 @@ from identify.options import (
     SimulateOptions,
     takes_options,
 )
+from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG
+from identify.core.errors import (
+    EXIT_BAD_INPUT,
+    EXIT_FAILED_CHECK,
+    EXIT_INTERRUPTED,
+    EXIT_NOT_CONVERGED,
+    InputError,
+    InputErrors,
+)
+from identify.core.version import VERSION
 
 if TYPE_CHECKING:
     from identify.reports.outcome import Result
@@ -53,7 +53,7 @@ def version_option(
 ) -> None:
     """Options of identify itself."""
     if version:
-        typer.echo(f"identify {__version__}")
+        typer.echo(f"identify {VERSION}")
         raise typer.Exit
 
 
@@ -118,7 +118,7 @@ def modes(
 
     Exit code 4 when there is none, or when they do not rebuild the FRFs.
     """
-    from identify import api
+    from identify.api import commands as api
 
     try:
         found = api.run_modes(data, options)
@@ -174,7 +174,7 @@ def map_(
 
     Frequencies, damping and FRFs of the tool, written as HDF5 and CSV.
     """
-    from identify import api
+    from identify.api import commands as api
 
     _conclude(api.run_map(model, options, options.quiet), options)
 
@@ -282,8 +282,8 @@ def compare(
 
 
 def _run(command: str, config: Path, options: Any) -> None:
-    """Do what the command means for a config of its kind, as `identify.api` does."""
-    from identify import api
+    """Do what the command means for a config of its kind, as `identify.api.commands` does."""
+    from identify.api import commands as api
 
     _conclude(api.run(command, config, options, options.quiet), options, config)
 

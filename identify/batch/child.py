@@ -19,8 +19,8 @@ import time
 from collections.abc import Mapping
 from typing import IO, Any
 
-from identify import __version__
 from identify.batch.job import JobOutcome
+from identify.core.version import VERSION
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 _TAIL = 400
@@ -90,7 +90,7 @@ class Child:
         began = time.perf_counter()
         if not self._ready:
             answer, late = self._ask(None, _START_S)
-            if answer is None or answer.get("ready") != __version__:
+            if answer is None or answer.get("ready") != VERSION:
                 return self._lost(f"a worker could not be started ({self._why(answer, late)})", began)
             self._ready = True
         began = time.perf_counter()
@@ -163,7 +163,7 @@ class Child:
     def _why(self, answer: dict[str, Any] | None, late: bool) -> str:
         """What is known of the end of the process: its exit code and the last it said."""
         if answer is not None:
-            return f"it has identify {answer.get('ready')}, here it is {__version__}"
+            return f"it has identify {answer.get('ready')}, here it is {VERSION}"
         try:
             code = self._process.wait(_END_S)
         except subprocess.TimeoutExpired:

@@ -20,8 +20,8 @@ import time
 from importlib import import_module
 from typing import Any, BinaryIO, Self
 
-from identify import __version__
 from identify.batch.job import JobOutcome, failure
+from identify.core.version import VERSION
 
 
 def main() -> None:
@@ -35,7 +35,7 @@ def main() -> None:
         import_module(sys.argv[1])
     lines: queue.Queue[bytes] = queue.Queue()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, lines), daemon=True).start()
-    _say(answers, {"ready": __version__})
+    _say(answers, {"ready": VERSION})
     while True:
         asked = json.loads(lines.get())
         began = time.perf_counter()

@@ -14,10 +14,10 @@ from identify.core.analyses import load
 
 
 class _Called(ModuleType):
-    """A package that does what the function of its name in `identify.api` does."""
+    """A package that does what the function of its name in `identify.api.commands` does."""
 
     def __call__(self, *args: Any, **options: Any) -> Any:
-        return load(f"identify.api:{self.__name__.rpartition('.')[2]}")(*args, **options)
+        return load(f"identify.api.commands:{self.__name__.rpartition('.')[2]}")(*args, **options)
 
 
 def called(package: str) -> None:

@@ -83,16 +83,20 @@ def screened(
     others = [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
     others += [one for one in looked if np.isnan(one.gap)]
     if min((trial.gap for trial in quick), default=np.inf) > _SETTLED:
-        # The steps at a place may have gone astray: what it holds is tried without them.
-        seen = {one.effect.model_dump_json() for one in (*placed[:_REFITTED], *others)}
-        structural = [effect for effect in found if not effect.of_measurement]
-        others += [Looked(effect, np.nan) for effect in structural if effect.model_dump_json() not in seen]
+        others += _not_seen(found, [*placed[:_REFITTED], *others])
     quick += _again(workers, tried(others, "brief"), quick)
     best = min((trial.gap for trial in quick), default=np.inf)
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
         quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
     rest = [_guessed(before, one, anchor) for one in placed[_REFITTED:]]
     return places, [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
+
+
+def _not_seen(found: Sequence[Effect], seen: Sequence[Looked]) -> list[Looked]:
+    """The other effects of the structure: the steps at their places may have gone astray."""
+    known = {one.effect.model_dump_json() for one in seen}
+    left = [effect for effect in found if not effect.of_measurement]
+    return [Looked(effect, np.nan) for effect in left if effect.model_dump_json() not in known]
 
 
 def screened_softly(

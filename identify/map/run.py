@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify import __version__
 from identify.batch.executor import open_executor
 from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
@@ -28,6 +27,7 @@ from identify.batch.settings import posture_of, read_table
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.version import VERSION
 from identify.fitting.resume import held
 from identify.map.posture_map import FittedModel, fitted_model, map_postures, tool_point
 from identify.results import file as result_file
@@ -200,7 +200,7 @@ def _model(path: str, changed: int) -> FittedModel:
 
 
 def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:
-    text = "\n".join([__version__, model, repr(list(names)), repr(asked)])
+    text = "\n".join([VERSION, model, repr(list(names)), repr(asked)])
     return hashlib.sha256(text.encode() + postures.tobytes()).hexdigest()
 
 

@@ -10,8 +10,8 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from identify import __version__
 from identify.core.files import sha256_of
+from identify.core.version import VERSION
 from identify.results import tables
 
 _PACKAGES = ("numpy", "scipy", "mujoco", "h5py", "pymoo", "pyswarms")
@@ -25,7 +25,7 @@ def provenance(
     (file, sha256).
     """
     return tables.Provenance(
-        identify=__version__,
+        identify=VERSION,
         python=sys.version.split()[0],
         platform=f"{platform.system()} {platform.machine()}",
         packages=tuple(f"{package} {version(package)}" for package in _PACKAGES),

@@ -30,32 +30,38 @@ def kind_of(one: Nuisance) -> str:
 def sentence(some: Sequence[Nuisance], shift: Array) -> str:
     """Errors of one kind at one place, in units of their standard deviations (n,), as part of a sentence."""
     first, amount = some[0], np.array([one.std for one in some]) * shift
-    kind, place = kind_of(first), first.place
-    size, beyond = float(np.linalg.norm(amount)), float(np.abs(shift).max())
-    if kind == "masses":
-        said = f"{place} is {_percent(amount[0])} {'heavier' if amount[0] > 0 else 'lighter'}"
-    elif kind == "centres of mass":
-        said = f"the centre of mass of {place} is {1e3 * size:.1f} mm off ({_along(some, 1e3 * amount)} mm)"
-    elif kind == "inertias":
-        said = f"the inertia of {place} is up to {_percent(np.abs(amount).max())} off"
-    elif kind == "places of points":
-        said = f"point {place} is {1e3 * size:.1f} mm beside its place ({_along(some, 1e3 * amount)} mm)"
-    elif kind == "directions of sensors":
-        said = f"sensor {place} is {np.degrees(size):.1f}° askew"
-    elif kind == "directions of impacts":
-        said = f"the impact {place} was {np.degrees(size):.1f}° askew"
-    elif kind == "sensitivities":
-        name = "the force transducer" if place == FORCE else f"channel {place}"
-        said = f"{name} reads {_percent(amount[0])} too {'much' if amount[0] > 0 else 'little'}"
-    elif kind == "joint angles":
-        said = f"the angles of {place} are up to {np.degrees(np.abs(amount).max()):.2f}° off"
-    elif kind == "places of joints":
-        said = f"{place} sits {1e3 * size:.1f} mm beside its place"
-    else:
-        said = (
-            f"responses of {place} are {1e6 * abs(amount[0]):.0f} µs {'late' if amount[0] > 0 else 'early'}"
-        )
+    kind, place, beyond = kind_of(first), first.place, float(np.abs(shift).max())
+    said = _single(kind, place, amount) if kind in _SINGLE else _several(kind, place, amount, some)
     return f"{said} ({beyond:.1f} times what was stated)"
+
+
+_SINGLE = ("masses", "sensitivities", "delays")
+
+
+def _single(kind: str, place: str, amount: Array) -> str:
+    """What one number says."""
+    more = bool(amount[0] > 0)
+    if kind == "masses":
+        return f"{place} is {_percent(amount[0])} {'heavier' if more else 'lighter'}"
+    if kind == "sensitivities":
+        name = "the force transducer" if place == FORCE else f"channel {place}"
+        return f"{name} reads {_percent(amount[0])} too {'much' if more else 'little'}"
+    return f"responses of {place} are {1e6 * abs(amount[0]):.0f} µs {'late' if more else 'early'}"
+
+
+def _several(kind: str, place: str, amount: Array, some: Sequence[Nuisance]) -> str:
+    """What numbers along several axes say."""
+    size, most = float(np.linalg.norm(amount)), float(np.abs(amount).max())
+    along = f"({_along(some, 1e3 * amount)} mm)"
+    return {
+        "centres of mass": f"the centre of mass of {place} is {1e3 * size:.1f} mm off {along}",
+        "inertias": f"the inertia of {place} is up to {_percent(most)} off",
+        "places of points": f"point {place} is {1e3 * size:.1f} mm beside its place {along}",
+        "directions of sensors": f"sensor {place} is {np.degrees(size):.1f}° askew",
+        "directions of impacts": f"the impact {place} was {np.degrees(size):.1f}° askew",
+        "joint angles": f"the angles of {place} are up to {np.degrees(most):.2f}° off",
+        "places of joints": f"{place} sits {1e3 * size:.1f} mm beside its place",
+    }[kind]
 
 
 def _percent(logarithm: float) -> str:

@@ -5,7 +5,7 @@ Every number is one standard deviation of a Gaussian error.
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -14,25 +14,35 @@ from identify.core.config import Settings
 Level = Literal["careful", "typical"]
 
 
-class LinkUncertainty(Settings):
-    """Inertia of a link."""
-
-    mass: float | None = Field(None, ge=0, lt=1, description="relative, such as 0.02")
-    centre_m: float | None = Field(None, ge=0, lt=1, description="centre of mass, m, along each axis")
-    inertia: float | None = Field(
-        None,
+Mass = Annotated[float | None, Field(ge=0, lt=1, description="relative, such as 0.02")]
+Centre = Annotated[float | None, Field(ge=0, lt=1, description="centre of mass, m, along each axis")]
+Inertia = Annotated[
+    float | None,
+    Field(
         ge=0,
         lt=1,
         description=(
             "principal moments of inertia, relative; half of it for products of inertia over the mean of"
             " two moments"
         ),
-    )
+    ),
+]
 
 
-class LinksUncertainty(LinkUncertainty):
+class LinkUncertainty(Settings):
+    """Inertia of a link."""
+
+    mass: Mass = None
+    centre_m: Centre = None
+    inertia: Inertia = None
+
+
+class LinksUncertainty(Settings):
     """Inertia of all links, and of single ones."""
 
+    mass: Mass = None
+    centre_m: Centre = None
+    inertia: Inertia = None
     each: dict[str, LinkUncertainty] = Field(
         {}, description="other values by name of link, such as {link6: {mass: 0.2}}"
     )

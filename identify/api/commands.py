@@ -11,9 +11,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from identify.core.analyses import analysis_for, check_options, load
-from identify.core.config import family_of
-from identify.options import (
+from identify.api.options import (
     BatchOptions,
     DiscoverOptions,
     ExplainOptions,
@@ -23,6 +21,8 @@ from identify.options import (
     SimulateOptions,
     given,
 )
+from identify.core.analyses import analysis_for, check_options, load
+from identify.core.config import family_of
 from identify.reports.outcome import Result, read_result
 from identify.reports.write import write_reports
 
