@@ -60,7 +60,7 @@ def test_a_signal_in_the_middle_of_a_write(
     context: ForkServerContext, case: Case, calm: Path, tmp_path: Path, number: signal.Signals
 ) -> None:
     out, said = tmp_path / "out.h5", tmp_path / "said.txt"
-    run = begun(context, _words(case, out), said, Trouble(signal_at_write=(number, 1)))
+    run = begun(context, _words(case, out), said, Trouble((number, 1), each_record=True))
     assert run.ended() == (-9 if number == signal.SIGKILL else 130)
     assert said.read_text().endswith(
         "" if number == signal.SIGKILL else "interrupted; resume with `--resume`\n"
@@ -71,7 +71,7 @@ def test_a_signal_in_the_middle_of_a_write(
 
 def test_twice_in_a_row(context: ForkServerContext, case: Case, calm: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.h5"
-    run = begun(context, _words(case, out), tmp_path / "said.txt")
+    run = begun(context, _words(case, out), tmp_path / "said.txt", Trouble(each_record=True))
     wait_for_more(run, part_of(out))
     run.signal(signal.SIGINT)
     run.signal(signal.SIGINT)
@@ -85,7 +85,7 @@ def test_a_finished_result_stays_until_the_new_one_is_finished(
 ) -> None:
     out = tmp_path / "out.h5"
     out.write_bytes(calm.read_bytes())
-    run = begun(context, _words(case, out), tmp_path / "said.txt")
+    run = begun(context, _words(case, out), tmp_path / "said.txt", Trouble(each_record=True))
     wait_for_more(run, part_of(out))
     run.signal(signal.SIGINT)
     assert run.ended() == 130
@@ -121,10 +121,12 @@ def test_a_second_run_is_refused_and_the_first_is_not_disturbed(
     context: ForkServerContext, case: Case, calm: Path, tmp_path: Path
 ) -> None:
     out, said = tmp_path / "out.h5", tmp_path / "second.txt"
-    first = begun(context, _words(case, out), tmp_path / "said.txt")
+    first = begun(context, _words(case, out), tmp_path / "said.txt", Trouble(each_record=True))
     wait_for_more(first, part_of(out))
+    first.signal(signal.SIGSTOP)  # or it might have ended before the second has begun
     assert begun(context, _words(case, out), said).ended() == 2
     assert "another run is writing it" in said.read_text()
+    first.signal(signal.SIGCONT)
     assert first.ended() in (0, 4)
     assert differences(calm, out) == []
 

@@ -82,6 +82,16 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         slope = gradient[:, target.observable] / h[:, target.observable, None]
         return real_rows(self._logarithm(target, h), slope * self._weights(target)[..., None])
 
+    def residuals_of(self, target: FrfTarget, h: Complex) -> tuple[Complex, Complex]:
+        """Residuals of a set and their derivatives with respect to h, (lines, outputs, inputs) both."""
+        if self.cost.residual == "complex":
+            return over_noise(target, h)
+        outputs, inputs = (numbers[target.observable] for numbers in target.pairs)
+        residual, slope = np.zeros_like(h), np.zeros_like(h)
+        residual[:, outputs, inputs] = self._logarithm(target, target.paired(h))
+        slope[:, outputs, inputs] = self._weights(target) / h[:, outputs, inputs]
+        return residual, slope
+
     def _logarithm(self, target: FrfTarget, h: Complex) -> Complex:
         """Weighted ln(H_sim/H_exp) of the pairs that the model moves, (..., lines, observable)."""
         ratio = h[..., target.observable] / target.measured[:, target.observable]
@@ -92,7 +102,7 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         return np.asarray(1.0 / np.hypot(_LOG_FLOOR, noise))
 
 
-class PosteriorObjective(FrfLeastSquaresObjective):
+class PosteriorObjective(Objective):
     """The same with errors of what was told fitted along: their squares, in units of their standard
     deviations, count as residuals (maximum a posteriori), but not as measured numbers.
 
@@ -100,36 +110,29 @@ class PosteriorObjective(FrfLeastSquaresObjective):
     """
 
     def __init__(self, cost: FrfLeastSquares, targets: Targets, softness: float = 1.0) -> None:
-        super().__init__(cost, targets)
+        self._likelihood = FrfLeastSquaresObjective(cost, targets)
         self._errors, self._softness = np.array(targets.nuisances), softness
+        self._known: tuple[Array, float] | None = None
 
     def costs(self, candidates: Array) -> Array:
-        """Root of the mean square of the residuals, with the squares of the errors added to their sum."""
-        data = super().costs(candidates)
-        if self._known is not None and data is self._known[1]:
-            return data
-        return np.asarray(np.hypot(data / self._softness, self._size_of(candidates)))
-
-    def _size_of(self, candidates: Array) -> Array:
-        return np.asarray(np.linalg.norm(candidates[..., self._errors], axis=-1) / np.sqrt(self.count))
+        """Root of the mean square of the residuals, with the squares of the errors added to their sum; known
+        already where residuals have just been computed.
+        """
+        if self._known is not None and np.array_equal(self._known[0], candidates):
+            return np.array([self._known[1]])
+        data = self._likelihood.costs(candidates)
+        size = np.linalg.norm(candidates[..., self._errors], axis=-1) / np.sqrt(self._likelihood.count)
+        return np.asarray(np.hypot(data / self._softness, size))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
         """In as few rows as say the same, because there are many columns."""
+        targets, count = self._likelihood.targets, self._likelihood.count
         with np.errstate(all="ignore"):
-            product = information(self.targets, values, free, self._residuals).product / self._softness**2
+            product = information(targets, values, free, self._likelihood.residuals_of).product
+        product /= self._softness**2
         total, (rows, slopes) = float(product[-1, -1]), compressed(product)
         squares = float(values[self._errors] @ values[self._errors])
-        known = np.sqrt((total + squares) / self.count) if np.isfinite(total) else np.inf
-        self._known = values[None].copy(), np.array([known])
+        cost = float(np.sqrt((total + squares) / count)) if np.isfinite(total) else np.inf
+        self._known = values[None].copy(), cost
         prior = np.eye(len(values))[np.ix_(self._errors, free)]
         return np.concatenate([rows, values[self._errors]]), np.concatenate([slopes, prior])
-
-    def _residuals(self, target: FrfTarget, h: Complex) -> tuple[Complex, Complex]:
-        """Residuals of a set and their derivatives with respect to h, (lines, outputs, inputs) both."""
-        if self.cost.residual == "complex":
-            return over_noise(target, h)
-        outputs, inputs = (numbers[target.observable] for numbers in target.pairs)
-        residual, slope = np.zeros_like(h), np.zeros_like(h)
-        residual[:, outputs, inputs] = self._logarithm(target, target.paired(h))
-        slope[:, outputs, inputs] = self._weights(target) / h[:, outputs, inputs]
-        return residual, slope
