@@ -205,7 +205,7 @@ def end_by_matrices(
 def _divided(eigenvalues: Complex, record: float, order: int) -> Complex:
     """(r, r): divided differences of z^order e^(zT) over pairs of eigenvalues."""
     apart = eigenvalues[:, None] - eigenvalues
-    near = np.abs(apart) < 1e-7 * np.abs(eigenvalues)
+    near = np.abs(apart) <= 1e-7 * np.maximum(np.abs(eigenvalues), 1.0 / record)
     decayed = np.exp(eigenvalues * record)
     value = eigenvalues**order * decayed
     tangent = record * value + order * eigenvalues ** max(order - 1, 0) * decayed

@@ -119,7 +119,6 @@ def _compile(tree: Tree) -> mujoco.MjModel:
         for dof in part.dofs:
             number = model.joint(dof.name).id
             model.jnt_stiffness[number], model.dof_damping[number] = dof.stiffness, dof.damping
-            model.dof_armature[number] = dof.armature
     model.tendon_stiffness[:] = [strut.stiffness for strut in tree.struts]
     model.tendon_damping[:] = [strut.damping for strut in tree.struts]
     mujoco.mj_setConst(model, mujoco.MjData(model))
@@ -136,5 +135,6 @@ def _body(parent: mujoco.MjsBody, part: Part) -> mujoco.MjsBody:
     body.fullinertia = [xx, yy, zz, xy, xz, yz]
     for dof in part.dofs:
         kind = mujoco.mjtJoint.mjJNT_SLIDE if dof.slides else mujoco.mjtJoint.mjJNT_HINGE
-        body.add_joint(name=dof.name, type=kind, axis=dof.axis)
+        # The armature at once: without it, coordinates in series about one axis are a singular mass matrix.
+        body.add_joint(name=dof.name, type=kind, axis=dof.axis, armature=dof.armature)
     return body
