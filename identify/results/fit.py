@@ -112,6 +112,8 @@ class StatedUncertainty:
     its standard deviation in `unit` (1: relative); shift, spread (e,): the fitted error and its standard
     deviation after the fit, over the stated one.  sentences: what stands out, in words.  kinds (k,), and the
     part of the variance of each parameter (p, k) that comes from them, the rest from noise; NaN where fixed.
+    root (f + e, f + e): its product with its transpose is the covariance of the free parameters on their
+    search scale, then of the errors over what was stated; None in files of before 0.2.
     """
 
     kind: Texts
@@ -124,6 +126,7 @@ class StatedUncertainty:
     sentences: Texts
     kinds: Texts
     parts: Array
+    root: Array | None = None
 
 
 @dataclass(frozen=True)

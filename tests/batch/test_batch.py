@@ -190,7 +190,10 @@ def test_an_interrupted_batch_goes_on_and_computes_nothing_twice(
     assert len(kept) == 2
     with in_this_process():
         resumed, _ = run_batch(study / "batch.yaml", out, resume=True)
-    assert f"{len(set(kept) - {'joint'})} {'was' if 'joint' in kept else 'were'} kept from before" in resumed.verdict[0]
+    assert (
+        f"{len(set(kept) - {'joint'})} {'was' if 'joint' in kept else 'were'} kept from before"
+        in resumed.verdict[0]
+    )
     for name, changed in kept.items():
         assert (out.with_suffix("") / f"{name}.h5").stat().st_mtime_ns == changed, "nothing is computed twice"
     assert np.array_equal(resumed.parameters.value, undisturbed.parameters.value)

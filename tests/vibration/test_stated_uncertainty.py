@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identify.core.errors import InputErrors
+from identify.map.posture_map import fitted_model, map_postures, tool_point
+from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.model.nuisances.inertia import changed, moments
 from identify.reports.fit.uncertainty_tables import error_table, part_table
+from identify.results.fit import FitResult
 from identify.robot.description import Link
 from identify.vibration.check import STUDY, run_checks
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
@@ -18,7 +22,9 @@ from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
 from tests.generator.dirt import CAREFUL, Dirt, soil
 from tests.generator.generate import generate
+from tests.generator.linear import linearise
 from tests.generator.makes import MAKES
+from tests.generator.measure import draw_postures, make_plant
 from tests.generator.spec import TestSpec
 from tests.hidden import config_of
 
@@ -135,12 +141,20 @@ def test_a_check_says_which_statement_matters_most(careful: tuple[Path, TestSpec
     assert 0 < finding.value < 1
 
 
-def test_stated_uncertainty_explains_what_was_not_as_told(careful: tuple[Path, TestSpec]) -> None:
-    path, true = careful
+@pytest.fixture(scope="module")
+def fits(careful: tuple[Path, TestSpec]) -> tuple[FitResult, FitResult]:
+    """With what was told said to be uncertain, and without."""
+    path, _ = careful
     with_it, _ = run_fit(path, path.with_name("with.h5"), {})
     without = path.with_name("without.yaml")
     without.write_text(path.read_text().replace("uncertainty: careful", "").replace("name: case", "name: no"))
-    plain, _ = run_fit(without, path.with_name("without.h5"), {"starts": 2})
+    return with_it, run_fit(without, path.with_name("without.h5"), {"starts": 2})[0]
+
+
+def test_stated_uncertainty_explains_what_was_not_as_told(
+    careful: tuple[Path, TestSpec], fits: tuple[FitResult, FitResult]
+) -> None:
+    (_, true), (with_it, plain) = careful, fits
     assert with_it.gap < 1.15
     assert plain.gap > 3
     assert with_it.uncertainty is not None
@@ -161,3 +175,49 @@ def test_stated_uncertainty_explains_what_was_not_as_told(careful: tuple[Path, T
     q = plain.parameters
     outside = (q.low_95[rows] > true.arm.stiffness) | (true.arm.stiffness > q.high_95[rows])
     assert outside.sum() >= 2
+
+
+def test_a_map_holds_the_true_modes_where_nothing_was_measured(
+    careful: tuple[Path, TestSpec], fits: tuple[FitResult, FitResult]
+) -> None:
+    """Of the arm as it was simulated, at postures that no fit has seen."""
+    spec = replace(careful[1], postures=6, seed=99)
+    postures = draw_postures(spec)
+    truth = [np.abs(linearise(make_plant(spec, q), "link6_2").poles)[:6] / (2 * np.pi) for q in postures]
+    held, widths = [], []
+    for result in fits:
+        model = fitted_model(result, "fit")
+        rows = map_postures(
+            model, tool_point(model, None), list("abcdef"), np.radians(postures), np.ones(1), 6
+        )
+        inside = (rows.frequency_low_95 <= truth) & (np.array(truth) <= rows.frequency_high_95)
+        held.append(float(inside.mean()))
+        widths.append(float(np.median(rows.frequency_high_95 / rows.frequency_low_95)))
+    assert held[0] > 0.9
+    assert widths[0] < 1.1
+    assert held[1] < 0.7, "the errors matter"
+
+
+def test_a_map_knows_the_slopes_of_what_was_told(fits: tuple[FitResult, FitResult]) -> None:
+    """Frequencies of the robot with an error changed, by differences; of masses, and of no others."""
+    model = fitted_model(fits[0], "fit")
+    off, posture = model.off, model.posture + 0.2
+    assert off is not None
+    system = model.system(posture)
+    factors, root = model.sensitivity(system, posture)
+    found = complex_modes(*system.matrices(model.values))
+    slopes, _ = frequency_and_damping_gradient(found, factors, len(root))
+    first = len(model.values)
+    for link, change in ((1, 0), (3, 2), (5, 5)):
+        sides = []
+        for step in (1e-5, -1e-5):
+            inertia = off.inertia.copy()
+            inertia[link, change] += step
+            other = {one.name: changed(one, c) for one, c in zip(off.links, inertia, strict=True)}
+            robot = replace(model.robot, links=tuple(other.get(one.name, one) for one in model.robot.links))
+            there = replace(model, robot=robot)
+            sides.append(complex_modes(*there.system(posture).matrices(model.values)).frequency_hz)
+        difference = (sides[0] - sides[1]) / 2e-5
+        assert slopes[:, first + 10 * link + change] == pytest.approx(
+            difference, abs=1e-5 * np.abs(difference).max()
+        )

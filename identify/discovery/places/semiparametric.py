@@ -117,14 +117,18 @@ def fit_place(
     parts, damping = model.predict(unknown, values, free, rests), 1e-4
     squares = before = model.squares(unknown, values, rests)
     for _ in range(steps):
-        slope = scale.slope(x)
-        normal = normal_equations(_scaled(parts, slope), lines, count)
+        normal = normal_equations(_scaled(parts, scale.slope(x)), lines, count)
         step, change = _step(normal, damping)
         for fraction in _STEPS:
             trial = np.clip(x + fraction * np.clip(step, -1, 1), lower, upper)
             moved = Unknown(unknown.values + fraction * change, unknown.reference)
             new = scale.to_values(trial)
-            tried = model.squares(moved, new, rests)
+            if model.squares(moved, new, rests) >= squares:
+                continue
+            # The end of the record was that of the unknown before: the fall must hold with its own.
+            moved = model.refreshed(moved, new)
+            ends = model.rests(moved, new)
+            tried = model.squares(moved, new, ends)
             if tried < squares:
                 break
         else:
@@ -134,11 +138,9 @@ def fit_place(
             continue
         fell = 1 - tried / squares
         x, values, damping = trial, new, max(damping / 10, _LEAST)
-        unknown = model.refreshed(moved, values)
-        rests = model.rests(unknown, values)
+        unknown, rests, squares = moved, ends, tried
         parts = model.predict(unknown, values, free, rests)
-        squares = model.squares(unknown, values, rests)
-        if abs(fell) < 1e-3:
+        if fell < 1e-3:
             break
     normal = normal_equations(_scaled(parts, scale.slope(x)), lines, count)
     measured = sum(2 * int(np.count_nonzero(view.weight)) for view in model.views)

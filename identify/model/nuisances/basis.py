@@ -101,12 +101,12 @@ def _variants(robot: Robot, posture: Array, joints: int, angles: bool, lengths: 
             if number >= len(posture):
                 found.append(None)
                 continue
-            up, down = (_moved(robot, number, axis, sign * _LENGTH) for sign in (1, -1))
+            up, down = (moved(robot, number, axis, sign * _LENGTH) for sign in (1, -1))
             found.append(((up, posture), (down, posture), 2 * _LENGTH))
     return found
 
 
-def _moved(robot: Robot, number: int, axis: int, amount: float) -> Robot:
+def moved(robot: Robot, number: int, axis: int, amount: float) -> Robot:
     """The robot with the place of a joint in its parent link moved."""
     joint = robot.joints[number]
     origin = joint.origin.copy()

@@ -48,6 +48,7 @@ def stated_uncertainty(problem: Problem, trusted: Uncertainty, values: Array) ->
         sentences=(*_outstanding(entries, shift), *_too_small(entries, shift, joint.spread)),
         kinds=tuple(kinds),
         parts=parts,
+        root=joint.root,
     )
 
 
