@@ -14,7 +14,8 @@ from identify.core.correlated import covariance, white_level
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
-from identify.explain.regression import Fit, RegressionProblem, aligned, at_edge, jacobian, solve
+from identify.explain.regression import Fit, RegressionProblem, aligned, jacobian, solve
+from identify.explain.screen import at_edge
 from identify.explain.workbench import rms
 from identify.results.explain import BoundTable, Curves, EffectTable, StepTable, TargetResult, ValueTable
 
@@ -84,8 +85,7 @@ def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
     """
     columns = jacobian(problem, fit) * fit.weights[None, :, None]
     matrix, freedom = covariance(columns, fit.residual(problem) * fit.weights, problem.mask)
-    offset = problem.target.shape[1] if problem.offset else 0
-    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[offset:]
+    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
     values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
     return values, np.where(half > 0, half, np.inf)
 
@@ -151,7 +151,7 @@ def _bound_table(
 
 def _curves(problem: RegressionProblem, use: str, start: Fit, fit: Fit) -> Curves:
     """Measured, known and explained histories; what is known is what the target was measured against, and the
-    offset.
+    datum of each record.
     """
     known = _measured(problem) - problem.target + start.predict(problem)
     explained = _measured(problem) - problem.target + fit.predict(problem)
@@ -164,7 +164,7 @@ def _measured(problem: RegressionProblem) -> Array:
     """
     return (
         problem.target
-        if problem.offset
+        if problem.datum != "none"
         else problem.scene.motor_torque[:, [joint - 1 for joint in problem.scene.axes]]
     )
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from identify.core.arrays import Array
-from identify.explain.regression import Fit, aligned, refine, solve
+from identify.explain.regression import Fit, aligned, solve
+from identify.explain.screen import refine
 from identify.explain.workbench import MotionOption, RecordWorkbench, reweighted, rms
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.loop import found_in, select

@@ -56,7 +56,7 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
         acceleration=motion.acceleration,
         load=arm.torque,
         motor_torque=motion.torque,
-        error=None if motion.command_position is None else motion.command_position - motion.position,
+        error=_error(motion),
         arm=arm,
         axes=known.joints,
         gear_ratio=known.gear_ratio,
@@ -64,6 +64,16 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
         relative=known.relative,
         payload=known.payload,
     )
+
+
+def _error(motion: ConditionedMotion) -> Array | None:
+    """Command minus motor position from its own mean, as command and encoder may count from different
+    zeros.
+    """
+    if motion.command_position is None:
+        return None
+    error = motion.command_position - motion.position
+    return np.asarray(error - error[motion.inside].mean(axis=0))
 
 
 def torque_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
@@ -81,12 +91,12 @@ def torque_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Know
         scene,
         _finite(left[:, rows], known.joints, motion, "motor torque"),
         _moving(motion, known),
-        offset=False,
+        datum="none",
     )
 
 
 def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
-    """Motor-side minus link-side position; each joint has an offset of its own, as the encoders have.
+    """Motor-side minus link-side position; each joint of each record has its own datum, as encoders have.
 
     Samples at which a joint stands do not count: it keeps the hysteresis and the wave at which it stopped,
     many times over.
@@ -95,17 +105,19 @@ def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: 
         raise ValueError("no link-side position")
     rows = [joint - 1 for joint in known.joints]
     left = _finite((motion.position - motion.link_position)[:, rows], known.joints, motion, "link_position")
-    return RegressionProblem(motion.name, scene, left, _moving(motion, known), offset=True)
+    return RegressionProblem(motion.name, scene, left, _moving(motion, known), datum="constant")
 
 
 def tracking_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
-    """Command minus motor position; each joint has an offset of its own."""
+    """Command minus motor position; each joint of each record has a datum of its own, and the line that an
+    integrator makes of it.
+    """
     if scene.error is None:
         raise ValueError("no command")
     rows = [joint - 1 for joint in known.joints]
     left = _finite(scene.error[:, rows], known.joints, motion, "command_position")
     return RegressionProblem(
-        motion.name, scene, left, np.broadcast_to(motion.inside[:, None], left.shape), offset=True
+        motion.name, scene, left, np.broadcast_to(motion.inside[:, None], left.shape), datum="line"
     )
 
 

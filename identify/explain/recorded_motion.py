@@ -5,6 +5,7 @@ gears carry.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from identify.robot.inverse_dynamics import RigidArm
 
 @dataclass(frozen=True)
 class RecordedMotion:
-    """One record.  Arrays over all joints of the robot are (samples, joints), in rad, rad/s, rad/s^2, N m at
-    the joint.
+    """One record, or several in a row.  Arrays over all joints of the robot are (samples, joints), in rad,
+    rad/s, rad/s^2, N m at the joint.
 
     axes: numbers (from 1) of the examined joints; gear_ratio (joints,): motor turns per joint turn; load:
     torque that each gear passes on to the links as far as it is known; motor_torque: as measured, at the
@@ -40,7 +41,14 @@ class RecordedMotion:
     """
     payload: tuple[str, tuple[float, float, float]]
     """Link that carries the payload and the place (m) of the payload's centre in its frame."""
+    starts: tuple[int, ...] = (0,)
+    """First sample of each record."""
     cache: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def records(self) -> list[slice]:
+        """The samples of each record."""
+        return [slice(*ends) for ends in pairwise((*self.starts, len(self.time_s)))]
 
     def on(self, axis: int, *values: Array) -> Array:
         """(samples, examined joints, columns) that are zero but on one joint; values (samples,) each."""

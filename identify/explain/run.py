@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +77,7 @@ def run_explain(
         robot = read_robot(file.study.robot, file.path.parent)
         known = known_of(file.study, robot)
         records = read_records(file, robot)
-        motions = [_conditioned(record, file.study) for record in records]
+        motions = [_conditioned(record, file.study, known) for record in records]
         origin = _provenance(file, records)
         key = run_key(origin, file)
 
@@ -237,11 +237,16 @@ def _recorded(motion: ConditionedMotion, target: str) -> bool:
     return (motion.link_position if target == "deflection" else motion.command_position) is not None
 
 
-def _conditioned(record: MotionRecord, study: ExplainStudy) -> ConditionedMotion:
+def _conditioned(record: MotionRecord, study: ExplainStudy, known: Known) -> ConditionedMotion:
+    """A record's motion; positions that count from where it began are zero there, whatever encoders said."""
     constant: Array | None = None
     if study.drives.torque_constant_nm_per_a is not None:
         constant = np.array(study.drives.torque_constant_nm_per_a)
-    return condition(record, study.lowpass_hz, study.resample_hz, constant)
+    motion = condition(record, study.lowpass_hz, study.resample_hz, constant)
+    if not known.relative:
+        return motion
+    zero = np.radians(study.joint_zero_deg or np.zeros(len(known.gear_ratio)))
+    return replace(motion, position=motion.position - motion.position[0] + zero)
 
 
 def _of(story: Story, target: str) -> Story:

@@ -19,7 +19,8 @@ from identify.core.correlated import effective_samples
 from identify.core.interruption import check
 from identify.explain.effects.base import MotionEffect
 from identify.explain.gain import record_gain
-from identify.explain.regression import Fit, RegressionProblem, Screen, aligned, refine, solve, without
+from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
+from identify.explain.screen import Screen, refine
 from identify.fitting.memory import Memory, digest
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
