@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Index
 from identify.core.interruption import check
 from identify.machining.engagement import Engagement
 from identify.machining.structure import Structure
@@ -78,7 +78,7 @@ class TimeDomain:
         return _product(self.structure, factors, used, period / count), len(used)
 
 
-def _product(structure: Structure, factors: Array, used: Array, step: float) -> Array:
+def _product(structure: Structure, factors: Array, used: Index, step: float) -> Array:
     """The product over a period; factors (m, 3, 3), N/m; used: axes whose past displacement matters."""
     size, count, kept = len(structure.mass), len(factors), len(used)
     moves, drives = _steps(structure, factors, used, step)
@@ -93,7 +93,7 @@ def _product(structure: Structure, factors: Array, used: Array, step: float) -> 
     return np.vstack([state, *reversed(past[count:])])
 
 
-def _steps(structure: Structure, factors: Array, used: Array, step: float) -> tuple[Array, Array]:
+def _steps(structure: Structure, factors: Array, used: Index, step: float) -> tuple[Array, Array]:
     """Over each step, what becomes of the state (m, 2n, 2n), and what the delayed displacement at its begin
     and the change of that over it add (m, 2n, 2 used).
     """

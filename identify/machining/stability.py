@@ -145,8 +145,9 @@ def limits(on: Mounted, found: Limits, relative: tuple[Array, Array]) -> tuple[D
         depth, chatter = several.depth, found.chatter_hz
         compared = LimitChecks(rpm[some], found.depth[some], several.depth[some], None)
     free = depth > most
-    kept = [np.where(free, np.inf, depth * part) for part in (1.0, *relative)]
-    return DepthLimits(rpm, *kept, np.where(free, np.nan, chatter), found.depth), compared
+    chatter = np.where(free, np.nan, chatter)
+    at, low, high = (np.where(free, np.inf, depth * part) for part in (1.0, *relative))
+    return DepthLimits(rpm, at, low, high, chatter, found.depth), compared
 
 
 def _highest_hz(structure: Structure, found: Limits) -> float:
@@ -160,9 +161,8 @@ def _highest_hz(structure: Structure, found: Limits) -> float:
 def _several(structure: Structure, cut: Engagement, highest: float, rpm: Array) -> Limits:
     def receptance(line_hz: Array) -> Complex:
         matrices = structure.mass, structure.damping, structure.stiffness
-        if structure.real:
-            return frf_by_solve(*matrices, 2j * np.pi * line_hz, structure.out, structure.out.T, 0)
-        at = frf_by_solve(*matrices, 2j * np.pi * np.abs(line_hz), structure.out, structure.out.T, 0)
+        s = np.asarray(2j * np.pi * np.abs(line_hz), dtype=complex)
+        at = frf_by_solve(*matrices, s, structure.out, structure.out.T, 0)
         return np.where(line_hz[:, None, None] < 0, np.conj(at), at)  # hysteresis turns with the sign
 
     return multi_frequency(cut, receptance, structure.lines_hz(_COARSE), highest, rpm)

@@ -27,7 +27,7 @@ class Structure:
 
     mass: Array
     damping: Array
-    stiffness: Array | Complex
+    stiffness: Array
     out: Array
 
     def with_modes(self, modes: Sequence[ToolMode]) -> Structure:
@@ -78,7 +78,7 @@ class Structure:
         return np.unique(every)
 
 
-def _block(of: Array | Complex, value: float) -> Array:
+def _block(of: Array, value: float) -> Array:
     """Matrices (..., n, n) with one more coordinate, uncoupled."""
     made = np.zeros((*of.shape[:-2], of.shape[-2] + 1, of.shape[-1] + 1), dtype=of.dtype)
     made[..., :-1, :-1] = of

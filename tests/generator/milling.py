@@ -35,17 +35,20 @@ def growth(
     rpm: float,
     depths: np.ndarray,
     seconds: float,
-    steps: int = 60,
+    push: np.ndarray | None = None,
 ) -> np.ndarray:
     """Growth rates (depths,), 1/s, of the tip's vibration; tip (3, n): motion along feed, normal and axis.
 
-    steps: of a tooth period.  The rate is that between the second and the last quarter.
+    push (n, 3): what forces do, where that is not tip'.  The rate is that between the second and the last
+    quarter.
     """
+    steps = 60  # of a tooth period
     period = 60 / (cut.teeth * rpm)
     h, count = period / steps, int(np.ceil(seconds / period)) * steps
     inverse = np.linalg.inv(mass)
+    to_force, slow, stiff = (inverse @ one for one in (tip.T if push is None else push, damping, stiffness))
     rng = np.random.default_rng(0)
-    q = rng.normal(size=(len(depths), len(mass))) * 1e-3 / np.sqrt(np.diag(stiffness))
+    q = rng.normal(size=(len(depths), len(mass))) * 1e-3 / np.sqrt(np.abs(np.diag(stiffness)))
     v = np.zeros_like(q)
     past = np.zeros((steps, len(depths), 3))
     past[:] = q @ tip.T
@@ -58,15 +61,14 @@ def growth(
         past[k % steps] = now
         force = np.zeros_like(now)
         for tooth in range(cut.teeth):
-            phi = (pitch * (k + 0.5) / steps + tooth * pitch) % (2 * np.pi)  # never at an edge
-            if cut.entry <= phi <= cut.exit:
-                s, c = np.sin(phi), np.cos(phi)
-                chip = (now - before) @ np.array([s, c, 0.0])
-                push = (
-                    cut.kt * np.array([-c, s, 0.0]) - cut.kr * np.array([s, c, 0.0]) - cut.ka * np.eye(3)[2]
-                )
-                force += (depths * chip)[:, None] * push
-        new = (force @ tip - (v + h * accel) @ damping - q @ stiffness) @ inverse
+            begin = (pitch * k / steps + tooth * pitch) % (2 * np.pi)
+            low, high = max(begin, cut.entry), min(begin + pitch / steps, cut.exit)
+            if high > low:  # for that part of the step
+                s, c = np.sin((low + high) / 2), np.cos((low + high) / 2)
+                chip = (now - before) @ np.array([s, c, 0.0]) * (high - low) * steps / pitch
+                f = cut.kt * np.array([-c, s, 0.0]) - cut.kr * np.array([s, c, 0.0]) - cut.ka * np.eye(3)[2]
+                force += (depths * chip)[:, None] * f
+        new = force @ to_force.T - (v + h * accel) @ slow.T - q @ stiff.T
         v = v + h / 2 * (accel + new)
         accel = new
         size[k] = np.sqrt((now**2).sum(axis=1))
@@ -90,10 +92,10 @@ def limit(
     rpm: float,
     depths: np.ndarray,
     seconds: float,
-    steps: int = 60,
+    push: np.ndarray | None = None,
 ) -> float:
     """The depth, m, at which the vibration begins to grow, between rising depths; NaN outside of them."""
-    rates = growth(mass, damping, stiffness, tip, cut, rpm, depths, seconds, steps)
+    rates = growth(mass, damping, stiffness, tip, cut, rpm, depths, seconds, push)
     rising = np.flatnonzero(rates > 0)
     if not rising.size or rising[0] == 0:
         return float("nan")
