@@ -15,6 +15,8 @@ import scipy
 from identify.core.arrays import Array, Mask
 
 _BLOCKS, _DRAWS = 20, 2000
+_SLOWEST = 0.1
+"""Share of the samples, those at least speed, by which noise is told from waves over an angle."""
 
 
 def correlation_time(residual: Array, used: Mask) -> float:
@@ -132,12 +134,19 @@ def covariance(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, flo
     return bread @ meat @ bread / np.outer(scale, scale), freedom
 
 
-def white_level(signal: Array, used: Mask) -> float:
+def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:
     """Standard deviation of what changes from sample to sample in a joint's signal (samples,): its noise, by
     third differences (MAD).
+
+    speed (samples,): of the joint; only the slowest tenth of the samples is then looked at, because waves
+    over an angle pass from sample to sample as fast as the joint moves, and a fast record would look noisier
+    than a slow one of the same robot.
     """
     third = np.diff(signal, 3)
-    good = used[:-3] & used[3:]
+    good = used[:-3] & used[1:-2] & used[2:-1] & used[3:]
     if not good.any():
         return float("nan")
+    if speed is not None:
+        fastest = np.lib.stride_tricks.sliding_window_view(np.abs(speed), 4).max(axis=1)
+        good &= fastest <= np.quantile(fastest[good], _SLOWEST)
     return float(np.median(np.abs(third[good])) / 0.6745 / np.sqrt(20.0))

@@ -20,8 +20,8 @@ _CLOSE = 2.0
 
 
 def verdict(found: TargetResult, judge: str) -> tuple[str, ...]:
-    """Two sentences on one target: how much is explained on the judging record, and by what, strongest
-    evidence first.
+    """Sentences on one target: how much is explained on the judging record and on those that nothing depended
+    on, and by what, strongest evidence first.
     """
     scale, unit = _SCALE[found.unit]
     joints = ", ".join(f"{joint}" for joint in found.joints)
@@ -42,7 +42,24 @@ def verdict(found: TargetResult, judge: str) -> tuple[str, ...]:
         f" {unit}, "
     )
     effects = "; ".join(found.effects.sentence)
-    return (said + f"{taken} % of its squares explained.", f"In order of evidence: {effects}.")
+    return (
+        said + f"{taken} % of its squares explained.",
+        *(_of_test(found, name) for name in found.tests),
+        f"In order of evidence: {effects}.",
+    )
+
+
+def _of_test(found: TargetResult, name: str) -> str:
+    scale, unit = _SCALE[found.unit]
+    before, after, taken = (
+        ", ".join(f"{factor * value:.3g}" for value in values)
+        for factor, values in (
+            (scale, found.tests[name].rms_start),
+            (scale, found.tests[name].rms),
+            (100.0, found.tests[name].explained),
+        )
+    )
+    return f"On record {name}, on which nothing depended: from {before} to {after} {unit}, {taken} %."
 
 
 def notes(found: TargetResult) -> list[str]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -91,9 +91,22 @@ class Curves:
 
 
 @dataclass(frozen=True)
+class Unseen:
+    """A record that was neither fitted nor judged by: RMS residual (joints,) before and with the effects."""
+
+    rms_start: Array
+    rms: Array
+
+    @property
+    def explained(self) -> Array:
+        """Part of its sum of squares that the effects take away, (joints,)."""
+        return 1 - (self.rms / self.rms_start) ** 2
+
+
+@dataclass(frozen=True)
 class TargetResult:
     """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect;
-    tried: number of candidates.
+    tried: number of candidates; tests: by name, the records that nothing depended on.
     """
 
     target: str
@@ -110,6 +123,7 @@ class TargetResult:
     values: ValueTable
     bounds: BoundTable
     curves: dict[str, Curves]
+    tests: dict[str, Unseen] = field(default_factory=dict)
 
     @property
     def gap_start(self) -> Array:

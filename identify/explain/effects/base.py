@@ -41,6 +41,7 @@ MOTION_EFFECTS = Registry(
             ("link-inertia", "rigid_body", "LinkInertia"),
             ("load-dependent-friction", "friction", "LoadDependentFriction"),
             ("lost-motion", "backlash", "LostMotion"),
+            ("motor-coupling", "motor_coupling", "MotorCoupling"),
             ("payload-mass", "rigid_body", "PayloadMass"),
             ("position-lag", "servo_terms", "PositionLag"),
             ("rotor-inertia", "rotor_inertia", "RotorInertia"),

@@ -49,7 +49,7 @@ class GravityBalancer(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Sine and cosine of the joint angle over the gear ratio."""
-        angle, ratio = scene.position[:, self.axis - 1], scene.gear_ratio[self.axis - 1]
+        angle, ratio = scene.joint_position[:, self.axis - 1], scene.gear_ratio[self.axis - 1]
         return scene.on(self.axis, np.sin(angle) / ratio, np.cos(angle) / ratio)
 
 
@@ -81,7 +81,7 @@ class BalancerPreload(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """sin(psi) / sqrt(1 + r^2 - 2 r cos psi) over the gear ratio, psi = q - angle."""
-        angle, r = scene.position[:, self.axis - 1] - parameters[0], parameters[1]
+        angle, r = scene.joint_position[:, self.axis - 1] - parameters[0], parameters[1]
         lever = np.sin(angle) / np.sqrt(1 + r**2 - 2 * r * np.cos(angle))
         return scene.on(self.axis, lever / scene.gear_ratio[self.axis - 1])
 

@@ -41,7 +41,7 @@ def tiles(result: ExplainResult) -> tuple[tuple[str, str, str], ...]:
 def residual_table(found: TargetResult) -> Table:
     """A row per joint: RMS before and after on both records, and the gap."""
     factor, unit = scale(found)
-    columns = (
+    columns: tuple[Column, ...] = (
         Column("Joint"),
         Column("Fitted, before", unit),
         Column("Fitted, after", unit),
@@ -60,10 +60,17 @@ def residual_table(found: TargetResult) -> Table:
             number(found.gap_start[row], 3),
             number(found.gap[row], 3),
         )
-        rows.append((str(joint), *cells, *ends))
+        seen = [
+            number(factor * level[row], 3) for t in found.tests.values() for level in (t.rms_start, t.rms)
+        ]
+        rows.append((str(joint), *cells, *ends, *seen))
     note = (
         "RMS of what is left. Gap: over the noise from sample to sample on the held-out record; 1 is noise."
     )
+    for test in found.tests:
+        columns += (Column(f"{test}, before", unit), Column(f"{test}, after", unit))
+    if found.tests:
+        note += f" Nothing depended on {' and '.join(found.tests)}."
     return Table(f"{title(found)}: what is left", columns, tuple(rows), note)
 
 
