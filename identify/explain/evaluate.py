@@ -14,7 +14,7 @@ from identify.core.correlated import covariance, white_level
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
-from identify.explain.regression import Fit, RegressionProblem, aligned, jacobian, solve
+from identify.explain.regression import Fit, RegressionProblem, aligned, jacobian, parameter_prior, solve
 from identify.explain.screen import at_edge
 from identify.explain.workbench import rms
 from identify.results.explain import (
@@ -66,6 +66,7 @@ def evaluated(
         curves=_all_curves(
             [("fit", fitted), ("validate", judge), *(("test", test) for test in tests)], start, found.fit
         ),
+        body_errors=found.fit.body_errors,
         tests={test.name: Unseen(rms(test, start), rms(test, aligned(test, found.fit))) for test in tests},
     )
 
@@ -102,9 +103,11 @@ def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
     A nonlinear parameter searched on a log scale has the interval of the value itself, by its derivative.
     """
     columns = jacobian(problem, fit) * fit.weights[None, :, None]
-    matrix, freedom = covariance(columns, fit.residual(problem) * fit.weights, problem.mask)
-    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    matrix, freedom = covariance(
+        columns, fit.residual(problem) * fit.weights, problem.mask, parameter_prior(problem, fit)
+    )
     values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
+    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[: len(values)]
     return values, np.where(half > 0, half, np.inf)
 
 

@@ -13,7 +13,14 @@ import numpy as np
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.explain.effects.base import Target
-from identify.explain.recorded_motion import RecordedMotion, of_drives, of_joints, through_gears
+from identify.explain.recorded_motion import (
+    AS_STATED,
+    RecordedMotion,
+    StatedUncertainty,
+    of_drives,
+    of_joints,
+    through_gears,
+)
 from identify.explain.regression import Fit, RegressionProblem
 from identify.measured.conditioning import ConditionedMotion
 from identify.robot.description import Robot
@@ -38,6 +45,7 @@ class Known:
     slow: float
     payload: tuple[str, tuple[float, float, float]]
     relative: bool = False
+    stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint (drives, joints), where not each with its own alone."""
 
@@ -60,6 +68,7 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
         load=through_gears(arm.torque, known.coupling),
         motor_torque=motion.torque,
         error=_error(motion, known.coupling),
+        stated=known.stated,
         coupling=known.coupling,
         arm=arm,
         axes=known.joints,
@@ -140,6 +149,8 @@ def loaded(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     for effect in fit.effects:
         if effect.in_gear:
             load[:, rows] += fit.share(problem, effect) * scene.gear_ratio[rows]
+    if problem.bodies is not None:
+        load[:, rows] += (problem.bodies @ fit.body_errors) * scene.gear_ratio[rows]
     return replace(problem, scene=replace(scene, load=load), remembered={})
 
 

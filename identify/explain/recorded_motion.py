@@ -13,6 +13,21 @@ from identify.core.arrays import Array
 from identify.robot.inverse_dynamics import RigidArm
 
 
+@dataclass(frozen=True)
+class StatedUncertainty:
+    """Standard deviations of what is stated of each rigid body, as shares: of its mass; of its centre, of the
+    distance of the centre from the link's frame; of its moments of inertia.
+    """
+
+    mass: float = 0.0
+    centre: float = 0.0
+    inertia: float = 0.0
+
+
+AS_STATED = StatedUncertainty()
+"""Bodies without any error."""
+
+
 def of_drives(joints: Array, coupling: Array | None) -> Array:
     """Motion of the drives C q out of that of the joints q, (samples, joints); a coefficient of zero takes
     nothing, not even of what was not recorded.
@@ -70,6 +85,7 @@ class RecordedMotion:
     """First sample of each record."""
     names: tuple[str, ...] = ("",)
     """Of the records."""
+    stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint, (drives, joints), where not each with its own alone."""
     cache: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)

@@ -40,6 +40,10 @@ class RegressionProblem:
     target: Array
     mask: Mask
     datum: Datum
+    bodies: Array | None = None
+    """What errors of rigid bodies within their stated uncertainty add, (samples, joints, k), each column for
+    one standard deviation of its own: `identify.explain.body_errors`.
+    """
     remembered: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
     searched: dict[object, Array | None] = field(default_factory=dict, repr=False, compare=False)
     """Nonlinear parameters that were found, by effect and by what was there at its joint."""
@@ -81,7 +85,8 @@ class RegressionProblem:
 
 @dataclass(frozen=True)
 class Fit:
-    """Effects with their nonlinear parameters, coefficients (of all columns) and the weights used.
+    """Effects with their nonlinear parameters, coefficients (of all columns, errors of stated bodies last)
+    and the weights used.
 
     weights (joints,): one over the size of the residual that each joint was expected to leave.
     """
@@ -93,16 +98,21 @@ class Fit:
 
     def of(self, effect: MotionEffect) -> Array:
         """Coefficients of one effect, then its nonlinear parameters."""
-        number = self.effects.index(effect)
-        first = len(self.coefficients) - sum(len(e.coefficients) for e in self.effects[number:])
-        return np.concatenate(
-            [self.coefficients[first : first + len(effect.coefficients)], self.nonlinear[number]]
-        )
+        first = self._first(effect)
+        nonlinear = self.nonlinear[self.effects.index(effect)]
+        return np.concatenate([self.coefficients[first : first + len(effect.coefficients)], nonlinear])
+
+    def _first(self, effect: MotionEffect) -> int:
+        return sum(len(e.coefficients) for e in self.effects[: self.effects.index(effect)])
+
+    @property
+    def body_errors(self) -> Array:
+        """Errors of stated bodies (k,), in standard deviations of each."""
+        return self.coefficients[sum(len(effect.coefficients) for effect in self.effects) :]
 
     def replaced(self, effect: MotionEffect, coefficients: Array) -> Fit:
         """The same with other coefficients of one effect."""
-        number = self.effects.index(effect)
-        first = len(self.coefficients) - sum(len(e.coefficients) for e in self.effects[number:])
+        first = self._first(effect)
         changed = self.coefficients.copy()
         changed[first : first + len(coefficients)] = coefficients
         return replace(self, coefficients=changed)
@@ -126,18 +136,33 @@ class Fit:
 
 
 def design(problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array]) -> Array:
-    """All columns (samples, joints, p)."""
+    """All columns (samples, joints, p), those of errors of stated bodies last."""
     columns = [
         problem.columns(effect, parameters) for effect, parameters in zip(effects, nonlinear, strict=True)
     ]
-    return np.concatenate([np.zeros((*problem.target.shape, 0)), *columns], axis=2)
+    bodies = [] if problem.bodies is None else [problem.bodies]
+    return np.concatenate([np.zeros((*problem.target.shape, 0)), *columns, *bodies], axis=2)
+
+
+def expected_size(problem: RegressionProblem, effects: Sequence[MotionEffect]) -> Array:
+    """One over the standard deviation that each coefficient (p,) is expected to have before the data speak;
+    zero where it may be anything.
+    """
+    own = [effect.expected_size(problem.scene) for effect in effects]
+    bodies = np.zeros(0) if problem.bodies is None else np.ones(problem.bodies.shape[2])
+    return np.concatenate([*own, bodies])
+
+
+def strain(problem: RegressionProblem, fit: Fit) -> Array:
+    """Coefficients (p,) over what they were expected to be: half its sum of squares is their log odds."""
+    return expected_size(problem, fit.effects) * fit.coefficients
 
 
 def solve(
     problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array], weights: Array
 ) -> Fit:
-    """The best coefficients for given nonlinear parameters; of columns that cannot be told apart, the
-    smallest.
+    """The best coefficients for given nonlinear parameters, and for what is expected of them; of columns that
+    cannot be told apart, the smallest.
     """
     columns = design(problem, effects, nonlinear)
     wanted = problem.from_datum(problem.target)
@@ -145,7 +170,8 @@ def solve(
     scale = np.sqrt((rows**2).sum(axis=0))
     scale[scale == 0] = 1.0
     rows = rows / scale
-    values, vectors = np.linalg.eigh(rows.T @ rows)
+    prior = expected_size(problem, effects) / scale
+    values, vectors = np.linalg.eigh(rows.T @ rows + np.diag(prior**2))
     inverse = np.where(
         values > RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0
     )
@@ -178,8 +204,8 @@ def aligned(problem: RegressionProblem, fit: Fit) -> Fit:
 
 
 def loss(problem: RegressionProblem, fit: Fit) -> float:
-    """Weighted sum of squares of what is left."""
-    return float(((fit.residual(problem) * fit.weights) ** 2).sum())
+    """Weighted sum of squares of what is left, and of what coefficients are beyond what was expected."""
+    return float(((fit.residual(problem) * fit.weights) ** 2).sum() + (strain(problem, fit) ** 2).sum())
 
 
 def without(problem: RegressionProblem, fit: Fit, name: str) -> Fit:
@@ -189,8 +215,8 @@ def without(problem: RegressionProblem, fit: Fit, name: str) -> Fit:
 
 
 def jacobian(problem: RegressionProblem, fit: Fit) -> Array:
-    """Derivatives of the prediction (samples, joints, coefficients + nonlinear parameters) in the
-    order of `values`, nonlinear parameters by differences.
+    """Derivatives of the prediction (samples, joints, coefficients + nonlinear parameters) in the order of
+    `values`, nonlinear parameters by differences; errors of stated bodies last.
     """
     found = [np.zeros((*problem.target.shape, 0))]
     for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
@@ -203,4 +229,14 @@ def jacobian(problem: RegressionProblem, fit: Fit) -> Array:
                 problem.columns(effect, parameters + step) - problem.columns(effect, parameters - step)
             ) @ coefficients
             found.append((change / (2 * step[number]))[:, :, None])
+    if problem.bodies is not None:
+        found.append(problem.bodies)
     return np.concatenate(found, axis=2)
+
+
+def parameter_prior(problem: RegressionProblem, fit: Fit) -> Array:
+    """`expected_size` in the order of `jacobian`; nonlinear parameters may be anything in their bounds."""
+    found = []
+    for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
+        found += [effect.expected_size(problem.scene), np.zeros(len(parameters))]
+    return np.concatenate([*found, np.ones(len(fit.body_errors))])

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
+from identify.explain.body_errors import with_body_errors
 from identify.explain.candidates import candidates
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.evaluate import evaluated
@@ -27,10 +28,18 @@ from identify.explain.problem import (
     torque_problem,
     tracking_problem,
 )
-from identify.explain.recorded_motion import RecordedMotion, of_joints
+from identify.explain.recorded_motion import RecordedMotion, StatedUncertainty, of_joints
 from identify.explain.regression import Fit, RegressionProblem
 from identify.explain.sentences import notes, unknown, verdict
-from identify.explain.study import USES, ExplainFile, ExplainStudy, Record, Use, read_explain_study
+from identify.explain.study import (
+    USES,
+    BodyUncertainty,
+    ExplainFile,
+    ExplainStudy,
+    Record,
+    Use,
+    read_explain_study,
+)
 from identify.explain.workbench import RecordWorkbench
 from identify.fitting.memory import Memory
 from identify.fitting.resume import resumable, run_key
@@ -63,6 +72,11 @@ class _Problems:
     judge: RegressionProblem
     tests: tuple[RegressionProblem, ...] = ()
 
+    @classmethod
+    def of(cls, problems: Sequence[RegressionProblem]) -> _Problems:
+        """Out of all of them in this order."""
+        return cls(problems[0], problems[1], tuple(problems[2:]))
+
     def each(self, change: Callable[[RegressionProblem], RegressionProblem]) -> _Problems:
         """All of them changed."""
         return _Problems(change(self.fitted), change(self.judge), tuple(map(change, self.tests)))
@@ -86,7 +100,7 @@ class _Recorded:
     ) -> _Problems:
         """A target of all of them."""
         made = [prepare(motion, scene, known) for motion, scene in zip(self.all, scenes, strict=True)]
-        return _Problems(made[0], made[1], tuple(made[2:]))
+        return _Problems.of(made)
 
     @property
     def all(self) -> tuple[ConditionedMotion, ...]:
@@ -186,8 +200,14 @@ def known_of(study: ExplainStudy, robot: Robot) -> Known:
         slow,
         payload,
         study.positions == "relative",
+        _stated(study.uncertainty),
         None if study.drives.coupling is None else checked_coupling(study.drives.coupling, robot),
     )
+
+
+def _stated(given: BodyUncertainty) -> StatedUncertainty:
+    percent = np.array([given.mass_percent, given.centre_percent, given.inertia_percent])
+    return StatedUncertainty(*(percent / 100).tolist())
 
 
 def read_records(file: ExplainFile, robot: Robot) -> Records:
@@ -216,6 +236,7 @@ def explained(
     scenes = [scene_of(motion, known) for motion in motions.all]
     tried = candidates("torque", scenes[0], study.effects)
     torque = motions.problems(torque_problem, scenes, known)
+    torque = _Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
     torque, found = _torque_explained(torque, tried, _of(story, "torque"), memory)
     done = {"torque": evaluated("torque", torque.fitted, torque.judge, torque.tests, found, tried)}
     for target, prepare in _PREPARE.items():

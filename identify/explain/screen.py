@@ -9,7 +9,16 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import MotionEffect, NonlinearParameter
-from identify.explain.regression import RANK, Fit, RegressionProblem, design, loss, solve
+from identify.explain.regression import (
+    RANK,
+    Fit,
+    RegressionProblem,
+    design,
+    expected_size,
+    loss,
+    solve,
+    strain,
+)
 from identify.fitting.memory import Memory, digest
 
 _EDGE = 0.005
@@ -37,17 +46,21 @@ class Screen:
         self.effects, self.nonlinear = [fit.effects[n] for n in kept], [fit.nonlinear[n] for n in kept]
         base = solve(problem, self.effects, self.nonlinear, fit.weights) if without else fit
         self.weights, self.residual = fit.weights, base.residual(problem)
+        expected = expected_size(problem, self.effects)
         rows = (design(problem, self.effects, self.nonlinear) * self.weights[:, None])[problem.mask]
+        rows = np.vstack([rows, np.diag(expected)])
         scale = np.sqrt((rows**2).sum(axis=0))
         vectors, sizes, _ = np.linalg.svd(rows / np.where(scale > 0, scale, 1.0), full_matrices=False)
         self._explained = vectors[:, sizes > np.sqrt(RANK) * sizes.max(initial=0.0)]
-        self._left = (self.residual * self.weights)[problem.mask]
+        self._expected = len(expected)
+        self._left = np.concatenate([(self.residual * self.weights)[problem.mask], -strain(problem, base)])
 
     def remains(self, effect: MotionEffect, parameters: Array) -> Array:
-        """What would be left (used samples,), weighted, with the effect's best coefficients beside those of
-        the fit.
+        """What would be left (used samples + coefficients,), weighted, with the effect's best coefficients
+        beside those of the fit.
         """
         columns = (self.problem.columns(effect, parameters) * self.weights[:, None])[self.problem.mask]
+        columns = np.vstack([columns, np.zeros((self._expected, columns.shape[1]))])
         columns = columns - self._explained @ (self._explained.T @ columns)
         gram = columns.T @ columns
         return np.asarray(
@@ -94,7 +107,7 @@ class Screen:
         if parameters is None or any(map(at_edge, effect.parameters(self.problem.scene), parameters)):
             return None
         found = solve(self.problem, [*self.effects, effect], [*self.nonlinear, parameters], self.weights)
-        return None if effect.positive and found.of(effect)[0] < 0 else found
+        return found if effect.possible(found.of(effect)) else None
 
 
 def _as_list(parameters: Array | None) -> list[list[float]]:
@@ -116,7 +129,9 @@ def refine(problem: RegressionProblem, fit: Fit) -> Fit:
         return solve(problem, fit.effects, nonlinear, fit.weights)
 
     def left(outer: Array) -> Array:
-        return np.asarray((placed(outer).residual(problem) * fit.weights)[problem.mask])
+        found = placed(outer)
+        seen = (found.residual(problem) * fit.weights)[problem.mask]
+        return np.concatenate([seen, strain(problem, found)])
 
     better = placed(_searched(left, np.concatenate([fit.nonlinear[n] for n in chosen]), bounds))
     return better if loss(problem, better) < loss(problem, fit) else fit

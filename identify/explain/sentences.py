@@ -81,6 +81,12 @@ def notes(found: TargetResult) -> list[str]:
             f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
             " intervals hold only as far as the model does"
         )
+    moved = float(np.sqrt((found.body_errors**2).mean())) if len(found.body_errors) else 0.0
+    if moved > _CLOSE:
+        said.append(
+            f"{found.target}: rigid bodies are moved {moved:.2g} times their stated uncertainty (RMS of"
+            f" {len(found.body_errors)} combinations): give `uncertainty` as it is, or something else acts"
+        )
     return said
 
 

@@ -61,6 +61,16 @@ class Payload(Settings):
     )
 
 
+class BodyUncertainty(Settings):
+    """Standard deviations of what is stated of each rigid body, in per cent; 0: as stated."""
+
+    mass_percent: float = Field(5.0, ge=0, le=100, description="of its mass")
+    centre_percent: float = Field(
+        5.0, ge=0, le=100, description="of its centre of mass, of the distance from the link's frame"
+    )
+    inertia_percent: float = Field(5.0, ge=0, le=100, description="of each of its moments of inertia")
+
+
 class ExplainStudy(Settings):
     """What one config describes."""
 
@@ -92,6 +102,10 @@ class ExplainStudy(Settings):
         0.1,
         gt=0,
         description="a joint below this speed stands; friction at rest is not determined, so it is left out",
+    )
+    uncertainty: BodyUncertainty = Field(
+        BodyUncertainty(),
+        description="of the rigid bodies as stated; errors within it come before any effect",
     )
     payload_at: Payload | None = Field(None, description="where `payload-mass` puts its mass")
     effects: list[str] | None = Field(None, description="kinds of effects to try; default: all")

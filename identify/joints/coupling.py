@@ -69,11 +69,13 @@ def coupling_asked(
 
 
 def _pairs(rows: Sequence[int]) -> Iterator[tuple[int, int, float]]:
-    """Motor, the joint it may turn with besides its own, and how far."""
+    """Motor, the joint before it that it may turn with besides its own, and how far; either way round, both
+    joints feel the same friction of the same sum.
+    """
     wrist = [row for row in rows if row >= _WRIST]
     for drive in wrist:
         for other in wrist:
-            if other != drive:
+            if other < drive:
                 yield from ((drive, other, share) for share in (-1.0, 1.0))
 
 

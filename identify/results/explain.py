@@ -106,7 +106,8 @@ class Unseen:
 @dataclass(frozen=True)
 class TargetResult:
     """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect;
-    tried: number of candidates; tests: by name, the records that nothing depended on.
+    tried: number of candidates; tests: by name, the records that nothing depended on;
+    body_errors (k,): combinations of errors of stated bodies, in stated standard deviations.
     """
 
     target: str
@@ -124,6 +125,7 @@ class TargetResult:
     bounds: BoundTable
     curves: dict[str, Curves]
     tests: dict[str, Unseen] = field(default_factory=dict)
+    body_errors: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def gap_start(self) -> Array:

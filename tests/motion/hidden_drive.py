@@ -49,6 +49,7 @@ class Motion:
 class Hidden:
     """What the arm has and its user does not know.
 
+    bodies_off: standard deviation, as a share, of the errors of what is stated of masses, centres, moments;
     motor: torques at the motors (samples, joints) to add; payload_kg: beyond the stated one; deflection:
     motor minus link position; latency_s (joints,); noise: standard deviations of torque and of link position,
     and how much a torque sample keeps of the last; seeds: of the motion and noise of the two records.
@@ -63,6 +64,7 @@ class Hidden:
     memory: float = 0.0
     error: Callable[[Motion], Array] | None = None
     seeds: tuple[int, int] = (11, 12)
+    bodies_off: float = 0.0
     extra: dict[str, object] = field(default_factory=dict)
 
 
@@ -152,6 +154,18 @@ def coloured(rng: np.random.Generator, shape: tuple[int, ...], size: float, memo
     return fresh
 
 
+def _stated(joints: int, hidden: Hidden) -> list[tuple[float, list[float], list[float]]]:
+    """Mass, centre and moments of each link as its user believes them."""
+    rng = np.random.default_rng([hidden.seeds[0], 77])
+    found = []
+    for _, _, _, mass, centre, moments in TABLE[:joints]:
+        off = hidden.bodies_off * rng.normal(size=7)
+        shifted = np.array(centre) + off[1:4] * float(np.linalg.norm(centre))
+        turned = np.array(moments) * (1 + off[4:])
+        found.append((float(mass * (1 + off[0])), shifted.tolist(), turned.tolist()))
+    return found
+
+
 def study(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object) -> Path:
     """A study of two records of the arm of so many joints; judged: what the second record has hidden, if
     something else.
@@ -166,7 +180,7 @@ def study(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None
     links = [
         f"  - {{name: link{n + 1}, mass_kg: {mass}, centre_m: {list(centre)}, inertia_kg_m2:"
         f" {[*moments, 0, 0, 0]}}}"
-        for n, (_, _, _, mass, centre, moments) in enumerate(TABLE[:joints])
+        for n, (mass, centre, moments) in enumerate(_stated(joints, hidden))
     ]
     (folder / "robot.yaml").write_text(
         "\n".join(["name: arm", "convention: standard", "joints:", *rows, "links:", *links]) + "\n"

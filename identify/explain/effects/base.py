@@ -137,6 +137,20 @@ class MotionEffect(ABC):
         nonlinear parameters (s,) inside.
         """
 
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """Effects that, together, may look like this one, so that it must show more than they do."""
+        return ()
+
+    def expected_size(self, scene: RecordedMotion) -> Array:
+        """One over the standard deviation that each coefficient (c,) has before the data speak; zero: it may
+        be anything.
+        """
+        return np.zeros(len(self.coefficients))
+
+    def possible(self, values: Array) -> bool:
+        """Whether it can be what it is called with these coefficients and nonlinear parameters."""
+        return not (self.positive and values[0] < 0)
+
     def reading(self, values: Array) -> str:
         """What the coefficients and nonlinear parameters (in this order) mean in the field's own terms, or
         nothing.

@@ -8,13 +8,14 @@ of the joint angle whatever the geometry; the second, a preload, has the geometr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import ClassVar, Self
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
+from identify.explain.effects.rigid_body import LinkFirstMoment
 from identify.explain.recorded_motion import RecordedMotion
 
 _JOINT = 2
@@ -35,6 +36,10 @@ class GravityBalancer(MotionEffect):
         """Joint 2."""
         if _JOINT in scene.axes:
             yield cls(_JOINT)
+
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A wrong first moment of the arm, which asks for a sine of the angle too."""
+        return ((LinkFirstMoment(self.axis),),)
 
     def sentence(self) -> str:
         """What this instance is."""

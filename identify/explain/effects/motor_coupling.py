@@ -6,7 +6,7 @@ and motor j, which holds the gear of i against, carries -C_ij times the torque o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -14,11 +14,13 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
+from identify.explain.effects.friction import CoulombFriction, ViscousFriction
 from identify.explain.effects.gear_coupling import WRIST
+from identify.explain.effects.rotor_inertia import RotorInertia
 from identify.explain.recorded_motion import RecordedMotion
 
-_MOST = 1.6
-"""Largest coupling that is looked for; those of robots are one, or about a half."""
+_LEAST, _MOST = 0.1, 1.6
+"""Couplings that are looked for; those of robots are one, or about a half."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,17 @@ class MotorCoupling(MotionEffect):
         """`joint6.motor-coupling.joint5`."""
         return f"{super().name}.joint{self.other}"
 
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """Friction and inertia of its own joint alone."""
+        return ((CoulombFriction(self.axis), ViscousFriction(self.axis), RotorInertia(self.axis)),)
+
     def sentence(self) -> str:
         """What this instance is."""
         return f"motor {self.axis} also turns with joint {self.other}: friction and inertia of their sum"
+
+    def possible(self, values: Array) -> bool:
+        """Friction of a motor that really turns with the other joint."""
+        return bool(values[0] >= 0 and abs(values[3]) > _LEAST)
 
     def reading(self, values: Array) -> str:
         """The number for the study."""
