@@ -132,6 +132,11 @@ class MotionStudy(Settings):
         gt=0,
         description="step of integration; default: the controller's period, or less for fast modes",
     )
+    extrapolate: bool = Field(
+        False,
+        description="simulate at half the step too, and extrapolate to none (Richardson): three times the"
+        " work, and an error of second order in the step",
+    )
     records: list[RecordSettings] = Field(
         min_length=1, description="motions to simulate, and what was recorded of them"
     )
@@ -158,6 +163,10 @@ class MotionStudy(Settings):
             raise ValueError(
                 f"servo: gives a {self.servo.gives}; expected a controller that gives a {wants} to a motor of"
                 f" kind {self.motor.kind}"
+            )
+        if self.extrapolate and self.encoder_counts is not None:
+            raise ValueError(
+                "extrapolate: with encoder_counts, which do not fall with the step; leave one out"
             )
         excited = [record.name for record in self.records if record.excitation is not None]
         if excited and wants == "voltage":
