@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -118,24 +118,29 @@ class ExplainStudy(Settings):
             raise ValueError(
                 "drives.positions_of: `motors` needs `coupling`; without it they are the joints'"
             )
-        uses = [record.use for record in self.records]
-        if not {"fit", "validate"} <= set(uses):
-            raise ValueError("records: expected one with `use: fit` and one with `use: validate`, or more")
-        if self.positions == "relative" and max(uses.count("fit"), uses.count("validate")) > 1:
-            raise ValueError(
-                "records: expected one to fit and one to validate with `positions: relative`, because waves"
-                " over an angle begin elsewhere in each record; give absolute positions, or `use: test`"
-            )
-        names = [record.name or record.file.stem for record in self.records]
-        twice = [name for name in names if names.count(name) > 1]
-        if twice and "test" in uses:
-            raise ValueError(f"records: two are called {twice[0]!r}; expected a `name` of its own for each")
+        _check_uses(self.records, self.positions)
         unknown = [kind for kind in self.effects or () if kind not in MOTION_EFFECTS.names()]
         if unknown:
             raise ValueError(
                 f"effects: unknown kind {unknown[0]!r}; expected some of {', '.join(MOTION_EFFECTS.names())}"
             )
         return self
+
+
+def _check_uses(records: Sequence[Record], positions: str) -> None:
+    """ValueError where records are not enough, or do not fit together."""
+    uses = [record.use for record in records]
+    if not {"fit", "validate"} <= set(uses):
+        raise ValueError("records: expected one with `use: fit` and one with `use: validate`, or more")
+    if positions == "relative" and max(uses.count("fit"), uses.count("validate")) > 1:
+        raise ValueError(
+            "records: expected one to fit and one to validate with `positions: relative`, because waves"
+            " over an angle begin elsewhere in each record; give absolute positions, or `use: test`"
+        )
+    names = [record.name or record.file.stem for record in records]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice and "test" in uses:
+        raise ValueError(f"records: two are called {twice[0]!r}; expected a `name` of its own for each")
 
 
 class ExplainFile(ConfigFile[ExplainStudy]):

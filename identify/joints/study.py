@@ -9,12 +9,14 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from identify.core.arrays import Array
 from identify.core.config import ConfigFile, Settings, read_settings
 from identify.core.errors import InputError
 from identify.joints.base import Curve, parse_curve
 from identify.joints.data import JointTestData
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.robot.coupling import checked_coupling
+from identify.robot.description import Robot
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 
@@ -107,8 +109,6 @@ def bench_of(file: JointFile) -> JointTestData:
         raise InputError(
             "gear_ratio", f"{len(ratio)} numbers", f"{len(robot.joints)}, one per joint of {robot.name!r}"
         )
-    if study.coupling is not None and robot is None:
-        raise InputError("coupling", "no `robot`", "the robot whose motors are coupled", "add `robot:`")
     constant = None if study.torque_constant_nm_per_a is None else np.array(study.torque_constant_nm_per_a)
     return JointTestData(
         folder=file.path.parent,
@@ -122,7 +122,11 @@ def bench_of(file: JointFile) -> JointTestData:
         slow=float(np.radians(study.stationary_below_deg_per_s)),
         lowpass_hz=study.lowpass_hz,
         resample_hz=study.resample_hz,
-        coupling=None
-        if study.coupling is None or robot is None
-        else checked_coupling(study.coupling, robot, "coupling"),
+        coupling=None if study.coupling is None else _coupling(study.coupling, robot),
     )
+
+
+def _coupling(rows: list[list[float]], robot: Robot | None) -> Array:
+    if robot is None:
+        raise InputError("coupling", "no `robot`", "the robot whose motors are coupled", "add `robot:`")
+    return checked_coupling(rows, robot, "coupling")

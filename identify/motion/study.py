@@ -157,16 +157,20 @@ class MotionStudy(Settings):
     seed: int = Field(1, ge=0, lt=2**63, description="all chance comes from this number")
 
     @model_validator(mode="after")
+    def _continuous(self) -> MotionStudy:
+        if self.extrapolate and self.encoder_counts is not None:
+            raise ValueError(
+                "extrapolate: with encoder_counts, whose steps do not fall with it; leave one out"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _consistent(self) -> MotionStudy:
         wants = "voltage" if self.motor.kind == "dc" else "torque"
         if self.servo.gives != wants:
             raise ValueError(
                 f"servo: gives a {self.servo.gives}; expected a controller that gives a {wants} to a motor of"
                 f" kind {self.motor.kind}"
-            )
-        if self.extrapolate and self.encoder_counts is not None:
-            raise ValueError(
-                "extrapolate: with encoder_counts, which do not fall with the step; leave one out"
             )
         excited = [record.name for record in self.records if record.excitation is not None]
         if excited and wants == "voltage":
