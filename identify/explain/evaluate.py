@@ -21,6 +21,7 @@ from identify.results.explain import (
     BoundTable,
     Curves,
     EffectTable,
+    Glossary,
     StepTable,
     TargetResult,
     Unseen,
@@ -65,6 +66,9 @@ def evaluated(
         bounds=_bound_table(fitted, found, effects),
         curves=_all_curves(
             [("fit", fitted), ("validate", judge), *(("test", test) for test in tests)], start, found.fit
+        ),
+        glossary=Glossary(
+            tuple(effect.name for effect in effects), tuple(effect.sentence() for effect in effects)
         ),
         body_errors=found.fit.body_errors,
         tests={test.name: Unseen(rms(test, start), rms(test, aligned(test, found.fit))) for test in tests},

@@ -70,13 +70,15 @@ def notes(found: TargetResult) -> list[str]:
     v = found.values
     for row in np.flatnonzero(v.at_edge):
         said.append(
-            f"{v.effect[row]}: {v.name[row]} is at an end of the range that was searched, so the effect may"
-            " stand for something else"
+            f"{found.words(v.effect[row])}: {v.name[row]} is at an end of the range that was searched, so the"
+            " effect may stand for something else"
         )
     apart = np.flatnonzero((v.low_95 > v.other_high_95) | (v.high_95 < v.other_low_95))
-    names = [f"{v.effect[row]} ({v.name[row]})" for row in apart if not _is_phase(found, int(row))]
+    names = [
+        f"{found.words(v.effect[row])} ({v.name[row]})" for row in apart if not _is_phase(found, int(row))
+    ]
     if names:
-        listed = ", ".join(names)
+        listed = "; ".join(names)
         said.append(
             f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
             " intervals hold only as far as the model does"
@@ -111,9 +113,9 @@ def unknown(found: TargetResult) -> list[str]:
         )
     for name, rivals in zip(found.effects.name, found.effects.rivals, strict=True):
         if rivals:
+            others = " or ".join(found.words(rival) for rival in rivals.split(", "))
             said.append(
-                f"whether it is {name} or {' or '.join(rivals.split(', '))}: these records do not tell them"
-                " apart"
+                f"whether it is {found.words(name)}, or {others}: these records do not tell them apart"
             )
     far = [
         f"joint {joint} ({gap:.2g})"

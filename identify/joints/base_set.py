@@ -188,8 +188,8 @@ def of_robot(
     """
     rng, shape = np.random.default_rng(1), (_STATES, len(robot.joints))
     names = all_names(robot, rows, coupling)
-    states = (rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0))
-    columns = all_columns(robot, rows, *states, coupling)
+    position, velocity, acceleration = (rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0))
+    columns = all_columns(robot, rows, position, velocity, acceleration, coupling)
     if not rotors:
         columns[:, :, [number for number, name in enumerate(names) if name.endswith(".ia")]] = 0.0
     return base_set(names, columns.reshape(-1, len(names)))

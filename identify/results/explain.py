@@ -104,6 +104,14 @@ class Unseen:
 
 
 @dataclass(frozen=True)
+class Glossary:
+    """What the names of all effects that were tried mean, in words (n)."""
+
+    name: Texts = ()
+    sentence: Texts = ()
+
+
+@dataclass(frozen=True)
 class TargetResult:
     """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect;
     tried: number of candidates; tests: by name, the records that nothing depended on;
@@ -125,7 +133,13 @@ class TargetResult:
     bounds: BoundTable
     curves: dict[str, Curves]
     tests: dict[str, Unseen] = field(default_factory=dict)
+    glossary: Glossary = field(default_factory=Glossary)
     body_errors: Array = field(default_factory=lambda: np.zeros(0))
+
+    def words(self, names: str) -> str:
+        """One name, or a list of them, in words; as they are where an older file does not say."""
+        known = dict(zip(self.glossary.name, self.glossary.sentence, strict=True))
+        return "; ".join(known.get(name, name) for name in names.split(", "))
 
     @property
     def gap_start(self) -> Array:

@@ -267,5 +267,6 @@ def test_records_that_disagree_are_warned_of_but_for_the_phase_of_a_harmonic(
             at_edge=np.zeros(1, dtype=bool),
         ),
         body_errors=np.zeros(0),
+        words=lambda name: name,
     )
     assert any("disagree" in note for note in notes(cast(TargetResult, found))) is warned

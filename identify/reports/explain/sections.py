@@ -80,7 +80,7 @@ def _tables(found: TargetResult) -> list[Part]:
         brief = tuple(column.heading for column in effects.columns[: 2 + len(found.joints)])
         parts.append(Tabular(effects, True, f"{found.target}-effects", terminal=brief, on=EVERYWHERE))
         read = zip(found.effects.name, found.effects.reading, strict=True)
-        parts += [Text(f"{name}: {reading}", on=TERMINAL) for name, reading in read if reading]
+        parts += [Text(f"{found.words(name)}: {reading}", on=TERMINAL) for name, reading in read if reading]
     for table in (tables.step_table(found), tables.value_table(found), tables.bound_table(found)):
         if table.rows:
             parts.append(Fold(table.title, [Tabular(table)]))

@@ -91,7 +91,7 @@ def effect_table(found: TargetResult) -> Table:
             number(e.evidence[row], 3),
             *(_percent(value) for value in e.share[row]),
             e.reading[row] or NONE,
-            e.rivals[row] or NONE,
+            found.words(e.rivals[row]) if e.rivals[row] else NONE,
             e.name[row],
         )
         for row in range(len(e.name))
@@ -123,7 +123,7 @@ def step_table(found: TargetResult) -> Table:
         rows.append(
             (
                 str(row + 1),
-                name,
+                found.words(name),
                 number(s.evidence[row], 3),
                 *(number(factor * value, 3) for value in s.rms_judge[row]),
             )
@@ -149,7 +149,7 @@ def value_table(found: TargetResult) -> Table:
     v = found.values
     rows = [
         (
-            v.effect[row],
+            found.words(v.effect[row]),
             v.name[row] + (" (at the end of its range)" if v.at_edge[row] else ""),
             number(v.value[row]),
             _interval(v.low_95[row], v.high_95[row]),
@@ -172,7 +172,7 @@ def bound_table(found: TargetResult) -> Table:
     b = found.bounds
     rows = [
         (
-            b.effect[row],
+            found.words(b.effect[row]),
             number(b.value[row], 3),
             _interval(b.low_95[row], b.high_95[row]),
             printed(b.unit[row]),
