@@ -1,8 +1,8 @@
 """Fit elastic robot models to measured vibration.
 
 The commands as functions: `identify.fit("config.yaml")`, `discover`, `modes`, `explain`, `simulate`, `batch`,
-`map_postures`, `read_result`; see `identify.api.commands`, which is imported when one of them is first used,
-so that `import identify` itself costs nothing.  `identify.cli` has the commands of the terminal.
+`map_postures`, `stability`, `read_result`; see `identify.api.commands`, which is imported when one of them is
+first used, so that `import identify` itself costs nothing.  `identify.cli` has the commands of the terminal.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         modes,
         read_result,
         simulate,
+        stability,
     )
     from identify.core.errors import InputError, InputErrors
 
@@ -38,6 +39,7 @@ __all__ = [
     "modes",
     "read_result",
     "simulate",
+    "stability",
 ]
 
 

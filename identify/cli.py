@@ -21,6 +21,7 @@ from identify.api.options import (
     ModesOptions,
     Quiet,
     SimulateOptions,
+    StabilityOptions,
     takes_options,
 )
 from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG
@@ -177,6 +178,20 @@ def map_(
     from identify.api import commands as api
 
     _conclude(api.run_map(model, options, options.quiet), options)
+
+
+@app.command()
+@takes_options
+def stability(
+    model: Annotated[Path, typer.Argument(help="result file of a fit")], options: StabilityOptions
+) -> None:
+    """How deep a fitted robot may cut: chatter limits over the spindle speed, with intervals.
+
+    From the receptances of the tool's tip, all nine, by three methods; and the limit of mode coupling.
+    """
+    from identify.api import commands as api
+
+    _conclude(api.run_stability(model, options), options)
 
 
 @app.command()

@@ -44,7 +44,7 @@ def test_all_that_the_table_names_is_there(analysis: Any) -> None:
 
 def test_names_and_kinds_are_told_apart() -> None:
     assert len(BY_NAME) == len(OF_KIND) == len(ANALYSES)
-    assert WITH_CONFIG == ("vibration", "motion", "explain", "joints", "batch")
+    assert WITH_CONFIG == ("vibration", "motion", "explain", "joints", "batch", "stability")
 
 
 def _objects(node: Any, where: str = "#") -> Iterator[tuple[str, dict[str, Any]]]:
@@ -114,7 +114,7 @@ def test_without_kind_the_schema_is_that_of_vibration() -> None:
     assert run(app, ["config", "--motion"]).stdout == run(app, ["config", "--kind", "motion"]).stdout
     refused = run(app, ["config", "--kind", "modes"])
     assert isinstance(refused.exception, InputError)
-    assert "one of vibration, motion, explain, joints, batch" in str(refused.exception)
+    assert "one of vibration, motion, explain, joints, batch, stability" in str(refused.exception)
 
 
 @pytest.mark.parametrize("words", [["--seed", "0"], ["--seed", "1"], ["--starts", "0"], ["--resume"]])

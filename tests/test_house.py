@@ -66,6 +66,7 @@ ORDER = (
     "api",
     "reports",
     "map",
+    "machining",
     "batch",
     "discovery",
     "modes",
@@ -194,6 +195,7 @@ def test_every_config_loads(config: str) -> None:
     from identify.explain.run import known_of
     from identify.explain.study import read_explain_study
     from identify.joints.study import bench_of, read_joint_study
+    from identify.machining.tool import read_tool
     from identify.motion.problem import load_motion
     from identify.motion.study import read_motion_study
     from identify.robot.read import read_robot
@@ -202,6 +204,9 @@ def test_every_config_loads(config: str) -> None:
 
     path = ROOT / "configs" / config
     family = family_of(path)
+    if family == "identify-tool":
+        assert read_tool(path).study.teeth
+        return
     if family == "identify-joints":
         assert bench_of(read_joint_study(path)).joints
         return

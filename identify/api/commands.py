@@ -19,6 +19,7 @@ from identify.api.options import (
     MapCommandOptions,
     ModesOptions,
     SimulateOptions,
+    StabilityOptions,
     given,
 )
 from identify.core.analyses import analysis_for, check_options, load
@@ -37,6 +38,7 @@ __all__ = [
     "read_result",
     "run",
     "simulate",
+    "stability",
 ]
 
 _Path = Path | str
@@ -125,9 +127,16 @@ def map_postures(
     """A fitted model over postures; model: a result file or what `fit` returned; grid: axes such as
     "2:-60:60:9" (joint, first, last, how many; degrees); options: those of `identify map` by name.
     """
-    path = model.path if isinstance(model, Result) else Path(model)
     wanted = MapCommandOptions(grid=list(grid) or None, **_paths(options))
-    return _reported(run_map(path, wanted, quiet), report)
+    return _reported(run_map(_model(model), wanted, quiet), report)
+
+
+def stability(model: _Path | Result, tool: _Path, *, report: bool = False, **options: Any) -> Result:
+    """Depth limits of a cut on a fitted model; model: a result file or what `fit` returned; tool: its YAML
+    file; options: those of `identify stability` by name, such as posture="0,30,-60,0,45,0".
+    """
+    wanted = StabilityOptions(tool=Path(tool), **_paths(options))
+    return _reported(run_stability(_model(model), wanted), report)
 
 
 def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:
@@ -177,6 +186,20 @@ def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Resu
             progress=progress,
         )
     return Result(result, tuple(written))
+
+
+def run_stability(model: Path, options: StabilityOptions) -> Result:
+    """What `identify stability` does."""
+    from identify.machining.run import run_stability as limited
+
+    how = {"speeds": options.speeds, "draws": options.draws}
+    result, written = limited(model, options.tool, options.out, options.posture, **how)
+    return Result(result, tuple(written))
+
+
+def _model(model: _Path | Result) -> Path:
+    """The file of a model, or of what `fit` returned."""
+    return model.path if isinstance(model, Result) else Path(model)
 
 
 def _reported(result: Result, report: bool) -> Result:

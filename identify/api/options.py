@@ -15,6 +15,7 @@ import typer
 
 from identify.core.errors import InputError
 
+_NEEDED = inspect.Parameter.empty
 Out = Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>.h5")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Report = Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")]
@@ -220,6 +221,22 @@ class MapCommandOptions:
     quiet: Quiet = False
 
 
+@dataclass(frozen=True)
+class StabilityOptions:
+    """Of `identify stability`."""
+
+    tool: Annotated[Path, typer.Option(help="YAML file of the tool and its cut, schema: identify-tool/1")]
+    posture: Annotated[
+        str | None,
+        typer.Option(help="joint angles in degrees, 0,30,-60,0,45,0, or a measurement; default: the first"),
+    ] = None
+    speeds: Annotated[int, typer.Option(min=2, help="spindle speeds over the tool's range")] = 61
+    draws: Annotated[int, typer.Option(min=20, help="draws of what is uncertain, for the bands")] = 200
+    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_stability.h5")] = None
+    report: Report = True
+    quiet: Quiet = False
+
+
 def given(options: Any) -> dict[str, Any]:
     """The options of an object that were given, by name, but those that every command has."""
     fields = [field for field in dataclasses.fields(options) if field.name not in ("out", "report", "quiet")]
@@ -249,7 +266,7 @@ def takes_options(command: Callable[..., None]) -> Callable[..., None]:
             inspect.Parameter(
                 field.name,
                 inspect.Parameter.KEYWORD_ONLY,
-                default=field.default,
+                default=_NEEDED if field.default is dataclasses.MISSING else field.default,
                 annotation=hints[field.name],
             )
             for field in dataclasses.fields(kind)

@@ -172,6 +172,16 @@ ANALYSES = (
         report="identify.reports.map.sections",
     ),
     Analysis(
+        name="stability",
+        takes="a tool",
+        kind="stability",
+        holds="depth limits of a cut",
+        result="identify.results.stability:StabilityResult",
+        report="identify.reports.stability.sections",
+        schema="identify-tool/1",
+        study="identify.machining.tool:Tool",
+    ),
+    Analysis(
         name="compare",
         takes="finished fits",
         kind="compare",

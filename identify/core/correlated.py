@@ -15,6 +15,8 @@ import scipy
 from identify.core.arrays import Array, Mask
 
 _BLOCKS, _DRAWS = 20, 2000
+_SLOWEST = 0.1
+"""Share of the samples, those at least speed, by which noise is told from waves over an angle."""
 
 
 def correlation_time(residual: Array, used: Mask) -> float:
@@ -102,19 +104,23 @@ def _bridged(residual: Array, used: Mask) -> Array:
     return np.interp(samples, samples[used], residual[used])
 
 
-def covariance(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, float]:
+def covariance(
+    jacobian: Array, residual: Array, used: Mask, expected: Array | None = None
+) -> tuple[Array, float]:
     """Covariance (p, p) of least-squares values whose residuals are correlated in time, and its degrees of
     freedom.
 
     jacobian (samples, joints, p) and residual (samples, joints), both weighted.  Newey and West (1987) with a
     window of eight correlation times; as many degrees of freedom as independent windows (fixed-b, Kiefer and
-    Vogelsang 2005, in its simplest form).
+    Vogelsang 2005, in its simplest form).  expected (p,): one over the standard deviation that values have
+    before the data speak; what they were expected to be has erred by as much.
     """
     scores = np.einsum("naj,na->nj", np.where(used[:, :, None], jacobian, 0.0), np.where(used, residual, 0.0))
     flat = jacobian[used]
     scale = np.sqrt((flat**2).sum(axis=0))
     scale[scale == 0] = 1.0
-    bread = np.linalg.pinv((flat / scale).T @ (flat / scale), rcond=1e-10)
+    prior = np.zeros(len(scale)) if expected is None else expected / scale
+    bread = np.linalg.pinv((flat / scale).T @ (flat / scale) + np.diag(prior**2), rcond=1e-10)
     spans = [
         correlation_time(residual[:, joint], used[:, joint])
         for joint in range(residual.shape[1])
@@ -126,18 +132,25 @@ def covariance(jacobian: Array, residual: Array, used: Mask) -> tuple[Array, flo
     )
     sums = np.cumsum(padded, axis=0)
     windows = sums[window:] - sums[:-window]
-    meat = windows.T @ windows / window
+    meat = windows.T @ windows / window + np.diag(prior**2)
     samples = float(used.any(axis=1).sum())
     freedom = max(3.0, samples / window)
     return bread @ meat @ bread / np.outer(scale, scale), freedom
 
 
-def white_level(signal: Array, used: Mask) -> float:
+def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:
     """Standard deviation of what changes from sample to sample in a joint's signal (samples,): its noise, by
     third differences (MAD).
+
+    speed (samples,): of the joint; only the slowest tenth of the samples is then looked at, because waves
+    over an angle pass from sample to sample as fast as the joint moves, and a fast record would look noisier
+    than a slow one of the same robot.
     """
     third = np.diff(signal, 3)
-    good = used[:-3] & used[3:]
+    good = used[:-3] & used[1:-2] & used[2:-1] & used[3:]
     if not good.any():
         return float("nan")
+    if speed is not None:
+        fastest = np.lib.stride_tricks.sliding_window_view(np.abs(speed), 4).max(axis=1)
+        good &= fastest <= np.quantile(fastest[good], _SLOWEST)
     return float(np.median(np.abs(third[good])) / 0.6745 / np.sqrt(20.0))

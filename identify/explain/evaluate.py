@@ -14,21 +14,31 @@ from identify.core.correlated import covariance, white_level
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
-from identify.explain.regression import Fit, RegressionProblem, aligned, at_edge, jacobian, solve
+from identify.explain.regression import Fit, RegressionProblem, aligned, jacobian, parameter_prior, solve
+from identify.explain.screen import at_edge
 from identify.explain.workbench import rms
-from identify.results.explain import BoundTable, Curves, EffectTable, StepTable, TargetResult, ValueTable
+from identify.results.explain import (
+    BoundTable,
+    Curves,
+    EffectTable,
+    Glossary,
+    StepTable,
+    TargetResult,
+    Unseen,
+    ValueTable,
+)
 
 
 def evaluated(
     target: Target,
     fitted: RegressionProblem,
     judge: RegressionProblem,
+    tests: Sequence[RegressionProblem],
     found: Explanation,
     effects: Sequence[MotionEffect],
 ) -> TargetResult:
-    """Everything that is reported of one target."""
+    """Everything that is reported of one target; tests: records that nothing depended on."""
     start = found.start
-    left = aligned(judge, found.fit)
     return TargetResult(
         target=target,
         unit=UNITS[target],
@@ -36,11 +46,11 @@ def evaluated(
         rms_fit_start=rms(fitted, start),
         rms_fit=rms(fitted, found.fit),
         rms_judge_start=rms(judge, start),
-        rms_judge=rms(judge, left),
+        rms_judge=rms(judge, aligned(judge, found.fit)),
         noise=np.array(
             [
-                white_level(judge.target[:, joint], judge.mask[:, joint])
-                for joint in range(judge.target.shape[1])
+                white_level(judge.target[:, row], judge.mask[:, row], judge.scene.velocity[:, joint - 1])
+                for row, joint in enumerate(fitted.scene.axes)
             ]
         ),
         tried=found.tried,
@@ -54,11 +64,25 @@ def evaluated(
         ),
         values=_value_table(fitted, judge, found),
         bounds=_bound_table(fitted, found, effects),
-        curves={
-            use: _curves(problem, use, start, fit)
-            for use, problem, fit in (("fit", fitted, found.fit), ("validate", judge, left))
-        },
+        curves=_all_curves(
+            [("fit", fitted), ("validate", judge), *(("test", test) for test in tests)], start, found.fit
+        ),
+        glossary=Glossary(
+            tuple(effect.name for effect in effects), tuple(effect.sentence() for effect in effects)
+        ),
+        body_errors=found.fit.body_errors,
+        tests={test.name: Unseen(rms(test, start), rms(test, aligned(test, found.fit))) for test in tests},
     )
+
+
+def _all_curves(problems: Sequence[tuple[str, RegressionProblem]], start: Fit, fit: Fit) -> dict[str, Curves]:
+    """One for each record, by its use; a second one of the same use is `fit 2`."""
+    found: dict[str, Curves] = {}
+    for use, problem in problems:
+        for curves in _curves(problem, use, start, fit if use == "fit" else aligned(problem, fit)):
+            count = sum(other.use == use for other in found.values())
+            found[use if not count else f"{use} {count + 1}"] = curves
+    return found
 
 
 def _effect_table(found: Explanation) -> EffectTable:
@@ -83,10 +107,11 @@ def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
     A nonlinear parameter searched on a log scale has the interval of the value itself, by its derivative.
     """
     columns = jacobian(problem, fit) * fit.weights[None, :, None]
-    matrix, freedom = covariance(columns, fit.residual(problem) * fit.weights, problem.mask)
-    offset = problem.target.shape[1] if problem.offset else 0
-    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[offset:]
+    matrix, freedom = covariance(
+        columns, fit.residual(problem) * fit.weights, problem.mask, parameter_prior(problem, fit)
+    )
     values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
+    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[: len(values)]
     return values, np.where(half > 0, half, np.inf)
 
 
@@ -149,13 +174,25 @@ def _bound_table(
     )
 
 
-def _curves(problem: RegressionProblem, use: str, start: Fit, fit: Fit) -> Curves:
+def _curves(problem: RegressionProblem, use: str, start: Fit, fit: Fit) -> list[Curves]:
     """Measured, known and explained histories; what is known is what the target was measured against, and the
-    offset.
+    datum of each record.
     """
     known = _measured(problem) - problem.target + start.predict(problem)
     explained = _measured(problem) - problem.target + fit.predict(problem)
-    return Curves(problem.name, use, problem.scene.time_s, _measured(problem), known, explained, problem.mask)
+    measured, time_s, mask = _measured(problem), problem.scene.time_s, problem.mask
+    return [
+        Curves(
+            name,
+            use,
+            time_s[part] - time_s[part][0],
+            measured[part],
+            known[part],
+            explained[part],
+            mask[part],
+        )
+        for name, part in zip(problem.scene.names, problem.scene.records, strict=True)
+    ]
 
 
 def _measured(problem: RegressionProblem) -> Array:
@@ -164,7 +201,7 @@ def _measured(problem: RegressionProblem) -> Array:
     """
     return (
         problem.target
-        if problem.offset
+        if problem.datum != "none"
         else problem.scene.motor_torque[:, [joint - 1 for joint in problem.scene.axes]]
     )
 

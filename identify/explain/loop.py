@@ -5,10 +5,13 @@ what each one is worth in the end.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from identify.core.arrays import Array
-from identify.explain.regression import Fit, aligned, refine, solve
+from identify.explain.regression import Fit, aligned, solve
+from identify.explain.screen import refine
 from identify.explain.workbench import MotionOption, RecordWorkbench, reweighted, rms
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.loop import found_in, select
@@ -61,7 +64,7 @@ def conclude(bench: RecordWorkbench, fit: Fit, steps: Sequence[Addition]) -> Exp
     other = refine(judge, reweighted(judge, solve(judge, fit.effects, fit.nonlinear, fit.weights)))
     return Explanation(
         fit,
-        solve(bench.fitted, (), (), fit.weights),
+        _as_stated(bench, fit),
         tuple(steps),
         tuple(gain for _, gain in without),
         tuple(
@@ -71,6 +74,12 @@ def conclude(bench: RecordWorkbench, fit: Fit, steps: Sequence[Addition]) -> Exp
         other,
         len(bench.effects),
     )
+
+
+def _as_stated(bench: RecordWorkbench, fit: Fit) -> Fit:
+    """No effect, and bodies exactly as they are stated."""
+    found = solve(bench.fitted, (), (), fit.weights)
+    return replace(found, coefficients=np.zeros_like(found.coefficients))
 
 
 def _rivals(bench: RecordWorkbench, fit: Fit, chosen: MotionOption, rest: Fit) -> tuple[str, ...]:

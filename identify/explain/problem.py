@@ -6,13 +6,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.explain.effects.base import Target
-from identify.explain.recorded_motion import RecordedMotion
+from identify.explain.recorded_motion import (
+    AS_STATED,
+    RecordedMotion,
+    StatedUncertainty,
+    of_drives,
+    of_joints,
+    through_gears,
+)
 from identify.explain.regression import Fit, RegressionProblem
 from identify.measured.conditioning import ConditionedMotion
 from identify.robot.description import Robot
@@ -37,6 +45,9 @@ class Known:
     slow: float
     payload: tuple[str, tuple[float, float, float]]
     relative: bool = False
+    stated: StatedUncertainty = AS_STATED
+    coupling: Array | None = None
+    """How far each drive turns with each joint (drives, joints), where not each with its own alone."""
 
 
 def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
@@ -51,19 +62,35 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
     arm = RigidArm(known.robot, motion.position, motion.velocity, motion.acceleration)
     return RecordedMotion(
         time_s=motion.time_s,
-        position=motion.position,
-        velocity=motion.velocity,
-        acceleration=motion.acceleration,
-        load=arm.torque,
+        position=of_drives(motion.position, known.coupling),
+        velocity=of_drives(motion.velocity, known.coupling),
+        acceleration=of_drives(motion.acceleration, known.coupling),
+        load=through_gears(arm.torque, known.coupling),
         motor_torque=motion.torque,
-        error=None if motion.command_position is None else motion.command_position - motion.position,
+        error=_error(motion, known.coupling),
+        stated=known.stated,
+        coupling=known.coupling,
         arm=arm,
         axes=known.joints,
         gear_ratio=known.gear_ratio,
         slow=known.slow,
         relative=known.relative,
         payload=known.payload,
+        starts=motion.starts,
+        names=motion.names or (motion.name,),
     )
+
+
+def _error(motion: ConditionedMotion, coupling: Array | None) -> Array | None:
+    """Command minus motor position from its own mean, as command and encoder may count from different
+    zeros.
+    """
+    if motion.command_position is None:
+        return None
+    error = of_drives(motion.command_position - motion.position, coupling)
+    for start, end in pairwise((*motion.starts, len(error))):
+        error[start:end] -= error[start:end][motion.inside[start:end]].mean(axis=0)
+    return np.asarray(error)
 
 
 def torque_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
@@ -74,19 +101,19 @@ def torque_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Know
     nothing about it.
     """
     rows = [joint - 1 for joint in known.joints]
-    rotor = known.gear_ratio * known.rotor_inertia * motion.acceleration
-    left = motion.torque - scene.arm.torque / known.gear_ratio - rotor
+    rotor = known.gear_ratio * known.rotor_inertia * scene.acceleration
+    left = motion.torque - through_gears(scene.arm.torque, known.coupling) / known.gear_ratio - rotor
     return RegressionProblem(
         motion.name,
         scene,
         _finite(left[:, rows], known.joints, motion, "motor torque"),
-        _moving(motion, known),
-        offset=False,
+        _moving(motion, scene),
+        datum="none",
     )
 
 
 def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
-    """Motor-side minus link-side position; each joint has an offset of its own, as the encoders have.
+    """Motor-side minus link-side position; each joint of each record has its own datum, as encoders have.
 
     Samples at which a joint stands do not count: it keeps the hysteresis and the wave at which it stopped,
     many times over.
@@ -94,18 +121,21 @@ def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: 
     if motion.link_position is None:
         raise ValueError("no link-side position")
     rows = [joint - 1 for joint in known.joints]
-    left = _finite((motion.position - motion.link_position)[:, rows], known.joints, motion, "link_position")
-    return RegressionProblem(motion.name, scene, left, _moving(motion, known), offset=True)
+    bent = of_drives(motion.position - motion.link_position, known.coupling)
+    left = _finite(bent[:, rows], known.joints, motion, "link_position")
+    return RegressionProblem(motion.name, scene, left, _moving(motion, scene), datum="constant")
 
 
 def tracking_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
-    """Command minus motor position; each joint has an offset of its own."""
+    """Command minus motor position; each joint of each record has a datum of its own, and the line that an
+    integrator makes of it.
+    """
     if scene.error is None:
         raise ValueError("no command")
     rows = [joint - 1 for joint in known.joints]
     left = _finite(scene.error[:, rows], known.joints, motion, "command_position")
     return RegressionProblem(
-        motion.name, scene, left, np.broadcast_to(motion.inside[:, None], left.shape), offset=True
+        motion.name, scene, left, np.broadcast_to(motion.inside[:, None], left.shape), datum="line"
     )
 
 
@@ -113,11 +143,14 @@ def loaded(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     """The problem with the torques in the gears as the fit knows them: rigid links, and whatever else passes
     through the gears.
     """
-    scene, load = problem.scene, problem.scene.arm.torque.copy()
+    scene = problem.scene
+    load = through_gears(scene.arm.torque, scene.coupling).copy()
     rows = [joint - 1 for joint in scene.axes]
     for effect in fit.effects:
         if effect.in_gear:
             load[:, rows] += fit.share(problem, effect) * scene.gear_ratio[rows]
+    if problem.bodies is not None:
+        load[:, rows] += (problem.bodies @ fit.body_errors) * scene.gear_ratio[rows]
     return replace(problem, scene=replace(scene, load=load), remembered={})
 
 
@@ -127,17 +160,18 @@ def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     Acceleration goes with torque, so that it would look like stiffness.
     """
     target, scene = problem.target.copy(), problem.scene
+    acceleration = of_joints(scene.acceleration, scene.coupling)
     for effect in fit.effects:
         if effect.kind == "sensor-latency":
-            row = scene.axes.index(effect.axis)
-            target[:, row] += scene.acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
+            bent = acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
+            target += scene.of_joint(effect.axis, bent)[:, :, 0]
     return replace(problem, target=target, searched={})
 
 
-def _moving(motion: ConditionedMotion, known: Known) -> Mask:
-    """Samples (samples, examined joints) at which a joint moves, away from the ends of the record."""
-    rows = [joint - 1 for joint in known.joints]
-    return np.asarray((np.abs(motion.velocity[:, rows]) > known.slow) & motion.inside[:, None])
+def _moving(motion: ConditionedMotion, scene: RecordedMotion) -> Mask:
+    """Samples (samples, examined joints) at which a drive moves, away from the ends of the record."""
+    rows = [joint - 1 for joint in scene.axes]
+    return np.asarray((np.abs(scene.velocity[:, rows]) > scene.slow) & motion.inside[:, None])
 
 
 def _finite(values: Array, joints: Sequence[int], motion: ConditionedMotion, what: str) -> Array:

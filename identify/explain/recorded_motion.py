@@ -5,6 +5,7 @@ gears carry.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,11 +14,51 @@ from identify.robot.inverse_dynamics import RigidArm
 
 
 @dataclass(frozen=True)
-class RecordedMotion:
-    """One record.  Arrays over all joints of the robot are (samples, joints), in rad, rad/s, rad/s^2, N m at
-    the joint.
+class StatedUncertainty:
+    """Standard deviations of what is stated of each rigid body, as shares: of its mass; of its centre, of the
+    distance of the centre from the link's frame; of its moments of inertia.
+    """
 
-    axes: numbers (from 1) of the examined joints; gear_ratio (joints,): motor turns per joint turn; load:
+    mass: float = 0.0
+    centre: float = 0.0
+    inertia: float = 0.0
+
+
+AS_STATED = StatedUncertainty()
+"""Bodies without any error."""
+
+
+def of_drives(joints: Array, coupling: Array | None) -> Array:
+    """Motion of the drives C q out of that of the joints q, (samples, joints); a coefficient of zero takes
+    nothing, not even of what was not recorded.
+    """
+    if coupling is None:
+        return joints
+    parts = np.where(coupling != 0, joints[:, None, :] * coupling, 0.0)
+    return np.asarray(parts.sum(axis=2))
+
+
+def of_joints(drives: Array, coupling: Array | None) -> Array:
+    """Motion of the joints out of that of the drives, (samples, joints)."""
+    return drives if coupling is None else np.asarray(drives @ np.linalg.inv(coupling).T)
+
+
+def through_gears(torque: Array, coupling: Array | None) -> Array:
+    """Torques in the gears out of those at the joints, (samples, joints), both at the speed of the joints.
+
+    Power is the same: torque . q' = gear . C q', so that gear = C^-T torque.
+    """
+    return torque if coupling is None else np.asarray(torque @ np.linalg.inv(coupling))
+
+
+@dataclass(frozen=True)
+class RecordedMotion:
+    """One record, or several in a row.  Arrays over all joints of the robot are (samples, joints), in rad,
+    rad/s, rad/s^2, N m at the joint.
+
+    position, velocity, acceleration: of the drives, turns of the motor over the gear ratio, which are those
+    of the joints where no motor turns with another joint; axes: numbers (from 1) of the examined joints;
+    gear_ratio (joints,): motor turns per joint turn; load:
     torque that each gear passes on to the links as far as it is known; motor_torque: as measured, at the
     motor; error: command minus motor position, or None; slow: the speed (rad/s) up to which a joint counts as
     standing.
@@ -40,7 +81,19 @@ class RecordedMotion:
     """
     payload: tuple[str, tuple[float, float, float]]
     """Link that carries the payload and the place (m) of the payload's centre in its frame."""
+    starts: tuple[int, ...] = (0,)
+    """First sample of each record."""
+    names: tuple[str, ...] = ("",)
+    """Of the records."""
+    stated: StatedUncertainty = AS_STATED
+    coupling: Array | None = None
+    """How far each drive turns with each joint, (drives, joints), where not each with its own alone."""
     cache: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def records(self) -> list[slice]:
+        """The samples of each record."""
+        return [slice(*ends) for ends in pairwise((*self.starts, len(self.time_s)))]
 
     def on(self, axis: int, *values: Array) -> Array:
         """(samples, examined joints, columns) that are zero but on one joint; values (samples,) each."""
@@ -53,7 +106,27 @@ class RecordedMotion:
         joints.
         """
         rows = [axis - 1 for axis in self.axes]
-        return np.stack([torque[:, rows] / self.gear_ratio[rows] for torque in torques], axis=2)
+        carried = [through_gears(torque, self.coupling) for torque in torques]
+        return np.stack([torque[:, rows] / self.gear_ratio[rows] for torque in carried], axis=2)
+
+    def of_joint(self, axis: int, *values: Array) -> Array:
+        """(samples, examined joints, columns) of angles (samples,) of one joint, as all drives have them that
+        turn with it.
+        """
+        if self.coupling is None:
+            return self.on(axis, *values)
+        share = self.coupling[[row - 1 for row in self.axes], axis - 1]
+        return np.asarray(np.stack(values, axis=1)[:, None, :] * share[None, :, None])
+
+    @property
+    def joint_position(self) -> Array:
+        """Angles of the joints (samples, joints), rad."""
+        return of_joints(self.position, self.coupling)
+
+    @property
+    def joint_velocity(self) -> Array:
+        """Speeds of the joints (samples, joints), rad/s."""
+        return of_joints(self.velocity, self.coupling)
 
     def direction(self, axis: int) -> Array:
         """Direction of travel (samples,), -1 to 1, smooth where the joint hardly moves."""

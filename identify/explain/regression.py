@@ -4,43 +4,46 @@ outside (variable projection).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
-import scipy
 
 from identify.core.arrays import Array, Mask
-from identify.explain.effects.base import MotionEffect, NonlinearParameter
+from identify.explain.effects.base import MotionEffect
 from identify.explain.recorded_motion import RecordedMotion
-from identify.fitting.memory import Memory, digest
 
-_RANK = 1e-11
+Datum = Literal["none", "constant", "line"]
+
+RANK = 1e-11
 """Share of the largest eigenvalue of normalised normal equations below which a combination of columns is not
 determined.
 """
 _STEP = 1e-6
-_EDGE = 0.005
-"""Share of its range (of the logarithm where it is searched so) by which a nonlinear parameter is at an end
-of it.
-"""
 _KEPT = 250
 """Sets of columns kept in memory, some 0.2 MB each."""
 
 
 @dataclass(frozen=True)
 class RegressionProblem:
-    """One target of one record: what is to be explained (samples, joints) and the samples that count.
+    """One target of one or several records in a row: what is to be explained (samples, joints) and the
+    samples that count.
 
-    offset: whether every joint has a constant of its own that no effect need explain (the zeros of two
-    encoders).
+    datum: what every joint of every record has of its own that no effect need explain, so that only what is
+    left beside it counts: nothing, a constant (the zeros of two encoders), or a line (what an integrator
+    makes of a constant).
     """
 
     name: str
     scene: RecordedMotion
     target: Array
     mask: Mask
-    offset: bool
+    datum: Datum
+    bodies: Array | None = None
+    """What errors of rigid bodies within their stated uncertainty add, (samples, joints, k), each column for
+    one standard deviation of its own: `identify.explain.body_errors`.
+    """
     remembered: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
     searched: dict[object, Array | None] = field(default_factory=dict, repr=False, compare=False)
     """Nonlinear parameters that were found, by effect and by what was there at its joint."""
@@ -54,14 +57,36 @@ class RegressionProblem:
             if len(self.remembered) > _KEPT:
                 for old in [one for one in self.remembered if one[2]]:  # type: ignore[index]
                     del self.remembered[old]
-            self.remembered[key] = effect.columns(self.scene, parameters)
+            self.remembered[key] = self.from_datum(effect.columns(self.scene, parameters))
         return self.remembered[key]
+
+    def from_datum(self, values: Array) -> Array:
+        """Values (samples, joints, ...) without the datum of each record and joint, by least squares over the
+        samples that count.
+        """
+        return values if self.datum == "none" else values - self.datum_of(values)
+
+    def datum_of(self, values: Array) -> Array:
+        """The datum of values (samples, joints, ...) on each record and joint."""
+        found = np.zeros_like(values)
+        counted = self.mask.reshape(self.mask.shape + (1,) * (values.ndim - 2))
+        for record in self.scene.records if self.datum != "none" else []:
+            inside, here = counted[record], np.where(counted[record], values[record], 0.0)
+            count = np.maximum(inside.sum(axis=0), 1)
+            found[record] = here.sum(axis=0) / count
+            if self.datum == "line":
+                time = np.arange(len(inside), dtype=float).reshape(-1, *(1,) * (values.ndim - 1))
+                time = time - np.where(inside, time, 0.0).sum(axis=0) / count
+                weight = np.where(inside, time, 0.0)
+                square = np.maximum((weight**2).sum(axis=0), 1e-300)
+                found[record] += time * ((weight * here).sum(axis=0) / square)
+        return found
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Effects with their nonlinear parameters, coefficients (all columns; the offset of each joint first
-    where there is one) and the weights used.
+    """Effects with their nonlinear parameters, coefficients (of all columns, errors of stated bodies last)
+    and the weights used.
 
     weights (joints,): one over the size of the residual that each joint was expected to leave.
     """
@@ -73,23 +98,31 @@ class Fit:
 
     def of(self, effect: MotionEffect) -> Array:
         """Coefficients of one effect, then its nonlinear parameters."""
-        number = self.effects.index(effect)
-        first = len(self.coefficients) - sum(len(e.coefficients) for e in self.effects[number:])
-        return np.concatenate(
-            [self.coefficients[first : first + len(effect.coefficients)], self.nonlinear[number]]
-        )
+        first = self._first(effect)
+        nonlinear = self.nonlinear[self.effects.index(effect)]
+        return np.concatenate([self.coefficients[first : first + len(effect.coefficients)], nonlinear])
+
+    def _first(self, effect: MotionEffect) -> int:
+        return sum(len(e.coefficients) for e in self.effects[: self.effects.index(effect)])
+
+    @property
+    def body_errors(self) -> Array:
+        """Errors of stated bodies (k,), in standard deviations of each."""
+        return self.coefficients[sum(len(effect.coefficients) for effect in self.effects) :]
 
     def replaced(self, effect: MotionEffect, coefficients: Array) -> Fit:
         """The same with other coefficients of one effect."""
-        number = self.effects.index(effect)
-        first = len(self.coefficients) - sum(len(e.coefficients) for e in self.effects[number:])
+        first = self._first(effect)
         changed = self.coefficients.copy()
         changed[first : first + len(coefficients)] = coefficients
         return replace(self, coefficients=changed)
 
     def predict(self, problem: RegressionProblem) -> Array:
-        """What the effects add up to on a record, (samples, joints)."""
-        return np.asarray(design(problem, self.effects, self.nonlinear) @ self.coefficients)
+        """What the effects add up to on a record, (samples, joints), from the record's own datum."""
+        return np.asarray(
+            problem.datum_of(problem.target)
+            + design(problem, self.effects, self.nonlinear) @ self.coefficients
+        )
 
     def residual(self, problem: RegressionProblem) -> Array:
         """What is left of a record, (samples, joints), zero where samples do not count."""
@@ -103,39 +136,44 @@ class Fit:
 
 
 def design(problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array]) -> Array:
-    """All columns (samples, joints, p), the offset first."""
-    samples, joints = problem.target.shape
-    offset = (
-        np.broadcast_to(np.eye(joints), (samples, joints, joints))
-        if problem.offset
-        else np.zeros((samples, joints, 0))
-    )
-    return np.concatenate(
-        [
-            offset,
-            *(
-                problem.columns(effect, parameters)
-                for effect, parameters in zip(effects, nonlinear, strict=True)
-            ),
-        ],
-        axis=2,
-    )
+    """All columns (samples, joints, p), those of errors of stated bodies last."""
+    columns = [
+        problem.columns(effect, parameters) for effect, parameters in zip(effects, nonlinear, strict=True)
+    ]
+    bodies = [] if problem.bodies is None else [problem.bodies]
+    return np.concatenate([np.zeros((*problem.target.shape, 0)), *columns, *bodies], axis=2)
+
+
+def expected_size(problem: RegressionProblem, effects: Sequence[MotionEffect]) -> Array:
+    """One over the standard deviation that each coefficient (p,) is expected to have before the data speak;
+    zero where it may be anything.
+    """
+    own = [effect.expected_size(problem.scene) for effect in effects]
+    bodies = np.zeros(0) if problem.bodies is None else np.ones(problem.bodies.shape[2])
+    return np.concatenate([*own, bodies])
+
+
+def strain(problem: RegressionProblem, fit: Fit) -> Array:
+    """Coefficients (p,) over what they were expected to be: half its sum of squares is their log odds."""
+    return expected_size(problem, fit.effects) * fit.coefficients
 
 
 def solve(
     problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array], weights: Array
 ) -> Fit:
-    """The best coefficients for given nonlinear parameters; of columns that cannot be told apart, the
-    smallest.
+    """The best coefficients for given nonlinear parameters, and for what is expected of them; of columns that
+    cannot be told apart, the smallest.
     """
     columns = design(problem, effects, nonlinear)
-    rows, target = (columns * weights[:, None])[problem.mask], (problem.target * weights)[problem.mask]
+    wanted = problem.from_datum(problem.target)
+    rows, target = (columns * weights[:, None])[problem.mask], (wanted * weights)[problem.mask]
     scale = np.sqrt((rows**2).sum(axis=0))
     scale[scale == 0] = 1.0
     rows = rows / scale
-    values, vectors = np.linalg.eigh(rows.T @ rows)
+    prior = expected_size(problem, effects) / scale
+    values, vectors = np.linalg.eigh(rows.T @ rows + np.diag(prior**2))
     inverse = np.where(
-        values > _RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0
+        values > RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0
     )
     coefficients = vectors @ (inverse * (vectors.T @ (rows.T @ target))) / scale
     return Fit(tuple(effects), tuple(nonlinear), coefficients, weights)
@@ -166,91 +204,8 @@ def aligned(problem: RegressionProblem, fit: Fit) -> Fit:
 
 
 def loss(problem: RegressionProblem, fit: Fit) -> float:
-    """Weighted sum of squares of what is left."""
-    return float(((fit.residual(problem) * fit.weights) ** 2).sum())
-
-
-class Screen:
-    """A fit made ready to try further effects on: what is left, and the directions that are already
-    explained.
-    """
-
-    def __init__(
-        self,
-        problem: RegressionProblem,
-        fit: Fit,
-        without: str = "",
-        memory: Memory | None = None,
-        label: str = "",
-    ) -> None:
-        self._memory, self._label = Memory() if memory is None else memory, label
-        kept = [number for number, other in enumerate(fit.effects) if other.name != without]
-        self.problem = problem
-        self.effects, self.nonlinear = [fit.effects[n] for n in kept], [fit.nonlinear[n] for n in kept]
-        base = solve(problem, self.effects, self.nonlinear, fit.weights) if without else fit
-        self.weights, self.residual = fit.weights, base.residual(problem)
-        rows = (design(problem, self.effects, self.nonlinear) * self.weights[:, None])[problem.mask]
-        scale = np.sqrt((rows**2).sum(axis=0))
-        vectors, sizes, _ = np.linalg.svd(rows / np.where(scale > 0, scale, 1.0), full_matrices=False)
-        self._explained = vectors[:, sizes > np.sqrt(_RANK) * sizes.max(initial=0.0)]
-        self._left = (self.residual * self.weights)[problem.mask]
-
-    def remains(self, effect: MotionEffect, parameters: Array) -> Array:
-        """What would be left (used samples,), weighted, with the effect's best coefficients beside those of
-        the fit.
-        """
-        columns = (self.problem.columns(effect, parameters) * self.weights[:, None])[self.problem.mask]
-        columns = columns - self._explained @ (self._explained.T @ columns)
-        gram = columns.T @ columns
-        return np.asarray(
-            self._left
-            - columns @ (np.linalg.pinv(gram, rcond=1e-9, hermitian=True) @ (columns.T @ self._left))
-        )
-
-    def search(self, effect: MotionEffect) -> Array | None:
-        """The best nonlinear parameters of the effect, from the best of its starts; None where it has none to
-        start from.
-
-        Searched once for the effects that are at its joint, whatever goes on at others.
-        """
-        key = effect.name, frozenset(other.name for other in self.effects if other.axis == effect.axis)
-        if key not in self.problem.searched:
-            kept = self._memory.recall(
-                digest("search", self._label, key[0], sorted(key[1])), lambda: _as_list(self._search(effect))
-            )
-            self.problem.searched[key] = np.array(kept[0]) if kept else None
-        return self.problem.searched[key]
-
-    def _search(self, effect: MotionEffect) -> Array | None:
-        starts = effect.starts(self.problem.scene, self.residual)
-        if len(starts) < 2:
-            best = starts[0] if starts else None
-        else:
-            losses = [float((self.remains(effect, start) ** 2).sum()) for start in starts]
-            best = starts[int(np.argmin(losses))]
-        bounds = effect.parameters(self.problem.scene)
-        return (
-            best
-            if best is None or not bounds
-            else _searched(lambda parameters: self.remains(effect, parameters), best, bounds)
-        )
-
-    def added(self, effect: MotionEffect) -> Fit | None:
-        """The fit with the effect, the nonlinear parameters of the others kept; None where it is not what
-        it is called.
-
-        That is where it cannot start, has a sign that cannot be, or ends where its range ends: a harmonic
-        that is slowest at the end of its range stands for something slower.
-        """
-        parameters = self.search(effect)
-        if parameters is None or any(map(at_edge, effect.parameters(self.problem.scene), parameters)):
-            return None
-        found = solve(self.problem, [*self.effects, effect], [*self.nonlinear, parameters], self.weights)
-        return None if effect.positive and found.of(effect)[0] < 0 else found
-
-
-def _as_list(parameters: Array | None) -> list[list[float]]:
-    return [] if parameters is None else [parameters.tolist()]
+    """Weighted sum of squares of what is left, and of what coefficients are beyond what was expected."""
+    return float(((fit.residual(problem) * fit.weights) ** 2).sum() + (strain(problem, fit) ** 2).sum())
 
 
 def without(problem: RegressionProblem, fit: Fit, name: str) -> Fit:
@@ -259,52 +214,11 @@ def without(problem: RegressionProblem, fit: Fit, name: str) -> Fit:
     return solve(problem, [fit.effects[n] for n in kept], [fit.nonlinear[n] for n in kept], fit.weights)
 
 
-def refine(problem: RegressionProblem, fit: Fit) -> Fit:
-    """Search the nonlinear parameters of all effects together from where they are; coefficients follow."""
-    chosen = [n for n in range(len(fit.effects)) if len(fit.nonlinear[n])]
-    bounds = [parameter for n in chosen for parameter in fit.effects[n].parameters(problem.scene)]
-    if not bounds:
-        return solve(problem, fit.effects, fit.nonlinear, fit.weights)
-
-    def placed(outer: Array) -> Fit:
-        nonlinear = list(fit.nonlinear)
-        for n in chosen:
-            count = len(nonlinear[n])
-            nonlinear[n], outer = outer[:count], outer[count:]
-        return solve(problem, fit.effects, nonlinear, fit.weights)
-
-    def left(outer: Array) -> Array:
-        return np.asarray((placed(outer).residual(problem) * fit.weights)[problem.mask])
-
-    better = placed(_searched(left, np.concatenate([fit.nonlinear[n] for n in chosen]), bounds))
-    return better if loss(problem, better) < loss(problem, fit) else fit
-
-
-def _searched(left: Callable[[Array], Array], start: Array, bounds: Sequence[NonlinearParameter]) -> Array:
-    """Nonlinear parameters near `start` that leave least, between their bounds."""
-    steps = np.array([_fineness(parameter) for parameter in bounds])
-    inner = np.clip(_inner(start, bounds), 0.0, 1.0)
-    found = scipy.optimize.least_squares(
-        lambda x: left(_outer(x, bounds)),
-        inner,
-        bounds=(0.0, 1.0),
-        x_scale=steps,
-        diff_step=1e-4 * steps,
-        max_nfev=20,
-        xtol=1e-6,
-        ftol=1e-6,
-    )
-    return _outer(found.x, bounds)
-
-
 def jacobian(problem: RegressionProblem, fit: Fit) -> Array:
-    """Derivatives of the prediction (samples, joints, offset + coefficients + nonlinear parameters) in the
-    order of `values`, nonlinear parameters by differences.
+    """Derivatives of the prediction (samples, joints, coefficients + nonlinear parameters) in the order of
+    `values`, nonlinear parameters by differences; errors of stated bodies last.
     """
-    samples, joints = problem.target.shape
-    found = [
-        np.eye(joints)[None].repeat(samples, axis=0) if problem.offset else np.zeros((samples, joints, 0))
-    ]
+    found = [np.zeros((*problem.target.shape, 0))]
     for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
         coefficients = fit.of(effect)[: len(effect.coefficients)]
         found.append(problem.columns(effect, parameters))
@@ -315,37 +229,14 @@ def jacobian(problem: RegressionProblem, fit: Fit) -> Array:
                 problem.columns(effect, parameters + step) - problem.columns(effect, parameters - step)
             ) @ coefficients
             found.append((change / (2 * step[number]))[:, :, None])
+    if problem.bodies is not None:
+        found.append(problem.bodies)
     return np.concatenate(found, axis=2)
 
 
-def at_edge(parameter: NonlinearParameter, value: float) -> bool:
-    """Whether a value is at an end of the range in which it is searched."""
-    inner = float(_inner(np.array([value]), [parameter])[0])
-    return not _EDGE < inner < 1 - _EDGE
-
-
-def _fineness(parameter: NonlinearParameter) -> float:
-    """How finely a nonlinear parameter is searched, as a share of its range: a high order has narrow
-    valleys.
-    """
-    return 1e-3 if parameter.name == "order" else 1.0
-
-
-def _inner(values: Array, bounds: Sequence[NonlinearParameter]) -> Array:
-    lower, upper = _limits(bounds)
-    logs = np.array([parameter.log for parameter in bounds])
-    plain = np.where(logs, np.log(np.where(logs, values, 1.0)), values)
-    return np.asarray((plain - lower) / (upper - lower))
-
-
-def _outer(inner: Array, bounds: Sequence[NonlinearParameter]) -> Array:
-    lower, upper = _limits(bounds)
-    plain = lower + inner * (upper - lower)
-    logs = np.array([parameter.log for parameter in bounds])
-    return np.asarray(np.where(logs, np.exp(np.where(logs, plain, 0.0)), plain))
-
-
-def _limits(bounds: Sequence[NonlinearParameter]) -> tuple[Array, Array]:
-    pairs = [(np.log(s.lower), np.log(s.upper)) if s.log else (s.lower, s.upper) for s in bounds]
-    lower, upper = np.array(pairs).T
-    return lower, upper
+def parameter_prior(problem: RegressionProblem, fit: Fit) -> Array:
+    """`expected_size` in the order of `jacobian`; nonlinear parameters may be anything in their bounds."""
+    found = []
+    for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
+        found += [effect.expected_size(problem.scene), np.zeros(len(parameters))]
+    return np.concatenate([*found, np.ones(len(fit.body_errors))])

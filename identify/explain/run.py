@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
+from identify.explain.body_errors import with_body_errors
 from identify.explain.candidates import candidates
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.evaluate import evaluated
@@ -26,19 +28,28 @@ from identify.explain.problem import (
     torque_problem,
     tracking_problem,
 )
-from identify.explain.recorded_motion import RecordedMotion
+from identify.explain.recorded_motion import RecordedMotion, StatedUncertainty, of_joints
 from identify.explain.regression import Fit, RegressionProblem
 from identify.explain.sentences import notes, unknown, verdict
-from identify.explain.study import ExplainFile, ExplainStudy, read_explain_study
+from identify.explain.study import (
+    USES,
+    BodyUncertainty,
+    ExplainFile,
+    ExplainStudy,
+    Record,
+    Use,
+    read_explain_study,
+)
 from identify.explain.workbench import RecordWorkbench
 from identify.fitting.memory import Memory
 from identify.fitting.resume import resumable, run_key
 from identify.fitting.selection.workbench import Story
-from identify.measured.conditioning import ConditionedMotion, condition
+from identify.measured.conditioning import ConditionedMotion, condition, in_a_row
 from identify.measured.records import MotionRecord, read_record
 from identify.results.explain import ExplainResult, TargetResult
 from identify.results.provenance import provenance, sha256
 from identify.results.tables import Provenance
+from identify.robot.coupling import checked_coupling
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
 
@@ -46,6 +57,7 @@ _ROUNDS = 4
 """How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each
 time.
 """
+Records = dict[Use, list[MotionRecord]]
 _PREPARE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], RegressionProblem]] = {
     "deflection": deflection_problem,
     "tracking": tracking_problem,
@@ -53,11 +65,47 @@ _PREPARE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], Regr
 
 
 @dataclass(frozen=True)
-class _Pair:
-    """The fitted and the judging record of one target."""
+class _Problems:
+    """One target on the records that are fitted, on those that judge, and on those that are only reported."""
 
     fitted: RegressionProblem
     judge: RegressionProblem
+    tests: tuple[RegressionProblem, ...] = ()
+
+    @classmethod
+    def of(cls, problems: Sequence[RegressionProblem]) -> _Problems:
+        """Out of all of them in this order."""
+        return cls(problems[0], problems[1], tuple(problems[2:]))
+
+    def each(self, change: Callable[[RegressionProblem], RegressionProblem]) -> _Problems:
+        """All of them changed."""
+        return _Problems(change(self.fitted), change(self.judge), tuple(map(change, self.tests)))
+
+    @property
+    def scenes(self) -> list[RecordedMotion]:
+        """The motions, in the same order."""
+        return [problem.scene for problem in (self.fitted, self.judge, *self.tests)]
+
+
+@dataclass(frozen=True)
+class _Recorded:
+    """Conditioned motions: all to fit in a row, all to judge by in a row, and each that is only reported."""
+
+    fitted: ConditionedMotion
+    judge: ConditionedMotion
+    tests: tuple[ConditionedMotion, ...]
+
+    def problems(
+        self, prepare: Callable[..., RegressionProblem], scenes: Sequence[RecordedMotion], known: Known
+    ) -> _Problems:
+        """A target of all of them."""
+        made = [prepare(motion, scene, known) for motion, scene in zip(self.all, scenes, strict=True)]
+        return _Problems.of(made)
+
+    @property
+    def all(self) -> tuple[ConditionedMotion, ...]:
+        """In the order of the problems."""
+        return self.fitted, self.judge, *self.tests
 
 
 def run_explain(
@@ -77,26 +125,28 @@ def run_explain(
         robot = read_robot(file.study.robot, file.path.parent)
         known = known_of(file.study, robot)
         records = read_records(file, robot)
-        motions = [_conditioned(record, file.study) for record in records]
+        each = {use: [_conditioned(r, file.study, known) for r in records[use]] for use in USES}
+        motions = _Recorded(in_a_row(each["fit"]), in_a_row(each["validate"]), tuple(each["test"]))
+        treated = [motion for use in USES for motion in each[use]]
         origin = _provenance(file, records)
         key = run_key(origin, file)
 
         def compute(part: PartFile) -> ExplainResult:
             targets = explained(file.study, motions, known, progress, Memory(part))
-            return _result(file.study.name, motions, targets, begun, origin, key)
+            return _result(file.study.name, treated, motions.judge.name, targets, begun, origin, key)
 
         return resumable(path, key, ExplainResult, compute, resume=resume), path
 
 
 def _result(
     name: str,
-    motions: list[ConditionedMotion],
+    motions: Sequence[ConditionedMotion],
+    judge: str,
     targets: dict[str, TargetResult],
     begun: float,
     origin: Provenance,
     key: str,
 ) -> ExplainResult:
-    judge = motions[1].name
     return ExplainResult(
         name=name,
         key=key,
@@ -112,9 +162,10 @@ def _result(
     )
 
 
-def _provenance(file: ExplainFile, records: Sequence[MotionRecord]) -> Provenance:
+def _provenance(file: ExplainFile, records: Records) -> Provenance:
     robot = file.study.robot.urdf or file.study.robot.dh or Path()
-    inputs = [(str(robot), sha256(file.resolve(robot))), *((r.source, r.sha256) for r in records)]
+    sources = [(record.source, record.sha256) for use in USES for record in records[use]]
+    inputs = [(str(robot), sha256(file.resolve(robot))), *sources]
     return provenance(file.path.name, file.text, inputs)
 
 
@@ -149,52 +200,55 @@ def known_of(study: ExplainStudy, robot: Robot) -> Known:
         slow,
         payload,
         study.positions == "relative",
+        _stated(study.uncertainty),
+        None if study.drives.coupling is None else checked_coupling(study.drives.coupling, robot),
     )
 
 
-def read_records(file: ExplainFile, robot: Robot) -> list[MotionRecord]:
-    """The record to fit and the record to judge by."""
+def _stated(given: BodyUncertainty) -> StatedUncertainty:
+    percent = np.array([given.mass_percent, given.centre_percent, given.inertia_percent])
+    return StatedUncertainty(*(percent / 100).tolist())
+
+
+def read_records(file: ExplainFile, robot: Robot) -> Records:
+    """The records to fit, to judge by, and to report, in the order of the study."""
     study, count = file.study, len(robot.joints)
     zero = np.radians(study.joint_zero_deg or [0.0] * count)
     axis = study.time if study.time is not None else float(study.sample_rate_hz or 0)
-    chosen = sorted(study.records, key=lambda record: record.use)
-    return [
-        read_record(
-            file.resolve(record.file), record.name or record.file.stem, study.signals, axis, count, zero
-        )
-        for record in chosen
-    ]
+    even = study.resample_hz is None
+
+    def read(record: Record) -> MotionRecord:
+        path, name = file.resolve(record.file), record.name or record.file.stem
+        return read_record(path, name, study.signals, axis, count, zero, even=even)
+
+    return {use: [read(record) for record in study.records if record.use == use] for use in USES}
 
 
 def explained(
     study: ExplainStudy,
-    motions: list[ConditionedMotion],
+    motions: _Recorded,
     known: Known,
     story: Story | None = None,
     memory: Memory | None = None,
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
     story, memory = story or Story(), Memory() if memory is None else memory
-    scenes = [scene_of(motion, known) for motion in motions]
-    pair = _Pair(
-        *(torque_problem(motion, scene, known) for motion, scene in zip(motions, scenes, strict=True))
-    )
+    scenes = [scene_of(motion, known) for motion in motions.all]
     tried = candidates("torque", scenes[0], study.effects)
-    pair, found = _torque_explained(pair, tried, _of(story, "torque"), memory)
-    done = {"torque": evaluated("torque", pair.fitted, pair.judge, found, tried)}
+    torque = motions.problems(torque_problem, scenes, known)
+    torque = _Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
+    torque, found = _torque_explained(torque, tried, _of(story, "torque"), memory)
+    done = {"torque": evaluated("torque", torque.fitted, torque.judge, torque.tests, found, tried)}
     for target, prepare in _PREPARE.items():
-        if all(_recorded(motion, target) for motion in motions):
-            problems = [
-                prepare(motion, one.scene, known)
-                for motion, one in zip(motions, (pair.fitted, pair.judge), strict=True)
-            ]
-            done[target] = _explained(target, _Pair(*problems), study, _of(story, target), memory)
+        if all(_recorded(motion, target) for motion in motions.all):
+            problems = motions.problems(prepare, torque.scenes, known)
+            done[target] = _explained(target, problems, study, _of(story, target), memory)
     return done
 
 
 def _torque_explained(
-    pair: _Pair, tried: list[MotionEffect], story: Story, memory: Memory
-) -> tuple[_Pair, Explanation]:
+    pair: _Problems, tried: list[MotionEffect], story: Story, memory: Memory
+) -> tuple[_Problems, Explanation]:
     """Torques with the loads of the gears as they are known at the end, and their explanation.
 
     What passes through the gears changes the loads of which other effects are made: a wrong torque constant
@@ -217,31 +271,50 @@ def _torque_explained(
 
 
 def _explained(
-    target: Target, pair: _Pair, study: ExplainStudy, story: Story, memory: Memory
+    target: Target, pair: _Problems, study: ExplainStudy, story: Story, memory: Memory
 ) -> TargetResult:
     """A target that is linear in what the torque's explanation left behind; latencies to second order."""
     tried = candidates(target, pair.fitted.scene, study.effects)
     first, steps = grow(RecordWorkbench(pair.fitted, pair.judge, tried, target, memory), story)
-    pair = _Pair(curved(pair.fitted, first), curved(pair.judge, first))
+    pair = pair.each(partial(curved, fit=first))
     bench = RecordWorkbench(pair.fitted, pair.judge, tried, f"{target}, second order", memory, first)
     fit, more = grow(bench, story)
     found = conclude(bench, fit, [*steps, *more])
-    return evaluated(target, pair.fitted, pair.judge, found, tried)
+    return evaluated(target, pair.fitted, pair.judge, pair.tests, found, tried)
 
 
-def _with_loads(pair: _Pair, fit: Fit) -> _Pair:
-    return _Pair(loaded(pair.fitted, fit), loaded(pair.judge, fit))
+def _with_loads(pair: _Problems, fit: Fit) -> _Problems:
+    return pair.each(partial(loaded, fit=fit))
 
 
 def _recorded(motion: ConditionedMotion, target: str) -> bool:
     return (motion.link_position if target == "deflection" else motion.command_position) is not None
 
 
-def _conditioned(record: MotionRecord, study: ExplainStudy) -> ConditionedMotion:
+def _conditioned(record: MotionRecord, study: ExplainStudy, known: Known) -> ConditionedMotion:
+    """A record's motion; positions that count from where it began are zero there, whatever encoders said."""
     constant: Array | None = None
     if study.drives.torque_constant_nm_per_a is not None:
         constant = np.array(study.drives.torque_constant_nm_per_a)
-    return condition(record, study.lowpass_hz, study.resample_hz, constant)
+    motion = condition(record, study.lowpass_hz, study.resample_hz, constant)
+    if study.drives.positions_of == "motors":
+        motion = _of_joints(motion, known)
+    if not known.relative:
+        return motion
+    zero = np.radians(study.joint_zero_deg or np.zeros(len(known.gear_ratio)))
+    return replace(motion, position=motion.position - motion.position[0] + zero)
+
+
+def _of_joints(motion: ConditionedMotion, known: Known) -> ConditionedMotion:
+    """The joints' motion out of that of the motors."""
+    command = motion.command_position
+    return replace(
+        motion,
+        position=of_joints(motion.position, known.coupling),
+        velocity=of_joints(motion.velocity, known.coupling),
+        acceleration=of_joints(motion.acceleration, known.coupling),
+        command_position=None if command is None else of_joints(command, known.coupling),
+    )
 
 
 def _of(story: Story, target: str) -> Story:

@@ -20,8 +20,8 @@ _CLOSE = 2.0
 
 
 def verdict(found: TargetResult, judge: str) -> tuple[str, ...]:
-    """Two sentences on one target: how much is explained on the judging record, and by what, strongest
-    evidence first.
+    """Sentences on one target: how much is explained on the judging record and on those that nothing depended
+    on, and by what, strongest evidence first.
     """
     scale, unit = _SCALE[found.unit]
     joints = ", ".join(f"{joint}" for joint in found.joints)
@@ -42,7 +42,24 @@ def verdict(found: TargetResult, judge: str) -> tuple[str, ...]:
         f" {unit}, "
     )
     effects = "; ".join(found.effects.sentence)
-    return (said + f"{taken} % of its squares explained.", f"In order of evidence: {effects}.")
+    return (
+        said + f"{taken} % of its squares explained.",
+        *(_of_test(found, name) for name in found.tests),
+        f"In order of evidence: {effects}.",
+    )
+
+
+def _of_test(found: TargetResult, name: str) -> str:
+    scale, unit = _SCALE[found.unit]
+    before, after, taken = (
+        ", ".join(f"{factor * value:.3g}" for value in values)
+        for factor, values in (
+            (scale, found.tests[name].rms_start),
+            (scale, found.tests[name].rms),
+            (100.0, found.tests[name].explained),
+        )
+    )
+    return f"On record {name}, on which nothing depended: from {before} to {after} {unit}, {taken} %."
 
 
 def notes(found: TargetResult) -> list[str]:
@@ -53,16 +70,24 @@ def notes(found: TargetResult) -> list[str]:
     v = found.values
     for row in np.flatnonzero(v.at_edge):
         said.append(
-            f"{v.effect[row]}: {v.name[row]} is at an end of the range that was searched, so the effect may"
-            " stand for something else"
+            f"{found.words(v.effect[row])}: {v.name[row]} is at an end of the range that was searched, so the"
+            " effect may stand for something else"
         )
     apart = np.flatnonzero((v.low_95 > v.other_high_95) | (v.high_95 < v.other_low_95))
-    names = [f"{v.effect[row]} ({v.name[row]})" for row in apart if not _is_phase(found, int(row))]
+    names = [
+        f"{found.words(v.effect[row])} ({v.name[row]})" for row in apart if not _is_phase(found, int(row))
+    ]
     if names:
-        listed = ", ".join(names)
+        listed = "; ".join(names)
         said.append(
             f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
             " intervals hold only as far as the model does"
+        )
+    moved = float(np.sqrt((found.body_errors**2).mean())) if len(found.body_errors) else 0.0
+    if moved > _CLOSE:
+        said.append(
+            f"{found.target}: rigid bodies are moved {moved:.2g} times their stated uncertainty (RMS of"
+            f" {len(found.body_errors)} combinations): give `uncertainty` as it is, or something else acts"
         )
     return said
 
@@ -88,9 +113,9 @@ def unknown(found: TargetResult) -> list[str]:
         )
     for name, rivals in zip(found.effects.name, found.effects.rivals, strict=True):
         if rivals:
+            others = " or ".join(found.words(rival) for rival in rivals.split(", "))
             said.append(
-                f"whether it is {name} or {' or '.join(rivals.split(', '))}: these records do not tell them"
-                " apart"
+                f"whether it is {found.words(name)}, or {others}: these records do not tell them apart"
             )
     far = [
         f"joint {joint} ({gap:.2g})"

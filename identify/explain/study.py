@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -14,6 +14,8 @@ from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.robot.settings import RobotSettings
 
 SCHEMA = "identify-explain/1"
+Use = Literal["fit", "validate", "test"]
+USES: tuple[Use, ...] = ("fit", "validate", "test")
 
 
 class Drives(Settings):
@@ -22,6 +24,16 @@ class Drives(Settings):
     gear_ratio: list[float] = Field(description="turns of the motor per turn of the joint")
     rotor_inertia_kg_m2: list[float] | None = Field(
         None, description="at the motor; default: none, so that it is found as an effect"
+    )
+    coupling: list[list[float]] | None = Field(
+        None,
+        description="row i: how far motor i turns, over its gear ratio, with a turn of each joint, 1 with its"
+        " own; default: no motor turns with another joint",
+    )
+    positions_of: Literal["joints", "motors"] = Field(
+        "joints",
+        description="what recorded positions, speeds and commands are of; `motors`: their turns over the gear"
+        " ratio, from which the joints' are found by the coupling",
     )
     torque_constant_nm_per_a: list[float] | None = Field(
         None, description="N m/A, for records of motor currents"
@@ -33,7 +45,9 @@ class Record(Settings):
 
     file: Path = Field(description="CSV, MATLAB, HDF5 or universal file with time records")
     name: str | None = Field(None, description="default: the file's name")
-    use: Literal["fit", "validate"] = Field("fit", description="`validate`: the record that judges")
+    use: Use = Field(
+        "fit", description="`validate`: the record judges; `test`: it is only reported, nothing depends on it"
+    )
 
 
 class Payload(Settings):
@@ -47,6 +61,16 @@ class Payload(Settings):
     )
 
 
+class BodyUncertainty(Settings):
+    """Standard deviations of what is stated of each rigid body, in per cent; 0: as stated."""
+
+    mass_percent: float = Field(5.0, ge=0, le=100, description="of its mass")
+    centre_percent: float = Field(
+        5.0, ge=0, le=100, description="of its centre of mass, of the distance from the link's frame"
+    )
+    inertia_percent: float = Field(5.0, ge=0, le=100, description="of each of its moments of inertia")
+
+
 class ExplainStudy(Settings):
     """What one config describes."""
 
@@ -56,7 +80,7 @@ class ExplainStudy(Settings):
     robot: RobotSettings = Field(description="the robot that was recorded")
     drives: Drives = Field(description="what is known of motors and gears")
     records: list[Record] = Field(
-        min_length=2, description="one to fit, one with `use: validate` to judge by"
+        min_length=2, description="some to fit, some with `use: validate` to judge by"
     )
     signals: dict[Quantity, SignalSettings] = Field(description="where they stand in the files, by quantity")
     time: TimeAxis | None = Field(None, description="the time axis in the files")
@@ -71,11 +95,17 @@ class ExplainStudy(Settings):
     lowpass_hz: float = Field(
         20.0, gt=0, description="of the filter behind which speed and acceleration are taken"
     )
-    resample_hz: float | None = Field(None, gt=0, description="default: as recorded")
+    resample_hz: float | None = Field(
+        None, gt=0, description="default: as recorded; needed where time stamps are not evenly spaced"
+    )
     stationary_below_deg_per_s: float = Field(
         0.1,
         gt=0,
         description="a joint below this speed stands; friction at rest is not determined, so it is left out",
+    )
+    uncertainty: BodyUncertainty = Field(
+        BodyUncertainty(),
+        description="of the rigid bodies as stated; errors within it come before any effect",
     )
     payload_at: Payload | None = Field(None, description="where `payload-mass` puts its mass")
     effects: list[str] | None = Field(None, description="kinds of effects to try; default: all")
@@ -84,15 +114,33 @@ class ExplainStudy(Settings):
     def _consistent(self) -> ExplainStudy:
         if (self.time is None) == (self.sample_rate_hz is None):
             raise ValueError("give either `time` or `sample_rate_hz`")
-        uses = [record.use for record in self.records]
-        if uses.count("fit") != 1 or uses.count("validate") != 1:
-            raise ValueError("records: expected one with `use: fit` and one with `use: validate`")
+        if self.drives.positions_of == "motors" and self.drives.coupling is None:
+            raise ValueError(
+                "drives.positions_of: `motors` needs `coupling`; without it they are the joints'"
+            )
+        _check_uses(self.records, self.positions)
         unknown = [kind for kind in self.effects or () if kind not in MOTION_EFFECTS.names()]
         if unknown:
             raise ValueError(
                 f"effects: unknown kind {unknown[0]!r}; expected some of {', '.join(MOTION_EFFECTS.names())}"
             )
         return self
+
+
+def _check_uses(records: Sequence[Record], positions: str) -> None:
+    """ValueError where records are not enough, or do not fit together."""
+    uses = [record.use for record in records]
+    if not {"fit", "validate"} <= set(uses):
+        raise ValueError("records: expected one with `use: fit` and one with `use: validate`, or more")
+    if positions == "relative" and max(uses.count("fit"), uses.count("validate")) > 1:
+        raise ValueError(
+            "records: expected one to fit and one to validate with `positions: relative`, because waves"
+            " over an angle begin elsewhere in each record; give absolute positions, or `use: test`"
+        )
+    names = [record.name or record.file.stem for record in records]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice and "test" in uses:
+        raise ValueError(f"records: two are called {twice[0]!r}; expected a `name` of its own for each")
 
 
 class ExplainFile(ConfigFile[ExplainStudy]):

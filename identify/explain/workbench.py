@@ -19,7 +19,8 @@ from identify.core.correlated import effective_samples
 from identify.core.interruption import check
 from identify.explain.effects.base import MotionEffect
 from identify.explain.gain import record_gain
-from identify.explain.regression import Fit, RegressionProblem, Screen, aligned, refine, solve, without
+from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
+from identify.explain.screen import Screen, refine
 from identify.fitting.memory import Memory, digest
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
@@ -39,6 +40,10 @@ POLICY = Policy(
 of what a joint's residual still holds there, in squares.  An effect stays while the odds are for it, or while
 its gain is worth a name and spread over the record."""
 _SEEDS = 4
+_SETTLE = 3
+"""How often joints are weighted anew at first: errors of bodies are held to what is stated the more, the more
+is left.
+"""
 _PAIR = Rule(log_odds=7.0, explained=0.2)
 """A pair needs further evidence, because there are some hundred pairs to choose from, and must explain a good
 part of what is left: only large effects hide each other."""
@@ -50,18 +55,36 @@ MotionStep = Step[MotionEffect, Fit]
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Gains are judged on a record that was not fitted; label: which stage of which target it is."""
+    """Gains are judged on a record that was not fitted; label: which stage of which target it is.
 
+    An effect that humbler ones may look like gains only what it gains over them; tried: names of all effects
+    that are looked for.
+    """
+
+    fitted: RegressionProblem
     judge: RegressionProblem
     memory: Memory
     label: str
+    tried: frozenset[str]
 
     def gain(self, before: Fit, after: Fit) -> Gain:
         """See `identify.explain.gain.record_gain`."""
         key = digest("gain", self.label, key_of(before), key_of(after))
-        kept = self.memory.recall(key, lambda: _as_list(record_gain(self.judge, before, after)))
+        kept = self.memory.recall(key, lambda: _as_list(self._gain(before, after)))
         log_odds, explained, confirmed, parts, chance = kept
         return Gain(log_odds, explained, confirmed, True, np.array(parts), chance)
+
+    def _gain(self, before: Fit, after: Fit) -> Gain:
+        gain = record_gain(self.judge, before, after)
+        there = {effect.name for effect in before.effects}
+        new = [effect for effect in after.effects if effect.name not in there]
+        for instead in (one for effect in new for one in effect.humbler(self.fitted.scene)):
+            more = [one for one in instead if one.name not in there and one.name in self.tried]
+            if more:
+                nonlinear = [*before.nonlinear, *(np.zeros(0) for _ in more)]
+                other = solve(self.fitted, [*before.effects, *more], nonlinear, before.weights)
+                gain = min(gain, record_gain(self.judge, other, after), key=lambda one: one.log_odds)
+        return gain
 
 
 @dataclass(frozen=True)
@@ -90,7 +113,10 @@ class RecordWorkbench:
             return self._refined(
                 solve(self.fitted, self.begun.effects, self.begun.nonlinear, self.begun.weights)
             )
-        return reweighted(self.fitted, solve(self.fitted, (), (), np.ones(self.fitted.target.shape[1])))
+        fit = reweighted(self.fitted, solve(self.fitted, (), (), np.ones(self.fitted.target.shape[1])))
+        for _ in range(_SETTLE if self.fitted.bodies is not None else 0):
+            fit = reweighted(self.fitted, fit)
+        return fit
 
     def added(self, model: Fit) -> Sequence[MotionEffect]:
         """All of its effects."""
@@ -131,7 +157,8 @@ class RecordWorkbench:
 
     def criterion(self, models: Sequence[Fit]) -> HeldOut:
         """By the record that was not fitted."""
-        return HeldOut(self.judge, self.memory, self.label)
+        tried = frozenset(effect.name for effect in self.effects)
+        return HeldOut(self.fitted, self.judge, self.memory, self.label, tried)
 
     def quick_criterion(self, model: Fit) -> HeldOut:
         """The same."""
@@ -187,8 +214,8 @@ class RecordWorkbench:
         return [effect for effect in model.effects if effect.name not in held]
 
     def implausible(self, model: Fit, effect: MotionEffect) -> bool:
-        """Whether its sign cannot be."""
-        return effect.positive and bool(model.of(effect)[0] < 0)
+        """Whether its sign, or what it found, cannot be."""
+        return not effect.possible(model.of(effect))
 
     def size(self, model: Fit, effect: MotionEffect) -> int:
         """Coefficients, and parameters inside the columns."""

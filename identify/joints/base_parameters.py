@@ -20,7 +20,8 @@ from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.core.separable import eliminate
 from identify.joints.base import Curve
-from identify.joints.base_set import UNITS, BaseSet, all_columns, of_robot, standard_values
+from identify.joints.base_set import UNITS, BaseSet, all_columns, of_robot, standard_names, standard_values
+from identify.joints.coupling import coupling_asked, moving
 from identify.joints.data import JointTestData
 from identify.joints.intervals import in_time, symmetric, table
 from identify.measured.conditioning import ConditionedMotion
@@ -59,7 +60,7 @@ class BaseParameters(Curve):
         """Base parameters, friction and offsets."""
         robot = bench.rigid(self.label)
         rows = [bench.checked(joint, self.label) for joint in self.joints or range(1, bench.joints + 1)]
-        chosen = of_robot(robot, rows, rotors=self.rotor_inertia_kg_m2 is None)
+        chosen = of_robot(robot, rows, self.rotor_inertia_kg_m2 is None, bench.coupling)
         runs, judges = (
             [self._run(bench, robot, rows, chosen, path) for path in paths]
             for paths in (self.files, self.judge)
@@ -101,6 +102,9 @@ class BaseParameters(Curve):
         texts = (said, *(_rest(run, values, rows, how) for run, how in judged), *runs[0].motion.said)
         rms = float(np.sqrt((left[used] ** 2).mean()))
         notes = _warned(judges, values, rms)
+        if bench.coupling is None:
+            motions = [run.motion for run in runs]
+            notes += coupling_asked(motions, rows, columns, torque, used, weights)
         return CurveResult(
             "Rigid-body base parameters",
             self.kind,
@@ -119,9 +123,8 @@ class BaseParameters(Curve):
         motion = bench.motion(
             path, ("motor_position", bench.torque_quantity()), range(bench.joints), self.label
         )
-        columns = all_columns(robot, rows, motion.position, motion.velocity, motion.acceleration)[
-            :, :, list(chosen.kept)
-        ]
+        history = motion.position, motion.velocity, motion.acceleration
+        columns = all_columns(robot, rows, *history, bench.coupling)[:, :, list(chosen.kept)]
         torque = motion.torque[:, rows].copy()
         if self.rotor_inertia_kg_m2 is not None:
             if len(self.rotor_inertia_kg_m2) != bench.joints:
@@ -129,11 +132,12 @@ class BaseParameters(Curve):
                 raise InputError(
                     f"{self.label}, key rotor_inertia_kg_m2", found, f"{bench.joints}, one per joint"
                 )
-            torque -= (bench.gear_ratio**2 * np.array(self.rotor_inertia_kg_m2) * motion.acceleration)[
-                :, rows
-            ]
-        used = motion.inside[:, None] & (np.abs(motion.velocity[:, rows]) > bench.slow)
-        return _Run(motion, columns, torque, used)
+            turns = np.eye(bench.joints) if bench.coupling is None else bench.coupling
+            drives = (
+                bench.gear_ratio**2 * np.array(self.rotor_inertia_kg_m2) * (motion.acceleration @ turns.T)
+            )
+            torque -= (drives @ turns)[:, rows]
+        return _Run(motion, columns, torque, moving(motion, rows, bench))
 
 
 def _weighted(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
@@ -149,10 +153,13 @@ def _weighted(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
 
 
 def _expected(robot: Robot, chosen: BaseSet) -> Array:
-    """What the robot's description says of the base parameters; NaN where friction or a rotor that is not
-    known is in them.
+    """What the robot's description says of the base parameters; NaN where friction, a rotor or a body that is
+    not known is in them.
     """
-    known = np.concatenate([standard_values(robot), np.full(len(chosen.names), np.nan)])[: len(chosen.names)]
+    unknown = {link.name for link in robot.links if not (link.mass and np.any(link.inertia))}
+    names = standard_names(robot)
+    stated = np.where([name.rsplit(".", 1)[0] in unknown for name in names], np.nan, standard_values(robot))
+    known = np.concatenate([stated, np.full(len(chosen.names), np.nan)])[: len(chosen.names)]
     return np.array([np.sum(row[row != 0] * known[row != 0]) for row in chosen.regrouping])
 
 

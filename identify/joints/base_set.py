@@ -10,7 +10,7 @@ dropped, and what they stand for goes to those.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -36,11 +36,23 @@ def standard_names(robot: Robot) -> list[str]:
 
 def standard_columns(robot: Robot, position: Array, velocity: Array, acceleration: Array) -> Array:
     """(samples, joints, parameters): torque per unit of each inertial parameter."""
-    arm = RigidArm(robot, position, velocity, acceleration)
+    arm = RigidArm(_with_bodies(robot), position, velocity, acceleration)
     parts = {link.name: _of_link(arm, link.name) for link in robot.links[1:]}
     return np.stack(
         [parts[link][what] for link, what in (name.rsplit(".", 1) for name in standard_names(robot))], axis=2
     )
+
+
+def _with_bodies(robot: Robot) -> Robot:
+    """The robot with some body wherever none is known: what a unit more of anything adds does not depend on
+    what is there.
+    """
+    some = np.eye(3)
+    links = [
+        link if link.mass and np.any(link.inertia) else replace(link, mass=link.mass or 1.0, inertia=some)
+        for link in robot.links
+    ]
+    return replace(robot, links=(robot.links[0], *links[1:]))
 
 
 def _of_link(arm: RigidArm, link: str) -> dict[str, Array]:
@@ -115,32 +127,69 @@ def base_set(names: Sequence[str], columns: Array) -> BaseSet:
 
 
 OF_JOINT = ("ia", "fv", "fc", "offset")
+OF_MOTOR = OF_JOINT[:3]
 
 
-def all_names(robot: Robot, rows: Sequence[int]) -> list[str]:
-    """Names of the inertial parameters, and of those of the joints (from 0) in rows."""
-    return standard_names(robot) + [f"joint{row + 1}.{what}" for row in rows for what in OF_JOINT]
+def coupled(coupling: Array | None) -> list[int]:
+    """The motors (from 0) that turn with more than their own joint."""
+    if coupling is None:
+        return []
+    return [int(row) for row in np.flatnonzero((coupling != np.eye(len(coupling))).any(axis=1))]
+
+
+def all_names(robot: Robot, rows: Sequence[int], coupling: Array | None = None) -> list[str]:
+    """Names of the inertial parameters, of those of the joints (from 0) in rows, and of coupled motors."""
+    own = [f"joint{row + 1}.{what}" for row in rows for what in OF_JOINT]
+    motors = [f"motor{row + 1}.{what}" for row in coupled(coupling) for what in OF_MOTOR]
+    return standard_names(robot) + own + motors
+
+
+def motor_columns(
+    drive: int, rows: Sequence[int], coupling: Array, velocity: Array, acceleration: Array
+) -> Array:
+    """(samples, rows, 3): torque at the joints (from 0) in rows of inertia, viscous and Coulomb friction of a
+    motor that turns with more than one of them.
+    """
+    speed = velocity @ coupling[drive]
+    parts = np.stack([acceleration @ coupling[drive], speed, np.sign(speed)], axis=1)
+    return np.asarray(parts[:, None, :] * coupling[drive][list(rows)][None, :, None])
 
 
 def all_columns(
-    robot: Robot, rows: Sequence[int], position: Array, velocity: Array, acceleration: Array
+    robot: Robot,
+    rows: Sequence[int],
+    position: Array,
+    velocity: Array,
+    acceleration: Array,
+    coupling: Array | None = None,
 ) -> Array:
-    """(samples, rows, parameters) in the order of `all_names`: torque at the joints (from 0) in rows."""
+    """(samples, rows, parameters) in the order of `all_names`: torque at the joints (from 0) in rows.
+
+    The rotor of a coupled motor does not turn with its own joint alone, so that joint has none of its own.
+    """
     links = standard_columns(robot, position, velocity, acceleration)[:, list(rows), :]
     own = np.zeros((len(position), len(rows), len(rows), len(OF_JOINT)))
     for place, row in enumerate(rows):
         parts = (acceleration[:, row], velocity[:, row], np.sign(velocity[:, row]), np.ones(len(position)))
         own[:, place, place] = np.stack(parts, axis=1)
-    return np.concatenate([links, own.reshape(len(position), len(rows), -1)], axis=2)
+        if row in coupled(coupling):
+            own[:, place, place, 0] = 0.0
+    found = [links, own.reshape(len(position), len(rows), -1)]
+    if coupling is not None:
+        found += [motor_columns(row, rows, coupling, velocity, acceleration) for row in coupled(coupling)]
+    return np.concatenate(found, axis=2)
 
 
-def of_robot(robot: Robot, rows: Sequence[int], rotors: bool = True) -> BaseSet:
+def of_robot(
+    robot: Robot, rows: Sequence[int], rotors: bool = True, coupling: Array | None = None
+) -> BaseSet:
     """What the torques of the joints (from 0) in rows depend on, by states at random; rotors: whether their
     inertias are to be found.
     """
     rng, shape = np.random.default_rng(1), (_STATES, len(robot.joints))
-    names = all_names(robot, rows)
-    columns = all_columns(robot, rows, *(rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0)))
+    names = all_names(robot, rows, coupling)
+    position, velocity, acceleration = (rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0))
+    columns = all_columns(robot, rows, position, velocity, acceleration, coupling)
     if not rotors:
         columns[:, :, [number for number, name in enumerate(names) if name.endswith(".ia")]] = 0.0
     return base_set(names, columns.reshape(-1, len(names)))

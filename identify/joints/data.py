@@ -22,8 +22,8 @@ from identify.robot.description import Robot
 @dataclass(frozen=True)
 class JointTestData:
     """folder: of the config; gear_ratio (joints,); torque_ratio (joints,): what a recorded torque is
-    multiplied by to be one at the joint; slow: rad/s up to which a joint stands; inputs: sha256 of every file
-    read so far, by its name.
+    multiplied by to be one at the joint; slow: rad/s up to which a joint stands; coupling (drives, joints),
+    or None: `identify.robot.coupling`; inputs: sha256 of every file read so far, by its name.
     """
 
     folder: Path
@@ -36,6 +36,8 @@ class JointTestData:
     zero: Array
     slow: float
     lowpass_hz: float
+    resample_hz: float | None = None
+    coupling: Array | None = None
     inputs: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -69,13 +71,25 @@ class JointTestData:
         """
         extra: tuple[Quantity, ...] = ("motor_velocity",) if "motor_velocity" in self.signals else ()
         named = {quantity: self._at(quantity, joints, where) for quantity in (*quantities, *extra)}
-        record = read_record(self.folder / path, path.name, named, self.time, self.joints, self.zero)
+        even = self.resample_hz is None
+        record = read_record(
+            self.folder / path, path.name, named, self.time, self.joints, self.zero, even=even
+        )
         self.inputs[str(path)] = record.sha256
         if not {"motor_torque", "motor_current"} & set(record.signals):
             none = np.full_like(record.signal("motor_position"), np.nan)
             record = replace(record, signals={**record.signals, "motor_torque": none})
-        motion = condition(record, self.lowpass_hz, None, self.torque_constant)
-        return replace(motion, torque=motion.torque * self.torque_ratio)
+        motion = condition(record, self.lowpass_hz, self.resample_hz, self.torque_constant)
+        return replace(motion, torque=self.at_joints(motion.torque))
+
+    def at_joints(self, torque: Array) -> Array:
+        """Torques at the joints (samples, joints) out of recorded ones; motors that turn with two joints act
+        on both (tau = C^T n tau_motor), where torques are recorded at the motors.
+        """
+        torque = torque * self.torque_ratio
+        if self.coupling is None or (self.torque_ratio == 1).all():
+            return torque
+        return np.asarray(np.where(self.coupling != 0, torque[:, :, None] * self.coupling, 0.0).sum(axis=1))
 
     def torque_quantity(self) -> Quantity:
         """Which signal the torques come from."""

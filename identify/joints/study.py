@@ -9,11 +9,14 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from identify.core.arrays import Array
 from identify.core.config import ConfigFile, Settings, read_settings
 from identify.core.errors import InputError
 from identify.joints.base import Curve, parse_curve
 from identify.joints.data import JointTestData
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
+from identify.robot.coupling import checked_coupling
+from identify.robot.description import Robot
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 
@@ -37,6 +40,11 @@ class JointStudy(Settings):
     torque_at: Literal["motor", "joint"] = Field(
         "joint", description="where recorded torques are meant; at the motor: times the ratio"
     )
+    coupling: list[list[float]] | None = Field(
+        None,
+        description="row i: how far motor i turns, over its gear ratio, with a turn of each joint, 1 with its"
+        " own; default: no motor turns with another joint; needs `robot`",
+    )
     torque_constant_nm_per_a: list[float] | None = Field(
         None, description="N m/A at the motor, for records of motor currents"
     )
@@ -50,6 +58,9 @@ class JointStudy(Settings):
     )
     lowpass_hz: float = Field(
         20.0, gt=0, description="of the filter behind which speed and acceleration are taken"
+    )
+    resample_hz: float | None = Field(
+        None, gt=0, description="default: as recorded; needed where time stamps are not evenly spaced"
     )
     stationary_below_deg_per_s: float = Field(
         0.1, gt=0, description="a joint below this speed stands, and its friction is not looked at"
@@ -91,7 +102,8 @@ def bench_of(file: JointFile) -> JointTestData:
     gears.
     """
     study = file.study
-    robot = None if study.robot is None else read_robot(study.robot, file.path.parent)
+    unknown = all(curve.kind == "base-parameters" for curve in study.curves)
+    robot = None if study.robot is None else read_robot(study.robot, file.path.parent, unknown_bodies=unknown)
     ratio = np.array(study.gear_ratio)
     if robot is not None and len(robot.joints) != len(ratio):
         raise InputError(
@@ -109,4 +121,12 @@ def bench_of(file: JointFile) -> JointTestData:
         zero=np.radians(study.joint_zero_deg or np.zeros(len(ratio))),
         slow=float(np.radians(study.stationary_below_deg_per_s)),
         lowpass_hz=study.lowpass_hz,
+        resample_hz=study.resample_hz,
+        coupling=None if study.coupling is None else _coupling(study.coupling, robot),
     )
+
+
+def _coupling(rows: list[list[float]], robot: Robot | None) -> Array:
+    if robot is None:
+        raise InputError("coupling", "no `robot`", "the robot whose motors are coupled", "add `robot:`")
+    return checked_coupling(rows, robot, "coupling")

@@ -29,12 +29,13 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.version import VERSION
 from identify.fitting.resume import held
-from identify.map.posture_map import FittedModel, fitted_model, map_postures, tool_point
+from identify.map.posture_map import map_postures
 from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results.fit import FitResult
 from identify.results.map import MapPart, MapResult, PostureRows
 from identify.results.provenance import provenance, sha256
+from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
 
 PART = 50
 """Postures in a part: what a worker does at a time, about half a second."""

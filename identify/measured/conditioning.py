@@ -7,7 +7,9 @@ differences.  Positions and torques are not filtered, so that what is explained 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -15,6 +17,7 @@ import scipy
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.measured.records import MotionRecord
+from identify.measured.time_history import evenly_sampled
 
 _ORDER = 4
 
@@ -39,6 +42,10 @@ class ConditionedMotion:
     command_position: Array | None
     inside: Mask
     said: tuple[str, ...]
+    starts: tuple[int, ...] = (0,)
+    """First sample of each record, where there are several in a row."""
+    names: tuple[str, ...] = ()
+    """Of the several records."""
 
 
 def condition(
@@ -54,10 +61,15 @@ def condition(
     """
     said = []
     time_s, signals, rate = record.time_s, dict(record.signals), record.sample_rate_hz
+    gaps = np.zeros((0, 2))
     if resample_hz is not None:
+        if not evenly_sampled(time_s):
+            gaps, sentence = _jitter(time_s, lowpass_hz)
+            said.append(sentence)
+            record = _evened(record)
         time_s, signals = _resampled(record, resample_hz)
         said.append(
-            f"resampled from {rate:g} to {resample_hz:g} Hz by cubic splines{_guard(rate, resample_hz)}"
+            f"resampled from {rate:.6g} to {resample_hz:g} Hz by cubic splines{_guard(rate, resample_hz)}"
         )
         rate = resample_hz
     if not 0 < lowpass_hz < rate / 2:
@@ -80,6 +92,8 @@ def condition(
     reach = int(np.ceil(rate / lowpass_hz))
     inside = np.zeros(len(time_s), dtype=bool)
     inside[reach : len(time_s) - reach] = True
+    for begin, end in gaps:
+        inside &= (time_s < begin - reach / rate) | (time_s > end + reach / rate)
     said.append(f"{reach / rate:.3g} s at either end left out, where the filter has no past or future")
     return ConditionedMotion(
         record.name,
@@ -96,6 +110,34 @@ def condition(
     )
 
 
+def in_a_row(motions: Sequence[ConditionedMotion]) -> ConditionedMotion:
+    """Several motions as one, each beginning a sample after the last; named `A, B`.
+
+    What one of them does not have, the whole does not have.  InputError where sample rates differ.
+    """
+    if len(motions) == 1:
+        return motions[0]
+    rates = [motion.sample_rate_hz for motion in motions]
+    if max(rates) > 1.001 * min(rates):
+        found = ", ".join(f"{motion.name}: {motion.sample_rate_hz:.6g} Hz" for motion in motions)
+        raise InputError("records", f"different sample rates ({found})", "one of all", "set `resample_hz`")
+    counts = [len(motion.time_s) for motion in motions]
+
+    def joined(name: str) -> Any:
+        parts = [getattr(motion, name) for motion in motions]
+        return None if any(part is None for part in parts) else np.concatenate(parts)
+
+    arrays = ("position", "velocity", "acceleration", "torque", "link_position", "command_position", "inside")
+    return replace(
+        motions[0],
+        name=", ".join(motion.name for motion in motions),
+        names=tuple(motion.name for motion in motions),
+        time_s=np.arange(sum(counts)) / rates[0],
+        starts=tuple(int(start) for start in np.cumsum([0, *counts[:-1]])),
+        **{name: joined(name) for name in arrays},
+    )
+
+
 def _torque(record: MotionRecord, signals: dict[str, Array], constant: Array | None) -> Array:
     if "motor_torque" in signals:
         return signals["motor_torque"]
@@ -103,6 +145,41 @@ def _torque(record: MotionRecord, signals: dict[str, Array], constant: Array | N
         return signals["motor_current"] * constant
     fix = "name `motor_torque`, or `motor_current` and drives.torque_constant_nm_per_a"
     raise InputError(f"{record.source}, key signals", "no motor torque", fix=fix)
+
+
+def _jitter(time_s: Array, lowpass_hz: float) -> tuple[Array, str]:
+    """Gaps (gaps, 2) between stamps, s, that are too long for what the low-pass lets through; and how uneven
+    the stamps are, in a sentence.
+    """
+    steps = np.diff(time_s)
+    longest = 0.5 / lowpass_hz
+    wide = np.flatnonzero(steps > longest)
+    low, high, mean, spread = 1e3 * np.array([steps.min(), steps.max(), steps.mean(), steps.std()])
+    said = f"time stamps {low:.3g} to {high:.3g} ms apart (mean {mean:.4g}, standard deviation {spread:.2g})"
+    if len(wide):
+        said += (
+            f"; {len(wide)} gaps longer than {1e3 * longest:g} ms, half a period of the low-pass, left out"
+            " with what the filter takes from them"
+        )
+    return np.stack([time_s[wide], time_s[wide + 1]], axis=1), said
+
+
+def _evened(record: MotionRecord) -> MotionRecord:
+    """The record at its mean rate, by cubic splines through its stamps."""
+    count = int(np.floor(record.time_s[-1] * record.sample_rate_hz * (1 + 1e-12))) + 1
+    even = np.arange(count) / record.sample_rate_hz
+    return replace(record, time_s=even, signals=_at(record, record.signals, even))
+
+
+def _at(record: MotionRecord, signals: Mapping[str, Array], time_s: Array) -> dict[str, Array]:
+    """Signals of the record at other times, by cubic splines; joints without a signal stay NaN."""
+    found = {}
+    for quantity, values in signals.items():
+        there = np.isfinite(values).all(axis=0)
+        found[quantity] = np.full((len(time_s), values.shape[1]), np.nan)
+        spline = scipy.interpolate.make_interp_spline(record.time_s, values[:, there], k=3)
+        found[quantity][:, there] = spline(time_s)
+    return found
 
 
 def _guard(old: float, new: float) -> str:
@@ -113,15 +190,13 @@ def _resampled(record: MotionRecord, rate: float) -> tuple[Array, dict[str, Arra
     """All signals at another rate; joints without a signal stay NaN."""
     duration = record.time_s[-1]
     time_s = np.arange(int(np.floor(duration * rate * (1 + 1e-12))) + 1) / rate
-    found = {}
-    for quantity, values in record.signals.items():
-        there = np.isfinite(values).all(axis=0)
-        fine = values[:, there]
-        if rate < record.sample_rate_hz:
-            fine = _lowpass(fine, 0.4 * rate, record.sample_rate_hz)
-        found[quantity] = np.full((len(time_s), values.shape[1]), np.nan)
-        found[quantity][:, there] = scipy.interpolate.make_interp_spline(record.time_s, fine, k=3)(time_s)
-    return time_s, found
+    signals = dict(record.signals)
+    if rate < record.sample_rate_hz:
+        for quantity, values in signals.items():
+            there = np.isfinite(values).all(axis=0)
+            signals[quantity] = np.full_like(values, np.nan)
+            signals[quantity][:, there] = _lowpass(values[:, there], 0.4 * rate, record.sample_rate_hz)
+    return time_s, _at(record, signals, time_s)
 
 
 def _lowpass(values: Array, cutoff_hz: float, rate: float) -> Array:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.record_files import JOINT, RecordFile
-from identify.measured.time_history import sample_rate
+from identify.measured.time_history import mean_rate, sample_rate
 from identify.measured.units import SignalUnit, parse_signal_unit
 
 Quantity = Literal[
@@ -57,7 +57,7 @@ class SignalSettings(_Settings):
 @dataclass(frozen=True)
 class MotionRecord:
     """A record: signals by quantity, (samples, joints), SI, NaN for joints that have none; positions count
-    from the robot's zero.
+    from the robot's zero.  Where time steps differ, the sample rate is their mean.
     """
 
     name: str
@@ -86,12 +86,14 @@ def read_record(
     time: TimeAxis | float,
     joints: int,
     zero: Array,
+    *,
+    even: bool = True,
 ) -> MotionRecord:
     """A recorded motion of a robot with so many joints.
 
     time: the time axis, or samples per second where the files have none; zero (joints,), rad: what is added
-    to all positions, the robot's joint angles where the record counts zero.  InputError for whatever is not
-    there, has another unit or another length.
+    to all positions, the robot's joint angles where the record counts zero; even: whether time steps that are
+    not all alike are refused.  InputError for whatever is not there, has another unit or another length.
     """
     file = RecordFile(path)
     read = {quantity: _signal(file, quantity, settings, joints) for quantity, settings in signals.items()}
@@ -99,7 +101,7 @@ def read_record(
     if len(set(lengths.values())) > 1:
         raise InputError(str(path), f"signals of different lengths: {lengths}", "as many samples of each")
     samples = next(iter(lengths.values()))
-    time_s, rate = _time(file, time, samples)
+    time_s, rate = _time(file, time, samples, even)
     moved = {
         quantity: values + zero if quantity.endswith("position") else values
         for quantity, values in read.items()
@@ -114,7 +116,7 @@ def read_record(
     )
 
 
-def _time(file: RecordFile, time: TimeAxis | float, samples: int) -> tuple[Array, float]:
+def _time(file: RecordFile, time: TimeAxis | float, samples: int, even: bool) -> tuple[Array, float]:
     if not isinstance(time, TimeAxis):
         return np.arange(samples) / time, time
     time_s = np.ravel(file.array(time.at)) * (1e-3 if time.unit == "ms" else 1.0)
@@ -122,7 +124,8 @@ def _time(file: RecordFile, time: TimeAxis | float, samples: int) -> tuple[Array
         raise InputError(
             f"{file.path}, {time.at}", f"{len(time_s)} times for {samples} samples", "a time for each sample"
         )
-    return time_s - time_s[0], sample_rate(time_s, f"{file.path}, {time.at}")
+    where, fix = f"{file.path}, {time.at}", "resample them, here with `resample_hz`"
+    return time_s - time_s[0], sample_rate(time_s, where, fix) if even else mean_rate(time_s, where)
 
 
 def _signal(file: RecordFile, quantity: str, settings: SignalSettings, joints: int) -> Array:

@@ -100,20 +100,31 @@ def to_time_history(sample_rate_hz: float, signals: list[Signal], source: str, s
     )
 
 
-def sample_rate(time_s: Array, where: str) -> float:
+def sample_rate(time_s: Array, where: str, fix: str = "resample them") -> float:
     """Samples per second of a time axis; InputError where the steps differ by more than a thousandth or there
     is only one sample.
     """
+    rate = mean_rate(time_s, where)
+    if not evenly_sampled(time_s):
+        raise InputError(where, "time steps that are not all alike", "evenly sampled signals", fix)
+    return rate
+
+
+def evenly_sampled(time_s: Array) -> bool:
+    """Whether rising times differ in their steps by no more than a thousandth."""
     steps = np.diff(time_s)
-    if (
-        len(steps) == 0
-        or not np.isfinite(steps).all()
-        or steps.min() <= 0
-        or np.ptp(steps) > 2e-3 * steps.mean()
-    ):
-        raise InputError(
-            where, "time steps that are not all alike", "evenly sampled signals", "resample them"
-        )
+    return bool(np.ptp(steps) <= 2e-3 * steps.mean())
+
+
+def mean_rate(time_s: Array, where: str) -> float:
+    """Samples per second of a time axis whose steps may differ; InputError where time does not rise from
+    sample to sample.
+    """
+    steps = np.diff(time_s)
+    if len(steps) == 0 or not np.isfinite(steps).all() or steps.min() <= 0:
+        row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 2 if len(steps) else 1
+        found = f"a time that does not rise, at sample {row}"
+        raise InputError(where, found, "times that rise from sample to sample", "correct the time axis")
     return float(len(steps) / (time_s[-1] - time_s[0]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from identify.motion.judging import judge
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import PreparedRecord
 from identify.motion.simulate import SimulatedMotion
+from identify.motion.step_error import step_error
 from identify.motion.tool import recorded_paths, tool_paths
 from identify.motion.trajectory import (
     TrajectoryObjective,
@@ -51,10 +53,14 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     first = started.run(started.initial[None], started.records)
     scale = Scale(problem.parameters)
     fitted = [record for record in problem.records if record.settings.use == "fit"]
-    trusted = trajectory_trust(
-        TrajectoryObjective(problem, fitted, problem.file.study.noise), scale, found.fit.values
-    )
-    return _result(problem, _records(problem, motion, first), seconds, found, trusted)
+    objective = TrajectoryObjective(problem, fitted, problem.file.study.noise)
+    seen = objective.residuals(found.fit.values, scale.free)
+    trusted = trajectory_trust(objective, scale, found.fit.values, seen)
+    step = step_error(objective, scale, found.fit.values, seen, trusted)
+    result = _result(problem, _records(problem, motion, first), seconds, found, trusted)
+    if step.good:
+        return replace(result, verdict=(*result.verdict, f"{step.sentence().capitalize()}."))
+    return replace(result, notes=(*result.notes, step.sentence()))
 
 
 def unit(quantity: str) -> str:

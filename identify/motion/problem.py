@@ -19,7 +19,7 @@ from identify.motion.controller import ControlLaw
 from identify.motion.gear import gear_spring
 from identify.motion.numbers import JointNumber, NumberTable, number_table
 from identify.motion.recording import PreparedRecord, check_record, read_recording
-from identify.motion.simulate import Orders, Plant, SimulatedMotion, Timing, simulate
+from identify.motion.simulate import Orders, Plant, SimulatedMotion, Timing, extrapolated, simulate
 from identify.motion.study import MotionFile
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm, Passive
@@ -88,7 +88,21 @@ class MotionProblem:
     def run(self, values: Array, records: Sequence[PreparedRecord]) -> SimulatedMotion:
         """The motion of every candidate (m, parameters) on every record; lanes run through the records of the
         first candidate first.
+
+        Extrapolated where the study says so: with an error in proportion to the step, 2 m(h/2) - m(h) has
+        none (Richardson 1911).
         """
+        once = self._stepped(values, records)
+        if not self.file.study.extrapolate:
+            return once
+        return extrapolated(once, self.halved._stepped(values, records))
+
+    @property
+    def halved(self) -> MotionProblem:
+        """The same with half the step."""
+        return replace(self, step_s=self.step_s / 2)
+
+    def _stepped(self, values: Array, records: Sequence[PreparedRecord]) -> SimulatedMotion:
         ticks = max(len(record.command.position) for record in records)
         lanes = np.repeat(values, len(records), axis=0)
         numbers = self.table.arrays(lanes)

@@ -7,7 +7,7 @@ All lanes (a lane is one candidate's numbers on one record) move side by side, a
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -117,6 +117,12 @@ def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> S
         np.stack(part, axis=1) for part in zip(*rows, strict=True)
     )
     return SimulatedMotion(position, velocity, current, torque, commands)
+
+
+def extrapolated(coarse: SimulatedMotion, fine: SimulatedMotion) -> SimulatedMotion:
+    """A motion to a step of none, out of one at a step and one at half of it."""
+    pairs = ((getattr(coarse, one.name), getattr(fine, one.name)) for one in fields(coarse))
+    return SimulatedMotion(*(2 * half - whole for whole, half in pairs))
 
 
 def equilibrium(plant: Plant, law: ControlLaw, orders: Orders) -> tuple[Array, Array]:

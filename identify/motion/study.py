@@ -132,6 +132,11 @@ class MotionStudy(Settings):
         gt=0,
         description="step of integration; default: the controller's period, or less for fast modes",
     )
+    extrapolate: bool = Field(
+        False,
+        description="simulate at half the step too, and extrapolate to none (Richardson): three times the"
+        " work, and an error of second order in the step",
+    )
     records: list[RecordSettings] = Field(
         min_length=1, description="motions to simulate, and what was recorded of them"
     )
@@ -150,6 +155,14 @@ class MotionStudy(Settings):
     )
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
     seed: int = Field(1, ge=0, lt=2**63, description="all chance comes from this number")
+
+    @model_validator(mode="after")
+    def _continuous(self) -> MotionStudy:
+        if self.extrapolate and self.encoder_counts is not None:
+            raise ValueError(
+                "extrapolate: with encoder_counts, whose steps do not fall with it; leave one out"
+            )
+        return self
 
     @model_validator(mode="after")
     def _consistent(self) -> MotionStudy:

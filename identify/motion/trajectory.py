@@ -65,9 +65,16 @@ class TrajectoryObjective(Objective):
         steps = np.array([_step(self.problem, number, values[number]) for number in free])
         moved = np.tile(values, (len(free) + 1, 1))
         moved[1 + np.arange(len(free)), free] += steps
-        smooth = TrajectoryObjective(self.problem.continuous, self.records, self.noise)
-        rows = smooth._rows(moved) / np.sqrt(self.count)
+        rows = self._smooth(moved)
         return rows[0], ((rows[1:] - rows[0]) / steps[:, None]).T
+
+    def smooth(self, values: Array) -> Array:
+        """Residuals (count,) as `residuals` gives them, without derivatives."""
+        return np.asarray(self._smooth(values[None])[0])
+
+    def _smooth(self, candidates: Array) -> Array:
+        smooth = TrajectoryObjective(self.problem.continuous, self.records, self.noise)
+        return np.asarray(smooth._rows(candidates) / np.sqrt(self.count))
 
     @property
     def count(self) -> int:
@@ -194,13 +201,16 @@ def phase_rms(difference: Array, time: Array, phases: Mapping[str, tuple[float, 
     )
 
 
-def trajectory_trust(objective: TrajectoryObjective, scale: Scale, values: Array) -> Uncertainty:
-    """What the records say about the free parameters at values (parameters,).
+def trajectory_trust(
+    objective: TrajectoryObjective, scale: Scale, values: Array, seen: tuple[Array, Array]
+) -> Uncertainty:
+    """What the records say about the free parameters at values (parameters,); seen: residuals and derivatives
+    there.
 
     The variance of the scores is that of sums over blocks of time, so that residuals that are correlated over
     samples widen the intervals.
     """
-    residuals, slopes = objective.residuals(values, scale.free)
+    residuals, slopes = seen
     root = np.sqrt(objective.count)
     e, j = root * residuals, root * slopes * scale.slope(scale.to_x(values))
     scores = np.add.reduceat(j * e[:, None], np.arange(0, len(e), _BLOCK), axis=0)

@@ -36,7 +36,10 @@ def _after_fit(found: Result, config: Path | None) -> list[str]:
         )
         return [f"identify discover {config}   ({why}: finds what the model lacks)"]
     if data.converged and data.gap <= _WELL_ABOVE:
-        return [f"identify map {found.path} --grid 2:-60:60:9   (the model over the workspace)"]
+        return [
+            f"identify map {found.path} --grid 2:-60:60:9   (the model over the workspace)",
+            f"identify stability {found.path} --tool tool.yaml   (how deep it may cut: docs/machining.md)",
+        ]
     return []
 
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -91,9 +91,31 @@ class Curves:
 
 
 @dataclass(frozen=True)
+class Unseen:
+    """A record that was neither fitted nor judged by: RMS residual (joints,) before and with the effects."""
+
+    rms_start: Array
+    rms: Array
+
+    @property
+    def explained(self) -> Array:
+        """Part of its sum of squares that the effects take away, (joints,)."""
+        return 1 - (self.rms / self.rms_start) ** 2
+
+
+@dataclass(frozen=True)
+class Glossary:
+    """What the names of all effects that were tried mean, in words (n)."""
+
+    name: Texts = ()
+    sentence: Texts = ()
+
+
+@dataclass(frozen=True)
 class TargetResult:
     """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect;
-    tried: number of candidates.
+    tried: number of candidates; tests: by name, the records that nothing depended on;
+    body_errors (k,): combinations of errors of stated bodies, in stated standard deviations.
     """
 
     target: str
@@ -110,6 +132,14 @@ class TargetResult:
     values: ValueTable
     bounds: BoundTable
     curves: dict[str, Curves]
+    tests: dict[str, Unseen] = field(default_factory=dict)
+    glossary: Glossary = field(default_factory=Glossary)
+    body_errors: Array = field(default_factory=lambda: np.zeros(0))
+
+    def words(self, names: str) -> str:
+        """One name, or a list of them, in words; as they are where an older file does not say."""
+        known = dict(zip(self.glossary.name, self.glossary.sentence, strict=True))
+        return "; ".join(known.get(name, name) for name in names.split(", "))
 
     @property
     def gap_start(self) -> Array:

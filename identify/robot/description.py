@@ -130,8 +130,13 @@ def merge(a: Link, b: Link) -> Link:
     return Link(a.name, mass, centre, inertia)
 
 
-def inertia_fault(link: Link) -> str | None:
-    """Why no rigid body can have this mass and inertia, or None where one can."""
+def inertia_fault(link: Link, *, unknown: bool = False) -> str | None:
+    """Why no rigid body can have this mass and inertia, or None where one can.
+
+    unknown: a mass or inertia of zero means that it is not known.
+    """
+    if unknown and not np.any(link.inertia):
+        link = replace(link, mass=link.mass or 1.0, inertia=np.eye(3))
     if not (np.isfinite(link.mass) and link.mass > 0):
         return f"mass {link.mass:g} kg is not positive"
     if not (np.all(np.isfinite(link.centre)) and np.all(np.isfinite(link.inertia))):

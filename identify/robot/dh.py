@@ -38,8 +38,10 @@ from identify.robot.dh_table import GROUND, DhRow, DhTable, Key, faults
 from identify.robot.pose import inverse, pose
 
 
-def read_dh(path: Path) -> Robot:
+def read_dh(path: Path, *, unknown_bodies: bool = False) -> Robot:
     """The arm in a Denavit-Hartenberg file; a base without inertia gets mass 0.
+
+    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known.
 
     Raises InputError for a file that cannot be read and InputErrors with every other fault: key, line, what
     was found and expected.
@@ -55,7 +57,8 @@ def read_dh(path: Path) -> Robot:
             ]
         ) from error
     found_faults = [
-        InputError(_where(path, data, key), found, expected) for key, found, expected in faults(table)
+        InputError(_where(path, data, key), found, expected)
+        for key, found, expected in faults(table, unknown_bodies=unknown_bodies)
     ]
     if found_faults:
         raise InputErrors(found_faults)

@@ -115,9 +115,9 @@ class DhTable(_Table):
     gravity_m_s2: Vector = (0.0, 0.0, -9.81)
 
 
-def faults(table: DhTable) -> list[Fault]:
-    """Everything a single value cannot show: counts, inertias that no body can have, crossed limits, names
-    given twice or unknown.
+def faults(table: DhTable, *, unknown_bodies: bool = False) -> list[Fault]:
+    """Everything a single value cannot show: counts, inertias that no body can have (but for zero where
+    bodies are not known), crossed limits, names given twice or unknown.
     """
     found: list[Fault] = []
     if len(table.links) != len(table.joints):
@@ -136,7 +136,7 @@ def faults(table: DhTable) -> list[Fault]:
     elif all(given) and (fault := inertia_fault(base.link())):
         found.append((("base",), fault, _PHYSICAL))
     for number, link in enumerate(table.links):
-        if fault := inertia_fault(link.link()):
+        if fault := inertia_fault(link.link(), unknown=unknown_bodies):
             found.append((("links", number), f"link {link.name!r}: {fault}", _PHYSICAL))
     for number, row in enumerate(table.joints):
         if row.limits_deg and row.limits_deg[0] > row.limits_deg[1]:

@@ -13,10 +13,13 @@ from identify.robot.settings import RobotSettings
 from identify.robot.urdf import read_urdf
 
 
-def read_robot(settings: RobotSettings, folder: Path) -> Robot:
-    """The robot of a config with its payloads; paths are relative to `folder`."""
+def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = False) -> Robot:
+    """The robot of a config with its payloads; paths are relative to `folder`.
+
+    unknown_bodies: links may have no mass or no inertia, because these are what is looked for.
+    """
     path = settings.urdf or settings.dh or Path()
-    robot = (read_urdf if settings.urdf else read_dh)(folder / path)
+    robot = (read_urdf if settings.urdf else read_dh)(folder / path, unknown_bodies=unknown_bodies)
     if settings.gravity_m_s2 is not None:
         robot = replace(robot, gravity=np.array(settings.gravity_m_s2))
     for number, payload in enumerate(settings.payload):

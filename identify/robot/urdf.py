@@ -25,11 +25,12 @@ Outgoing = dict[str, list[UrdfJoint]]
 _GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
-def read_urdf(path: Path) -> Robot:
+def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
     """The arm in a URDF file.
 
     A base without inertia gets mass 0.  Everything that is not one chain of revolute or continuous joints
-    with physical inertias is an InputError that names the file, the line and the element.
+    with physical inertias is an InputError that names the file, the line and the element; unknown_bodies:
+    masses and inertias of zero are allowed, of bodies that are not known.
     """
     document = parse(path)
     named, jointed = links(document), joints(document)
@@ -47,8 +48,8 @@ def read_urdf(path: Path) -> Robot:
         moving.append(_joint(joint, carrier, poses[joint.parent]))
         carrier = joint.child
         poses, leaving = _rigid(carrier, outgoing)
-        body, more = _solid(carrier, poses, named)
-        _check(body, named[carrier], joint)
+        body, more = _solid(carrier, poses, named, unknown=unknown_bodies)
+        _check(body, named[carrier], joint, unknown=unknown_bodies)
         solids.append(body)
         frames.update(more)
     if not moving:
@@ -133,25 +134,27 @@ def _base(
     return base, {name: back @ at for name, at in poses.items()}, leaving
 
 
-def _solid(carrier: str, poses: dict[str, Array], named: dict[str, UrdfLink]) -> tuple[Link, Frames]:
+def _solid(
+    carrier: str, poses: dict[str, Array], named: dict[str, UrdfLink], *, unknown: bool = False
+) -> tuple[Link, Frames]:
     """The carrier with everything that is fixed to it merged in, and the frames it carries."""
     body = Link(carrier, 0.0, np.zeros(3), np.zeros((3, 3)))
     for name, at in poses.items():
         inertial = named[name].inertial
         if inertial is None:
             continue
-        _check_part(inertial, named[name])
+        _check_part(inertial, named[name], unknown=unknown)
         body = merge(body, seen_from(inertial, at))
     return body, {name: (carrier, at) for name, at in poses.items() if name != carrier}
 
 
-def _check_part(part: Link, written: UrdfLink) -> None:
+def _check_part(part: Link, written: UrdfLink, *, unknown: bool = False) -> None:
     """A part may have no mass at all (a frame) or no extent (a point mass); the body it belongs to is checked
     when it is whole.
     """
     if part.mass == 0 and not np.any(part.inertia):
         return
-    fault = inertia_fault(part)
+    fault = inertia_fault(part, unknown=unknown)
     if fault and (part.mass <= 0 or np.any(part.inertia)):
         raise InputError(
             written.where,
@@ -161,9 +164,9 @@ def _check_part(part: Link, written: UrdfLink) -> None:
         )
 
 
-def _check(body: Link, written: UrdfLink, joint: UrdfJoint | None = None) -> None:
-    fault = inertia_fault(body)
-    if joint and body.mass == 0:
+def _check(body: Link, written: UrdfLink, joint: UrdfJoint | None = None, *, unknown: bool = False) -> None:
+    fault = inertia_fault(body, unknown=unknown)
+    if joint and body.mass == 0 and not unknown:
         fault = (
             f"link {body.name!r} is moved by joint {joint.name!r} but has no mass or inertia, nor has"
             " anything fixed to it"

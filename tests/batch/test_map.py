@@ -13,13 +13,14 @@ import pytest
 
 from identify.batch.executor import Executor, open_executor
 from identify.core.errors import InputError
-from identify.map.posture_map import fitted_model, map_postures, tool_point
+from identify.map.posture_map import map_postures
 from identify.map.run import PART, MapOptions, map_part, parse_grid, run_map
 from identify.model.modes import complex_modes
 from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results.fit import FitResult
 from identify.results.map import MapPart, MapResult
+from identify.vibration.fitted_model import fitted_model, tool_point
 from identify.vibration.run import run_fit
 from tests.batch import planar
 from tests.batch.conftest import Inline, always

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.explain.recorded_motion import RecordedMotion
-from identify.explain.regression import RegressionProblem
+from identify.explain.regression import Datum, RegressionProblem
 from identify.robot.inverse_dynamics import RigidArm
 
 Array = NDArray[np.float64]
@@ -30,6 +30,6 @@ def moved(seconds: float = 12.0, relative: bool = False) -> RecordedMotion:
     )
 
 
-def problem(scene: RecordedMotion, history: Array, offset: bool = False) -> RegressionProblem:
+def problem(scene: RecordedMotion, history: Array, datum: Datum = "none") -> RegressionProblem:
     """The history (samples,) of the joint as what is to be explained, all samples counting."""
-    return RegressionProblem("made", scene, history[:, None], np.ones((len(history), 1), dtype=bool), offset)
+    return RegressionProblem("made", scene, history[:, None], np.ones((len(history), 1), dtype=bool), datum)

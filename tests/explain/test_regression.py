@@ -11,7 +11,8 @@ from identify.explain.effects.friction import CoulombFriction, StribeckFriction,
 from identify.explain.effects.transmission_error import AngularTransmissionError
 from identify.explain.evaluate import intervals
 from identify.explain.gain import record_gain
-from identify.explain.regression import jacobian, refine, solve
+from identify.explain.regression import jacobian, solve
+from identify.explain.screen import refine
 from tests.explain.moved import RATIO, moved, problem
 
 SPEED, EXCESS = 0.4, 1.5
@@ -79,7 +80,7 @@ def test_a_phase_that_is_turned_to_a_record_has_the_price_of_a_parameter() -> No
             scene.position[:, 0],
             np.random.default_rng(3).normal(scale=1e-5, size=len(scene.time_s)),
         )
-        made = problem(scene, 4e-5 * np.cos(2 * RATIO * angle + 0.3) + noise, offset=True)
+        made = problem(scene, 4e-5 * np.cos(2 * RATIO * angle + 0.3) + noise, "constant")
         harmonic, parameters = AngularTransmissionError(1), np.array([2 * RATIO, 0.0])
         without, with_it = (
             solve(made, (), (), np.ones(1)),

@@ -10,6 +10,7 @@ import pinocchio
 import pytest
 from ruamel.yaml import YAML
 
+from identify.core.errors import InputErrors
 from identify.joints.base import parse_curve
 from identify.joints.base_set import of_robot
 from identify.joints.study import JointFile, JointStudy, bench_of
@@ -22,8 +23,8 @@ from tests.shared import shared
 ROWS, ROOT = range(3), Path(__file__).parents[2]
 
 
-def described(folder: Path, bodies: Any = joint_runs.BODIES) -> Robot:
-    """The generator's arm as a Denavit-Hartenberg table."""
+def described(folder: Path, bodies: Any = joint_runs.BODIES, unknown: bool = False) -> Robot:
+    """The generator's arm as a Denavit-Hartenberg table; unknown: whether bodies of zero are allowed."""
     joints = [
         {"name": f"joint{n}", "d_m": d, "a_m": a, "alpha_deg": float(np.degrees(alpha))}
         for n, (d, a, alpha) in enumerate(joint_runs.DH, 1)
@@ -35,7 +36,7 @@ def described(folder: Path, bodies: Any = joint_runs.BODIES) -> Robot:
     path = folder / "robot.yaml"
     with path.open("w") as file:
         YAML().dump({"name": "truth", "convention": "standard", "joints": joints, "links": links}, file)
-    return read_dh(path)
+    return read_dh(path, unknown_bodies=unknown)
 
 
 @pytest.fixture
@@ -78,6 +79,25 @@ def test_a_rotor_that_is_not_known_goes_to_the_first_axis(robot: Robot) -> None:
     names = of_robot(robot, ROWS).meanings
     assert any("joint1.ia" in meaning and "link1.yy" in meaning for meaning in names)
     assert "joint3.ia" in names
+
+
+def test_bodies_that_are_not_known_are_found_all_the_same(tmp_path: Path, robot: Robot) -> None:
+    """A description with inertias, or masses and inertias, of zero: the same values, compared with nothing
+    where nothing is stated; without leave it is refused.
+    """
+    read = joint_runs.sensed(joint_runs.excitation(1), joint_runs.RATIO, np.random.default_rng(3))
+    curve = parse_curve({"kind": "base-parameters", "files": ["a"]})
+    none = (0.0, 0.0, 0.0)
+    points = tuple((mass, centre, none) for mass, centre, _ in joint_runs.BODIES)
+    nothing = tuple((0.0, none, none) for _ in joint_runs.BODIES)
+    expected = curve.identify(bench({"a": (0, read)}, robot)).values
+    for bodies in (points, nothing):
+        found = curve.identify(bench({"a": (0, read)}, described(tmp_path, bodies, unknown=True))).values
+        assert found.name == expected.name
+        assert found.value == pytest.approx(expected.value, rel=1e-6, abs=1e-6)
+        assert np.isnan(found.expected).all()
+        with pytest.raises(InputErrors, match=r"positive"):
+            described(tmp_path, bodies)
 
 
 def test_a_wrong_drawing_is_seen_and_an_unseen_run_foretold(tmp_path: Path) -> None:

@@ -49,6 +49,9 @@ class Motion:
 class Hidden:
     """What the arm has and its user does not know.
 
+    counts: of the motors' encoders per turn, and of the link encoders per 1/100 turn, 0 without end;
+    torque_lag_s: of the first-order filter through which torques were recorded; bodies_off: standard
+    deviation, as a share, of the errors of what is stated of masses, centres, moments;
     motor: torques at the motors (samples, joints) to add; payload_kg: beyond the stated one; deflection:
     motor minus link position; latency_s (joints,); noise: standard deviations of torque and of link position,
     and how much a torque sample keeps of the last; seeds: of the motion and noise of the two records.
@@ -63,6 +66,9 @@ class Hidden:
     memory: float = 0.0
     error: Callable[[Motion], Array] | None = None
     seeds: tuple[int, int] = (11, 12)
+    bodies_off: float = 0.0
+    counts: int = 0
+    torque_lag_s: float = 0.0
     extra: dict[str, object] = field(default_factory=dict)
 
 
@@ -116,6 +122,7 @@ def record(path: Path, seed: int, joints: int, hidden: Hidden) -> None:
     for effect in hidden.motor:
         torque = torque + effect(motion)
     torque = torque + coloured(rng, torque.shape, hidden.torque_noise, hidden.memory)
+    torque = _lagged(torque, hidden.torque_lag_s)
     link = np.empty_like(torque)
     bend = hidden.deflection(motion) if hidden.deflection else np.zeros_like(torque)
     for joint in range(joints):
@@ -124,9 +131,10 @@ def record(path: Path, seed: int, joints: int, hidden: Hidden) -> None:
     link += rng.normal(scale=hidden.position_noise, size=link.shape)
     error = hidden.error(motion) if hidden.error else rng.normal(scale=1e-5, size=link.shape)
     columns = {"time_s": motion.time}
+    seen, link = _counted(motion.q, hidden.counts * RATIO[:joints]), _counted(link, hidden.counts * 100)
     for joint in range(joints):
         offset = ZERO_DEG[joint]
-        columns[f"position{joint + 1}"] = np.degrees(motion.q[:, joint]) - offset
+        columns[f"position{joint + 1}"] = np.degrees(seen[:, joint]) - offset
         columns[f"speed{joint + 1}"] = np.degrees(motion.v[:, joint])
         columns[f"torque{joint + 1}"] = torque[:, joint]
         columns[f"link{joint + 1}"] = np.degrees(link[:, joint]) - offset
@@ -141,6 +149,24 @@ def record(path: Path, seed: int, joints: int, hidden: Hidden) -> None:
     )
 
 
+def _counted(angle: Array, counts: Array | float) -> Array:
+    """Angles (samples, joints) in whole counts, so many per turn; 0: as they are."""
+    if not np.any(counts):
+        return angle
+    grain = 2 * np.pi / counts
+    return np.asarray(np.round(angle / grain) * grain)
+
+
+def _lagged(torque: Array, lag_s: float) -> Array:
+    """Torques (samples, joints) behind a filter of first order; from its first value on."""
+    if not lag_s:
+        return torque
+    keep, found = np.exp(-1 / (RATE * lag_s)), torque.copy()
+    for row in range(1, len(torque)):
+        found[row] = keep * found[row - 1] + (1 - keep) * torque[row]
+    return found
+
+
 def coloured(rng: np.random.Generator, shape: tuple[int, ...], size: float, memory: float) -> Array:
     """Noise of that standard deviation, each sample keeping a part of the last one (first-order
     autoregression).
@@ -150,6 +176,18 @@ def coloured(rng: np.random.Generator, shape: tuple[int, ...], size: float, memo
     for row in range(1, shape[0]):
         fresh[row] += memory * fresh[row - 1]
     return fresh
+
+
+def _stated(joints: int, hidden: Hidden) -> list[tuple[float, list[float], list[float]]]:
+    """Mass, centre and moments of each link as its user believes them."""
+    rng = np.random.default_rng([hidden.seeds[0], 77])
+    found = []
+    for _, _, _, mass, centre, moments in TABLE[:joints]:
+        off = hidden.bodies_off * rng.normal(size=7)
+        shifted = np.array(centre) + off[1:4] * float(np.linalg.norm(centre))
+        turned = np.array(moments) * (1 + off[4:])
+        found.append((float(mass * (1 + off[0])), shifted.tolist(), turned.tolist()))
+    return found
 
 
 def study(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None, **more: object) -> Path:
@@ -166,7 +204,7 @@ def study(folder: Path, count: int, hidden: Hidden, judged: Hidden | None = None
     links = [
         f"  - {{name: link{n + 1}, mass_kg: {mass}, centre_m: {list(centre)}, inertia_kg_m2:"
         f" {[*moments, 0, 0, 0]}}}"
-        for n, (_, _, _, mass, centre, moments) in enumerate(TABLE[:joints])
+        for n, (mass, centre, moments) in enumerate(_stated(joints, hidden))
     ]
     (folder / "robot.yaml").write_text(
         "\n".join(["name: arm", "convention: standard", "joints:", *rows, "links:", *links]) + "\n"

@@ -67,7 +67,9 @@ def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
         return only(3, 1, 0.3 * np.cos(6 * RATIO[0] * m.q[:, 0] + 0.4))
 
     hidden = Hidden((_friction, _balancer, ripple), payload_kg=12.0, memory=0.8, extra={"links": False})
-    found = _run(tmp_path, 3, hidden).targets["torque"]
+    # Twelve kilograms are 14 % of what the last link carries: with bodies 5 % uncertain, nothing to name.
+    well_known = "{mass_percent: 1, centre_percent: 1, inertia_percent: 1}"
+    found = _run(tmp_path, 3, hidden, uncertainty=well_known).targets["torque"]
     expected = {
         "joint1.coulomb-friction",
         "joint1.viscous-friction",
@@ -85,9 +87,8 @@ def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
     peak = 9000.0 * 0.2 * np.hypot(0.5, 0.25)
     sine, cosine = (_value(found, "joint2.gravity-balancer", name)[0] for name in ("sine", "cosine"))
     assert np.hypot(sine, cosine) == pytest.approx(peak, rel=0.05)
-    assert (
-        found.gap.max() < 3.0
-    )  # the noise keeps 0.8 of its last value, so that it is more than what changes from sample to sample
+    # Noise that keeps 0.8 of its last value is 2.74 times what third differences of it say.
+    assert found.gap == pytest.approx(np.full(3, 2.74), rel=0.2)
     assert found.explained.min() > 0.9
 
 
@@ -153,7 +154,7 @@ def test_a_wrong_torque_constant_is_no_balancer(tmp_path: Path) -> None:
         tmp_path, 3, hidden, effects="[torque-constant, gravity-balancer, coulomb-friction]"
     ).targets["torque"]
     assert found.effects.name == ("joint2.torque-constant",)
-    _holds(found, "joint2.torque-constant", "share", 0.1, 0.02)
+    _holds(found, "joint2.torque-constant", "share", 0.1, 0.12)
 
 
 def test_what_the_held_out_record_does_not_have_is_not_named(tmp_path: Path) -> None:
@@ -170,6 +171,51 @@ def test_gear_coupling_of_a_wrist(tmp_path: Path) -> None:
     found = _run(tmp_path, 5, hidden, joints=[4, 5]).targets["torque"]
     assert set(found.effects.name) == {"joint4.gear-coupling.joint5", "joint4.coulomb-friction"}
     _holds(found, "joint4.gear-coupling.joint5", "share", 0.3, 0.05)
+
+
+WRIST = np.array([[1.0, 0.0], [0.8, 1.0]])
+"""Motor 5 turns 0.8 times with joint 4."""
+
+
+def _coupled_wrist(m: Motion) -> Array:
+    """What is more at the motors of joints 4 and 5 than rigid links over the ratio: motor 4 carries what
+    motor 5 holds against it, friction and rotor of motor 5 see both joints (power is the same on both sides).
+    """
+    ratio, pair = RATIO[3:5], slice(3, 5)
+    through = np.linalg.solve(WRIST.T, m.rigid[:, pair].T).T
+    speed, acceleration = m.v[:, pair] @ WRIST.T, m.a[:, pair] @ WRIST.T
+    friction = np.stack(
+        [0.05 * np.sign(speed[:, 0]), 0.08 * np.sign(speed[:, 1]) + 0.1 * speed[:, 1]], axis=1
+    )
+    rotor = np.stack([np.zeros(len(speed)), 4e-4 * ratio[1] * acceleration[:, 1]], axis=1)
+    found = np.zeros_like(m.q)
+    found[:, pair] = (through - m.rigid[:, pair]) / ratio + friction + rotor
+    return found
+
+
+def test_a_coupled_wrist_is_found_and_once_stated_known(tmp_path: Path) -> None:
+    hidden = Hidden((_coupled_wrist,), torque_noise=0.003, extra={"links": False})
+    kinds = "[coulomb-friction, viscous-friction, rotor-inertia, gear-coupling, motor-coupling, first-moment]"
+    kinds = kinds.replace("first-moment", "link-first-moment")
+    found = _run(tmp_path, 5, hidden, joints=[4, 5], effects=kinds).targets["torque"]
+    assert {"joint5.motor-coupling.joint4", "joint4.gear-coupling.joint5"} <= set(found.effects.name)
+    _holds(found, "joint5.motor-coupling.joint4", "coupling", 0.8, 0.05)
+    _holds(found, "joint5.motor-coupling.joint4", "Coulomb friction", 0.08, 0.1)
+    whole = np.eye(5)
+    whole[3:, 3:] = WRIST
+    config = study(tmp_path, 5, hidden, joints=[4, 5], effects=kinds)
+    text = config.read_text()
+    assert "drives: {" in text
+    config.write_text(text.replace("drives: {", f"drives: {{coupling: {whole.tolist()}, "))
+    stated = run_explain(config, tmp_path / "stated.h5")[0].targets["torque"]
+    assert set(stated.effects.name) == {
+        "joint4.coulomb-friction",
+        "joint5.coulomb-friction",
+        "joint5.viscous-friction",
+        "joint5.rotor-inertia",
+    }
+    _holds(stated, "joint5.coulomb-friction", "torque", 0.08, 0.05)
+    _holds(stated, "joint5.rotor-inertia", "inertia", 4e-4, 0.1)
 
 
 def test_integral_action(tmp_path: Path) -> None:
@@ -220,5 +266,7 @@ def test_records_that_disagree_are_warned_of_but_for_the_phase_of_a_harmonic(
             other_high_95=2 * one,
             at_edge=np.zeros(1, dtype=bool),
         ),
+        body_errors=np.zeros(0),
+        words=lambda name: name,
     )
     assert any("disagree" in note for note in notes(cast(TargetResult, found))) is warned

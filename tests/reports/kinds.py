@@ -24,6 +24,7 @@ from tests.reports.modes_sample import modes_result
 from tests.reports.motion_sample import motion_result
 from tests.reports.posture_sample import batch_result, map_result
 from tests.reports.sample import frf_result, modal_result
+from tests.reports.stability_sample import stability_result
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,13 @@ _MAP = (
     ("Postures", "Tool z", "rows/tool_m:2", 1.0),
     ("Postures", "Mode 2", "rows/frequency_hz:1", 1.0),
 )
+_STABILITY = (
+    ("Depth limits", "Limit", "limits/depth_m", 1e3),
+    ("Depth limits", "Chatter", "limits/chatter_hz", 1.0),
+    ("The same limit", "Semi-discretisation", "checks/semi_discretization", 1e3),
+    ("Feed directions", "Least limit", "feed_depth_m", 1e3),
+    ("Modes at this posture", "Frequency", "mode_hz", 1.0),
+)
 
 CASES = (
     Case("fit", "fit", lambda: [frf_result(60, 4)], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0))),
@@ -145,6 +153,7 @@ CASES = (
     Case("explained", "explained", lambda: [explain_result()], _EXPLAINED, shapes=False, frfs=False),
     Case("joints", "joints", lambda: [joints_result()], _JOINTS, shapes=False, frfs=False),
     Case("map", "map", lambda: [map_result()], _MAP, shapes=False, frfs=False),
+    Case("stability", "stability", lambda: [stability_result()], _STABILITY, shapes=False, frfs=False),
 )
 
 

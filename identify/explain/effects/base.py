@@ -41,6 +41,7 @@ MOTION_EFFECTS = Registry(
             ("link-inertia", "rigid_body", "LinkInertia"),
             ("load-dependent-friction", "friction", "LoadDependentFriction"),
             ("lost-motion", "backlash", "LostMotion"),
+            ("motor-coupling", "motor_coupling", "MotorCoupling"),
             ("payload-mass", "rigid_body", "PayloadMass"),
             ("position-lag", "servo_terms", "PositionLag"),
             ("rotor-inertia", "rotor_inertia", "RotorInertia"),
@@ -135,6 +136,20 @@ class MotionEffect(ABC):
         """(samples, examined joints, coefficients): what one unit of each coefficient adds, with the
         nonlinear parameters (s,) inside.
         """
+
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """Effects that, together, may look like this one, so that it must show more than they do."""
+        return ()
+
+    def expected_size(self, scene: RecordedMotion) -> Array:
+        """One over the standard deviation that each coefficient (c,) has before the data speak; zero: it may
+        be anything.
+        """
+        return np.zeros(len(self.coefficients))
+
+    def possible(self, values: Array) -> bool:
+        """Whether it can be what it is called with these coefficients and nonlinear parameters."""
+        return not (self.positive and values[0] < 0)
 
     def reading(self, values: Array) -> str:
         """What the coefficients and nonlinear parameters (in this order) mean in the field's own terms, or

@@ -23,4 +23,4 @@ class EncoderEccentricity(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Cosine and sine of the joint angle."""
-        return scene.on(self.axis, *cosine_and_sine(scene.position[:, self.axis - 1], 1.0))
+        return scene.of_joint(self.axis, *cosine_and_sine(scene.joint_position[:, self.axis - 1], 1.0))

@@ -12,7 +12,8 @@ from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
 from identify.explain.recorded_motion import RecordedMotion
 
-_WRIST = 4
+WRIST = 4
+"""First joint of a wrist."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class GearCoupling(MotionEffect):
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Every pair of examined wrist joints."""
-        wrist = [axis for axis in scene.axes if axis >= _WRIST]
+        wrist = [axis for axis in scene.axes if axis >= WRIST]
         yield from (cls(axis, other) for axis in wrist for other in wrist if other != axis)
 
     @property

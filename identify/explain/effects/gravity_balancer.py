@@ -8,13 +8,14 @@ of the joint angle whatever the geometry; the second, a preload, has the geometr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import ClassVar, Self
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
+from identify.explain.effects.rigid_body import LinkFirstMoment
 from identify.explain.recorded_motion import RecordedMotion
 
 _JOINT = 2
@@ -36,6 +37,10 @@ class GravityBalancer(MotionEffect):
         if _JOINT in scene.axes:
             yield cls(_JOINT)
 
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A wrong first moment of the arm, which asks for a sine of the angle too."""
+        return ((LinkFirstMoment(self.axis),),)
+
     def sentence(self) -> str:
         """What this instance is."""
         return f"gravity balancer beside joint {self.axis} (a sine of the joint angle)"
@@ -49,7 +54,7 @@ class GravityBalancer(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Sine and cosine of the joint angle over the gear ratio."""
-        angle, ratio = scene.position[:, self.axis - 1], scene.gear_ratio[self.axis - 1]
+        angle, ratio = scene.joint_position[:, self.axis - 1], scene.gear_ratio[self.axis - 1]
         return scene.on(self.axis, np.sin(angle) / ratio, np.cos(angle) / ratio)
 
 
@@ -81,7 +86,7 @@ class BalancerPreload(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """sin(psi) / sqrt(1 + r^2 - 2 r cos psi) over the gear ratio, psi = q - angle."""
-        angle, r = scene.position[:, self.axis - 1] - parameters[0], parameters[1]
+        angle, r = scene.joint_position[:, self.axis - 1] - parameters[0], parameters[1]
         lever = np.sin(angle) / np.sqrt(1 + r**2 - 2 * r * np.cos(angle))
         return scene.on(self.axis, lever / scene.gear_ratio[self.axis - 1])
 

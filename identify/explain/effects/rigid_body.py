@@ -4,7 +4,7 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import ClassVar, Self
 
 import numpy as np
@@ -51,6 +51,10 @@ class PayloadMass(MotionEffect):
         return scene.cache[self]
 
 
+BEYOND = 6.0
+"""How many times its stated uncertainty the error of a body is expected to be where it is named by itself."""
+
+
 class _OfLink(MotionEffect):
     """An error of the link that a joint moves."""
 
@@ -61,6 +65,12 @@ class _OfLink(MotionEffect):
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """The links that the examined joints move."""
         yield from (cls(axis) for axis in scene.axes)
+
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A payload on that link, which is known less well than its drawing."""
+        carried = scene.arm.robot.frames.get(scene.payload[0], (scene.payload[0],))[0]
+        on_it = scene.arm.robot.links[self.axis].name == carried
+        return ((PayloadMass(len(scene.gear_ratio)),),) if on_it else ()
 
     @property
     def name(self) -> str:
@@ -92,6 +102,12 @@ class LinkFirstMoment(_OfLink):
             f"centre of mass of link {self.axis} elsewhere than stated (first moment across the joint axis)"
         )
 
+    def expected_size(self, scene: RecordedMotion) -> Array:
+        """Some times the stated uncertainty of mass and centre."""
+        link = scene.arm.robot.links[self.axis]
+        reach = np.hypot(scene.stated.mass, scene.stated.centre) * link.mass * np.linalg.norm(link.centre)
+        return np.full(2, 1 / (BEYOND * reach) if reach > 0 else 0.0)
+
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of a kg m along two directions across the joint axis."""
         if self not in scene.cache:
@@ -116,6 +132,14 @@ class LinkInertia(_OfLink):
     def sentence(self) -> str:
         """What this instance is."""
         return f"inertia of link {self.axis} about its joint other than stated"
+
+    def expected_size(self, scene: RecordedMotion) -> Array:
+        """Some times the stated uncertainty of mass and inertia, about the joint axis."""
+        joint, link = scene.arm.robot.joints[self.axis - 1], scene.arm.robot.links[self.axis]
+        along = joint.mount[:3, :3].T @ joint.axis
+        off = link.mass * float(np.sum(np.cross(along, link.centre) ** 2))
+        reach = np.hypot(scene.stated.inertia * (along @ link.inertia @ along), scene.stated.mass * off)
+        return np.full(1, 1 / (BEYOND * reach) if reach > 0 else 0.0)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of a kg m^2 about the joint axis."""

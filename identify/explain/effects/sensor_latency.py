@@ -28,4 +28,4 @@ class SensorLatency(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Speed."""
-        return scene.on(self.axis, scene.velocity[:, self.axis - 1])
+        return scene.of_joint(self.axis, scene.joint_velocity[:, self.axis - 1])

@@ -31,6 +31,7 @@ from identify.reports.kit.report import (
 from identify.results.explain import Curves as Recorded
 from identify.results.explain import ExplainResult, TargetResult
 
+_USE = {"fit": "fitted", "validate": "held out", "test": "only reported"}
 _BARS = (
     "Left: how much of the squares on the held-out record, before any effect, each effect took when it was"
     " added, in that order. Right: the gap, the RMS residual over noise, before and after."
@@ -79,7 +80,7 @@ def _tables(found: TargetResult) -> list[Part]:
         brief = tuple(column.heading for column in effects.columns[: 2 + len(found.joints)])
         parts.append(Tabular(effects, True, f"{found.target}-effects", terminal=brief, on=EVERYWHERE))
         read = zip(found.effects.name, found.effects.reading, strict=True)
-        parts += [Text(f"{name}: {reading}", on=TERMINAL) for name, reading in read if reading]
+        parts += [Text(f"{found.words(name)}: {reading}", on=TERMINAL) for name, reading in read if reading]
     for table in (tables.step_table(found), tables.value_table(found), tables.bound_table(found)):
         if table.rows:
             parts.append(Fold(table.title, [Tabular(table)]))
@@ -101,7 +102,7 @@ def _data(found: TargetResult) -> dict[str, Any]:
 
 
 def _record_name(curves: Recorded) -> str:
-    return f"{curves.name}, {'held out' if curves.use == 'validate' else 'fitted'}"
+    return f"{curves.name}, {_USE[curves.use]}"
 
 
 def _record(found: TargetResult, curves: Recorded) -> dict[str, Any]:

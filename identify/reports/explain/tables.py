@@ -41,7 +41,7 @@ def tiles(result: ExplainResult) -> tuple[tuple[str, str, str], ...]:
 def residual_table(found: TargetResult) -> Table:
     """A row per joint: RMS before and after on both records, and the gap."""
     factor, unit = scale(found)
-    columns = (
+    columns: tuple[Column, ...] = (
         Column("Joint"),
         Column("Fitted, before", unit),
         Column("Fitted, after", unit),
@@ -60,10 +60,17 @@ def residual_table(found: TargetResult) -> Table:
             number(found.gap_start[row], 3),
             number(found.gap[row], 3),
         )
-        rows.append((str(joint), *cells, *ends))
+        seen = [
+            number(factor * level[row], 3) for t in found.tests.values() for level in (t.rms_start, t.rms)
+        ]
+        rows.append((str(joint), *cells, *ends, *seen))
     note = (
         "RMS of what is left. Gap: over the noise from sample to sample on the held-out record; 1 is noise."
     )
+    for test in found.tests:
+        columns += (Column(f"{test}, before", unit), Column(f"{test}, after", unit))
+    if found.tests:
+        note += f" Nothing depended on {' and '.join(found.tests)}."
     return Table(f"{title(found)}: what is left", columns, tuple(rows), note)
 
 
@@ -84,7 +91,7 @@ def effect_table(found: TargetResult) -> Table:
             number(e.evidence[row], 3),
             *(_percent(value) for value in e.share[row]),
             e.reading[row] or NONE,
-            e.rivals[row] or NONE,
+            found.words(e.rivals[row]) if e.rivals[row] else NONE,
             e.name[row],
         )
         for row in range(len(e.name))
@@ -116,7 +123,7 @@ def step_table(found: TargetResult) -> Table:
         rows.append(
             (
                 str(row + 1),
-                name,
+                found.words(name),
                 number(s.evidence[row], 3),
                 *(number(factor * value, 3) for value in s.rms_judge[row]),
             )
@@ -142,7 +149,7 @@ def value_table(found: TargetResult) -> Table:
     v = found.values
     rows = [
         (
-            v.effect[row],
+            found.words(v.effect[row]),
             v.name[row] + (" (at the end of its range)" if v.at_edge[row] else ""),
             number(v.value[row]),
             _interval(v.low_95[row], v.high_95[row]),
@@ -165,7 +172,7 @@ def bound_table(found: TargetResult) -> Table:
     b = found.bounds
     rows = [
         (
-            b.effect[row],
+            found.words(b.effect[row]),
             number(b.value[row], 3),
             _interval(b.low_95[row], b.high_95[row]),
             printed(b.unit[row]),

@@ -40,7 +40,7 @@ def test_an_eccentric_disc_is_one_wave_per_turn(turns: int, left: float) -> None
     angle, off = turns * scene.position[:, 0] + 0.7, 1e-3
     reading = np.arctan2(np.sin(angle), np.cos(angle) + off)
     error = np.angle(np.exp(1j * (reading - angle)))
-    made = problem(scene, error, offset=True)
+    made = problem(scene, error, "constant")
     fit = solve(made, (EncoderEccentricity(1),), (np.zeros(0),), np.ones(1))
     share = fit.residual(made).std() / error.std()
     assert (share < left) == (turns == 1), share

@@ -1,0 +1,82 @@
+"""A wrist motor that also turns with another joint: its friction and inertia go with the sum of both motions.
+
+With C_ij the share of joint j in the motion of motor i, friction and rotor of motor i see q_i' + C_ij q_j',
+and motor j, which holds the gear of i against, carries -C_ij times the torque of joint i.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
+from identify.explain.effects.friction import CoulombFriction, ViscousFriction
+from identify.explain.effects.gear_coupling import WRIST
+from identify.explain.effects.rotor_inertia import RotorInertia
+from identify.explain.recorded_motion import RecordedMotion
+
+_LEAST, _MOST = 0.1, 1.6
+"""Couplings that are looked for; those of robots are one, or about a half."""
+
+
+@dataclass(frozen=True)
+class MotorCoupling(MotionEffect):
+    """The motor of `axis` turns with the joint `other` too."""
+
+    other: int = 0
+    kind: ClassVar[str] = "motor-coupling"
+    positive: ClassVar[bool] = True
+    target: ClassVar[Target] = "torque"
+    replaces: ClassVar[str] = "coulomb-friction"
+    coefficients = (
+        Coefficient("Coulomb friction", "N m"),
+        Coefficient("viscous friction", "N m s/rad"),
+        Coefficient("rotor inertia", "kg m^2"),
+    )
+    nonlinear = (NonlinearParameter("coupling", "1", -_MOST, _MOST),)
+
+    @classmethod
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
+        """Every pair of examined wrist joints; none where the coupling is stated."""
+        wrist = [axis for axis in scene.axes if axis >= WRIST and scene.coupling is None]
+        yield from (cls(axis, other) for axis in wrist for other in wrist if other != axis)
+
+    @property
+    def name(self) -> str:
+        """`joint6.motor-coupling.joint5`."""
+        return f"{super().name}.joint{self.other}"
+
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """Friction and inertia of its own joint alone."""
+        return ((CoulombFriction(self.axis), ViscousFriction(self.axis), RotorInertia(self.axis)),)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"motor {self.axis} also turns with joint {self.other}: friction and inertia of their sum"
+
+    def possible(self, values: Array) -> bool:
+        """Friction of a motor that really turns with the other joint."""
+        return bool(values[0] >= 0 and abs(values[3]) > _LEAST)
+
+    def reading(self, values: Array) -> str:
+        """The number for the study."""
+        return (
+            f"{values[3]:.3g} turns with joint {self.other}: row {self.axis}, column {self.other} of"
+            " drives.coupling"
+        )
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """Direction, speed and acceleration of the motor."""
+        own, other, share = self.axis - 1, self.other - 1, parameters[0]
+        speed = scene.velocity[:, own] + share * scene.velocity[:, other]
+        acceleration = scene.acceleration[:, own] + share * scene.acceleration[:, other]
+        direction = np.tanh(2 * speed / scene.slow)
+        return scene.on(self.axis, direction, speed, scene.gear_ratio[own] * acceleration)
+
+    def starts(self, scene: RecordedMotion, residual: Array) -> list[Array]:
+        """Shares on both sides, as those of robots."""
+        return [np.array([share]) for share in (-1.0, -0.5, 0.5, 1.0)]

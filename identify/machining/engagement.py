@@ -1,0 +1,94 @@
+"""How cutting forces follow the chip: directional factors of a milling tool, as functions on arrays.
+
+A tooth at the angle phi from the normal y, turning towards the feed x, is at (sin phi, cos phi).  It cuts a
+chip of thickness h = n . (r(t) - r(t - T)), and is pushed by a K h per tooth, a the axial depth of cut:
+
+    n = (sin k sin phi, sin k cos phi, -cos k),  force = a f n' (r(t) - r(t - T)),
+    f = Kt (-cos phi, sin phi, 0) + Kr (-sin k sin phi, -sin k cos phi, cos k)
+        + Ka (-cos k sin phi, -cos k cos phi, -sin k)
+
+with the lead angle k, 90 degrees for an end mill (Altintas 2001, J. Manuf. Sci. Eng. 123, Eqs. 1 to 6).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.machining.materials import Coefficients
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_SLICES = 8
+"""Slices of the depth over which a helix is averaged."""
+
+
+@dataclass(frozen=True)
+class Engagement:
+    """Teeth in a cut: how many, entry and exit angle, rad, lead angle, rad, coefficients, and the helix as
+    its lag angle per metre of depth, rad/m.
+    """
+
+    teeth: int
+    entry: float
+    exit: float
+    lead: float
+    cutting: Coefficients
+    lag_per_m: float = 0.0
+
+    @property
+    def pitch(self) -> float:
+        """Angle between two teeth, rad."""
+        return 2 * np.pi / self.teeth
+
+    def factors(self, phi: Array) -> Array:
+        """f n' (..., 3, 3), N/m^2, of one tooth at angles phi (...,), rad, as if it were in the cut."""
+        sin, cos, zero = np.sin(phi), np.cos(phi), np.zeros_like(phi)
+        s, c = np.sin(self.lead), 0.0 if self.lead > np.pi / 2 - 1e-9 else np.cos(self.lead)
+        chip = np.stack([s * sin, s * cos, zero - c], axis=-1)
+        k = self.cutting
+        force = (
+            k.tangential * np.stack([-cos, sin, zero], axis=-1)
+            + k.radial * np.stack([-s * sin, -s * cos, zero + c], axis=-1)
+            + k.axial * np.stack([-c * sin, -c * cos, zero - s], axis=-1)
+        )
+        return np.asarray(force[..., :, None] * chip[..., None, :])
+
+    def integral(self, low: Array, high: Array) -> Array:
+        """(..., 3, 3): integral of `factors` over the part of [low, high] (...,), rad, that is in the cut.
+
+        The angles lie within one turn of the cut.
+        """
+        begin, end = np.clip(low, self.entry, self.exit), np.clip(high, self.entry, self.exit)
+        half = (end - begin)[..., None] / 2
+        phi = (begin + end)[..., None] / 2 + half * _NODES
+        return np.asarray(np.einsum("...k,...kij->...ij", half * _WEIGHTS, self.factors(phi)))
+
+    @property
+    def mean(self) -> Array:
+        """(3, 3), N/m^2: all teeth, averaged over a turn; a helix does not change it."""
+        whole = self.integral(np.array(self.entry), np.array(self.exit))
+        return np.asarray(whole * self.teeth / (2 * np.pi))
+
+    def harmonic(self, number: int) -> Array:
+        """(3, 3), complex, N/m^2: Fourier coefficient of all teeth over a tooth period, of that number."""
+        edges = np.linspace(self.entry, self.exit, 17)
+        half = np.diff(edges)[:, None] / 2
+        phi = (edges[:-1] + edges[1:])[:, None] / 2 + half * _NODES
+        turned = (half * _WEIGHTS) * np.exp(-1j * number * self.teeth * phi)
+        return np.asarray(
+            np.einsum("pk,pkij->ij", turned, self.factors(phi)) * self.teeth / (2 * np.pi), dtype=complex
+        )
+
+    def steps(self, count: int, depth: float) -> Array:
+        """(count, 3, 3), N/m^2: all teeth, averaged over each of so many equal steps of a tooth period, and
+        over the depth, m, where there is a helix.
+        """
+        edges = np.linspace(0.0, self.pitch, count + 1)
+        lag = self.lag_per_m * depth
+        slices = np.array([0.0]) if lag == 0 else (np.arange(_SLICES) + 0.5) / _SLICES * lag
+        around = self.pitch * np.arange(-1 - int(lag / self.pitch), self.teeth + 1)
+        low = edges[:-1, None, None] + around[:, None] - slices
+        whole = self.integral(low, low + self.pitch / count)
+        return np.asarray(whole.sum(axis=1).mean(axis=1) / (self.pitch / count))

@@ -1,0 +1,144 @@
+"""What `identify stability` does, without the terminal: a fitted model and a tool in, depth limits out."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from identify.core.arrays import Array
+from identify.core.config import ConfigFile
+from identify.core.errors import InputError
+from identify.fitting.resume import held
+from identify.machining import sentences
+from identify.machining.stability import (
+    Mounted,
+    limits,
+    mounted,
+    nominal,
+    over_feeds,
+    relative_bands,
+    tip_receptance,
+)
+from identify.machining.tool import Tool, read_tool
+from identify.model.modes import complex_modes
+from identify.results import file as result_file
+from identify.results.fit import FitResult
+from identify.results.provenance import provenance, sha256
+from identify.results.stability import StabilityResult, TipReceptance
+from identify.vibration.fitted_model import FittedModel, fitted_model
+
+_LINES = 300
+
+
+@dataclass(frozen=True)
+class Read:
+    """What was read: the fit, its model, and the tool."""
+
+    path: Path
+    fit: FitResult
+    model: FittedModel
+    file: ConfigFile[Tool]
+
+
+def read_both(model: Path, tool: Path) -> Read:
+    """Raises InputError or InputErrors for a file that is no fit or no tool."""
+    fit: FitResult = result_file.read(model, FitResult)
+    return Read(model, fit, fitted_model(fit, str(model)), read_tool(tool))
+
+
+def posture_of(text: str | None, read: Read) -> Array:
+    """(joints,), rad, from angles in degrees, or the name of a measurement; default: that of the first.
+
+    InputError for other texts.
+    """
+    names = list(read.fit.measurements)
+    if text is None or text in names:
+        return np.deg2rad(read.fit.measurements[text or names[0]].posture_deg)
+    joints = len(read.model.robot.joints)
+    try:
+        angles = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        angles = np.array([])
+    if angles.shape != (joints,) or not np.isfinite(angles).all():
+        expected = f"{joints} angles in degrees such as 0,30,-60,0,45,0, or one of {', '.join(names)}"
+        raise InputError("--posture", repr(text), expected)
+    return np.asarray(np.deg2rad(angles))
+
+
+def run_stability(
+    model: Path,
+    tool: Path,
+    out: Path | None = None,
+    posture: str | None = None,
+    *,
+    speeds: int = 61,
+    draws: int = 200,
+) -> tuple[StabilityResult, list[Path]]:
+    """Depth limits of a tool on a fitted model; writes `<model>_stability.h5`.
+
+    posture: see `posture_of`; speeds: how many spindle speeds; draws: of the uncertain, for bands.  Raises
+    InputError or InputErrors for a file that is no fit or no tool, a tool that does not fit the robot, and a
+    result that cannot be written.
+    """
+    begun = time.perf_counter()
+    read = read_both(model, tool)
+    path = out or model.with_name(f"{model.stem}_stability.h5")
+    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
+        raise InputError(
+            str(path), "not a file for depth limits", "a new file in .h5", "choose another with `--out`"
+        )
+    with held(path), threadpool_limits(1):
+        on = mounted(read.model, read.file.study, posture_of(posture, read), str(tool), speeds, draws)
+        result = _result(read, on, begun)
+        result_file.write(result, path)
+    return result, [path]
+
+
+def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
+    found, coupled = nominal(on)
+    wide, coupling_band = relative_bands(on)
+    depth, compared = limits(on, found, wide)
+    structure = on.structure(on.model.values)
+    modes = complex_modes(structure.mass, structure.damping, structure.stiffness)
+    line_hz = np.unique(np.linspace(0.0, 1.5 * float(modes.frequency_hz[:6].max()), _LINES))
+    tip, spread = tip_receptance(on, line_hz)
+    feed, feed_depth = over_feeds(on)
+    least = float(coupled.depth)
+    coupling = np.array([least, *(least * part for part in coupling_band), float(coupled.chatter_hz)])
+    tool, cutting = on.tool, on.cut.cutting
+    band_hz = read.model.band_hz
+    said = sentences.verdict(depth, compared, coupling, tool.max_depth_mm / 1e3)
+    text = read.file
+    return StabilityResult(
+        name=read.fit.name,
+        verdict=said,
+        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool.uncertainty),
+        seconds=time.perf_counter() - begun,
+        provenance=provenance(
+            text.path.name, text.text, [(read.path.name, sha256(read.path)), (text.path.name, text.sha256)]
+        ),
+        model=read.path.name,
+        tool=tool.name,
+        place=f"{on.point.name or on.point.node} on {on.point.link}",
+        source=cutting.source,
+        joints=tuple(joint.name for joint in on.model.robot.joints),
+        posture_deg=np.rad2deg(on.posture),
+        tip_m=on.tip_m,
+        axes=on.axes,
+        engagement_deg=np.rad2deg(tool.engagement),
+        cutting=np.array([cutting.tangential, cutting.radial, cutting.axial]),
+        max_depth_m=tool.max_depth_mm / 1e3,
+        draws=on.draws,
+        limits=depth,
+        checks=compared,
+        coupling=coupling,
+        feed_deg=feed,
+        feed_depth_m=feed_depth,
+        mode_hz=modes.frequency_hz,
+        mode_damping=modes.damping_ratio,
+        tip=TipReceptance(line_hz, tip.astype(np.complex64), spread.astype(np.float32)),
+    )

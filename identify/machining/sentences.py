@@ -1,0 +1,112 @@
+"""What is said of depth limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.machining.tool import ToolUncertainty
+from identify.results.fit import FitResult
+from identify.results.stability import DepthLimits, LimitChecks
+
+_AGREE = 0.05
+_WELL_ABOVE = 2.0
+
+
+def verdict(limits: DepthLimits, checks: LimitChecks, coupling: Array, most: float) -> tuple[str, ...]:
+    """What was found: the depth that is stable at all speeds, the best speed, mode coupling, and how well the
+    methods agree.
+    """
+    over = f"From {limits.rpm[0]:,.0f} to {limits.rpm[-1]:,.0f} rpm the cut is stable"
+    if np.isinf(limits.depth_m).all():
+        first = f"{over} up to {1e3 * most:.3g} mm, the largest depth."
+        return first, _coupled(coupling), _agreement(checks)
+    worst, best = int(np.argmin(limits.depth_m)), int(np.argmax(limits.low_95))
+    first = (
+        f"{over} at every speed up to {_mm(limits, worst, most)}; the least limit is at"
+        f" {limits.rpm[worst]:,.0f} rpm, where the tool chatters at {limits.chatter_hz[worst]:.4g} Hz."
+    )
+    second = f"The deepest stable cut is at {limits.rpm[best]:,.0f} rpm: {_mm(limits, best, most)}."
+    return first, second, _coupled(coupling), _agreement(checks)
+
+
+def _mm(limits: DepthLimits, row: int, most: float) -> str:
+    if np.isinf(limits.depth_m[row]):
+        return f"no limit up to {1e3 * most:.3g} mm, the largest depth"
+    depth, low, high = 1e3 * np.array([limits.depth_m[row], limits.low_95[row], limits.high_95[row]])
+    return f"{depth:.3g} mm (95 % interval {low:.3g} to {high:.3g} mm)"
+
+
+def _coupled(coupling: Array) -> str:
+    depth, low, high, hz = coupling
+    if np.isinf(depth):
+        return "Mode coupling, without regeneration, limits no depth."
+    how = "pulls the tool in without oscillating" if hz == 0 else f"begins at {hz:.4g} Hz"
+    return (
+        f"Mode coupling, without regeneration, {how} from {1e3 * depth:.3g} mm"
+        f" (95 % interval {1e3 * low:.3g} to {1e3 * high:.3g} mm)."
+    )
+
+
+def _agreement(checks: LimitChecks) -> str:
+    """How far the methods are apart."""
+    apart = _apart(checks.multi_frequency, checks.zeroth_order)
+    zeroth = f"the mean of the cut alone (zeroth order) is up to {100 * apart:.2g} % off"
+    if checks.semi_discretization is None:
+        return f"The limits are those of the multi-frequency solution; {zeroth}."
+    between = _apart(checks.multi_frequency, checks.semi_discretization)
+    return (
+        f"Semi-discretisation and multi-frequency solution agree within {100 * between:.2g} % at"
+        f" {len(checks.rpm)} speeds; {zeroth}."
+    )
+
+
+def _apart(one: Array, other: Array) -> float:
+    """Largest relative difference where both are finite."""
+    both = np.isfinite(one) & np.isfinite(other)
+    return float(np.max(np.abs(one[both] / other[both] - 1), initial=0.0))
+
+
+def notes(
+    limits: DepthLimits,
+    band_hz: tuple[float, float] | None,
+    fit: FitResult,
+    real: bool,
+    unsure: ToolUncertainty,
+) -> tuple[str, ...]:
+    """What a reader must be warned of."""
+    said = [f"of the fit: {note}" for note in fit.notes]
+    chatter = limits.chatter_hz[np.isfinite(limits.chatter_hz)]
+    if band_hz is not None and chatter.size:
+        outside = np.mean((chatter < band_hz[0]) | (chatter > band_hz[1]))
+        if outside > 0:
+            said.append(
+                f"at {100 * outside:.2g} % of the speeds the chatter lies outside the fitted band"
+                f" ({band_hz[0]:g} to {band_hz[1]:g} Hz), where no data speak for the model"
+            )
+    if fit.gap > _WELL_ABOVE:
+        said.append(
+            f"the fit's gap is {fit.gap:.3g}: something is missing from the model, and the bands do"
+            " not hold it; see `identify discover`"
+        )
+    exact = [
+        what
+        for what, std in (("cutting coefficients", unsure.coefficients), ("joint angles", unsure.posture_deg))
+        if std == 0
+    ]
+    if exact:
+        said.append(
+            f"the bands take {' and '.join(exact)} as exact: state their standard deviations"
+            " under `uncertainty`"
+        )
+    if not real:
+        said.append("hysteretic damping has no equation in time, so that semi-discretisation is left out")
+    said.append(
+        "the cut is linear: without run-out, process damping, teeth that leave the cut, and a stiffness of"
+        " the arm that changes with amplitude"
+    )
+    said.append(
+        "spindle, holder and tool are rigid unless `modes` of the tool say otherwise; at high speeds they set"
+        " the limit"
+    )
+    return tuple(said)

@@ -1,0 +1,134 @@
+"""Lines with bands, panels under each other over the same axis: on the page, in the PDF, and as data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.reports.kit.cells import Column, Curves
+from identify.reports.kit.report import Drawing
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SCRIPTS = ("banded.js",)
+_HEIGHT_IN = 2.3
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line: x, y (n,), with the limits of its band where it has one; look: line, dash, points, or level
+    for a horizontal one.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    low: Array | None = None
+    high: Array | None = None
+    look: str = "line"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Lines over one axis; top: where it ends, if not at the highest value."""
+
+    y: Column
+    lines: Sequence[Line]
+    log: bool = False
+    top: float | None = None
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Panels under each other, all over x; anchor: of the plot on the page."""
+
+    anchor: str
+    x: Column
+    panels: Sequence[Panel]
+    caption: str
+    note: str = ""
+    log_x: bool = False
+
+    def drawing(self) -> Drawing:
+        """The part of a report."""
+        return Drawing(self.anchor, self.figure, self.caption, self.curves, self.note)
+
+    def data(self) -> dict[str, Any]:
+        """What `banded.js` draws from."""
+        panels = [
+            {
+                "y": panel.y.head,
+                "log": panel.log,
+                "top": panel.top,
+                "lines": [vars(one) for one in panel.lines],
+            }
+            for panel in self.panels
+        ]
+        return {"banded": [{"id": self.anchor, "x": self.x.head, "log": self.log_x, "panels": panels}]}
+
+    def curves(self) -> list[Curves]:
+        """The numbers behind it, a set per line."""
+        found = []
+        for panel in self.panels:
+            for line in panel.lines:
+                limits = [] if line.low is None or line.high is None else [line.low, line.high]
+                heads = [panel.y, *([_limit(panel.y, "low"), _limit(panel.y, "high")] if limits else [])]
+                values = np.column_stack([line.x, line.y, *limits])
+                found.append(Curves(f"{panel.y.heading}, {line.name}", (self.x, *heads), values))
+        return found
+
+    def figure(self) -> Figure:
+        """The printed figure."""
+        from matplotlib.figure import Figure  # noqa: PLC0415  drawing takes time to import
+
+        from identify.reports.kit.figures import WIDTH_IN  # noqa: PLC0415
+
+        count = len(self.panels)
+        figure = Figure((WIDTH_IN, 0.5 + _HEIGHT_IN * count), layout="constrained")
+        rows = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+        handles: dict[str, Any] = {}
+        for axes, panel in zip(rows, self.panels, strict=True):
+            for number, line in enumerate(panel.lines):
+                handles.setdefault(line.name, _drawn(axes, line, number))
+            axes.set_ylabel(panel.y.head)
+            axes.set(xscale="log" if self.log_x else "linear", yscale="log" if panel.log else "linear")
+            if panel.top is not None:
+                axes.set_ylim(top=panel.top, **({} if panel.log else {"bottom": 0.0}))
+        rows[-1].set_xlabel(self.x.head)
+        if self.log_x:
+            _plain(rows[-1])
+        figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=4)
+        return figure
+
+
+def _limit(column: Column, which: str) -> Column:
+    return Column(f"{column.heading}, 95 % {which}", column.unit)
+
+
+def _drawn(axes: Axes, line: Line, number: int) -> Any:
+    from identify.reports.kit.figures import PALETTE  # noqa: PLC0415
+
+    color = PALETTE[number % len(PALETTE)]
+    y = np.where(np.isfinite(line.y), line.y, np.nan)
+    if line.low is not None and line.high is not None:
+        axes.fill_between(
+            line.x, line.low, line.high, where=np.isfinite(y).tolist(), color=color, alpha=0.25, lw=0
+        )
+    if line.look == "points":
+        return axes.plot(line.x, y, "o", mfc="none", ms=3.5, color=color)[0]
+    return axes.plot(line.x, y, color=color, ls={"dash": "--", "level": ":"}.get(line.look, "-"))[0]
+
+
+def _plain(axes: Axes) -> None:
+    """Numbers as they are read, where a logarithmic axis has few decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: PLC0415
+
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())

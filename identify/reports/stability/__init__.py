@@ -1,0 +1,1 @@
+"""The report of depth limits of a cut."""

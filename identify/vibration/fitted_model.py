@@ -1,0 +1,145 @@
+"""A model rebuilt from the result of a fit alone, with the covariance of its parameters."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.arrays import Array
+from identify.core.config import validated
+from identify.core.errors import InputError
+from identify.core.yaml_input import parse_yaml
+from identify.fitting.tables import scale_of
+from identify.model.effects.base import Effect
+from identify.model.effects.measurement import MeasurementEffect
+from identify.model.effects.site import Site
+from identify.model.system import System, assemble, build_site, list_parameters
+from identify.results.fit import Description, FitResult
+from identify.robot.description import Robot
+from identify.robot.points import Point, read_points
+from identify.robot.read import read_robot
+from identify.vibration.study import Study
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """A model with its fitted parameters: values (p,), spread (p, f) with spread @ spread.T their covariance;
+    posture (joints,), rad, of the first measurement, and the band of the fit, Hz, where it had one.
+
+    log (p,): which of them are fitted on a logarithmic scale; lower, upper (p,): their bounds.
+    """
+
+    robot: Robot
+    points: Mapping[int, Point]
+    effects: Sequence[Effect]
+    values: Array
+    spread: Array
+    log: NDArray[np.bool_]
+    lower: Array
+    upper: Array
+    posture: Array
+    band_hz: tuple[float, float] | None
+
+    def system(self, posture: Array) -> System:
+        """The model at a posture (joints,), rad."""
+        site = build_site(self.robot, posture, self.effects, points=self.points, reference=self._first)
+        return assemble(self.robot, site, self.effects)
+
+    def draws(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, p): parameters drawn from their covariance, on the scale that they were fitted on and
+        within their bounds.
+        """
+        change = rng.standard_normal((count, self.spread.shape[1])) @ self.spread.T
+        relative = np.divide(change, self.values, out=np.zeros_like(change), where=self.log)
+        drawn = np.where(self.log, self.values * np.exp(np.clip(relative, -50, 50)), self.values + change)
+        return np.where(np.any(self.spread, axis=1), np.clip(drawn, self.lower, self.upper), self.values)
+
+    @cached_property
+    def _first(self) -> Site:
+        """The robot at the first measurement's posture, which scales start values as it did in the fit."""
+        return build_site(self.robot, self.posture, self.effects, points=self.points)
+
+
+def fitted_model(result: FitResult, where: str) -> FittedModel:
+    """The model of a result; InputError where the result does not hold the robot, or holds another model than
+    its config says.
+    """
+    if result.description is None:
+        raise InputError(
+            where, "without the robot's description", "a result of this version", "run the fit again"
+        )
+    data = parse_yaml(result.provenance.config, where)
+    study = validated(Path(where), data, Study)
+    robot, points = _described(study, result.description)
+    first = next(iter(result.measurements.values()))
+    posture = np.deg2rad(first.posture_deg)
+    effects = [effect for effect in study.effects if not isinstance(effect, MeasurementEffect)]
+    known = tuple(
+        p.name for p in list_parameters(robot, build_site(robot, posture, effects, points=points), effects)
+    )
+    kept = [row for row, name in enumerate(result.parameters.name) if name in known]
+    if tuple(result.parameters.name[row] for row in kept) != known:
+        raise InputError(
+            where,
+            "other parameters than its config names",
+            "a result of `identify fit`",
+            "fit the study with all its effects",
+        )
+    table = result.parameters
+    return FittedModel(
+        robot,
+        points,
+        effects,
+        table.value[kept],
+        _spread(result)[kept],
+        table.log[kept],
+        table.lower[kept],
+        table.upper[kept],
+        posture,
+        study.band_hz,
+    )
+
+
+def _described(study: Study, description: Description) -> tuple[Robot, dict[int, Point]]:
+    """Robot and points from their texts, through the same readers as from files."""
+    key = "urdf" if study.robot.urdf is not None else "dh"
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "robot").write_text(description.robot, encoding="utf-8")
+        robot = read_robot(study.robot.model_copy(update={key: Path("robot")}), folder)
+        if not description.points:
+            return robot, {}
+        (folder / "points.csv").write_text(description.points, encoding="utf-8")
+        return robot, read_points(folder / "points.csv")
+
+
+def _spread(result: FitResult) -> Array:
+    """(p, f): a root of the covariance of all parameters."""
+    scale = scale_of(result.parameters)
+    slope = scale.slope(scale.to_x(result.parameters.value)) * result.parameters.std[scale.free]
+    squares, directions = np.linalg.eigh(result.correlation)
+    spread = np.zeros((len(result.parameters.name), len(scale.free)))
+    spread[scale.free] = slope[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
+    return spread
+
+
+def tool_point(model: FittedModel, node: int | None, where: str = "--tool") -> Point:
+    """The point with a node, or the last one, or the origin of the last link where there are no points;
+    InputError for an unknown node.
+    """
+    if node is not None and node not in model.points:
+        raise InputError(
+            where,
+            f"no point {node}",
+            "one of " + ", ".join(map(str, model.points)) if model.points else "no node",
+        )
+    if model.points:
+        return model.points[node] if node is not None else list(model.points.values())[-1]
+    last = model.robot.links[-1].name
+    return Point(0, "origin", last, np.zeros(3), np.eye(3), "")

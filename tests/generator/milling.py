@@ -1,0 +1,104 @@
+"""Milling on a flexible structure, simulated in time: shares no code with identify.
+
+    M q'' + C q' + K q = S' F,  every tooth in the cut pushing with  b (Kt, Kr, Ka) h
+    h = n . (S q(t) - S q(t - T))
+
+Run-out is off and teeth do not leave the cut, so that the motion is linear and its growth tells stability.
+Velocity Verlet, second order; many cuts at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A cut: teeth, angles of entry and exit, rad, from the normal of the feed, Kt, Kr, Ka, N/m^2."""
+
+    teeth: int
+    entry: float
+    exit: float
+    kt: float
+    kr: float
+    ka: float = 0.0
+
+
+def growth(
+    mass: np.ndarray,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    tip: np.ndarray,
+    cut: Cut,
+    rpm: float,
+    depths: np.ndarray,
+    seconds: float,
+    push: np.ndarray | None = None,
+) -> np.ndarray:
+    """Growth rates (depths,), 1/s, of the tip's vibration; tip (3, n): motion along feed, normal and axis.
+
+    push (n, 3): what forces do, where that is not tip'.  The rate is that between the second and the last
+    quarter.
+    """
+    steps = 60  # of a tooth period
+    period = 60 / (cut.teeth * rpm)
+    h, count = period / steps, int(np.ceil(seconds / period)) * steps
+    inverse = np.linalg.inv(mass)
+    to_force, slow, stiff = (inverse @ one for one in (tip.T if push is None else push, damping, stiffness))
+    rng = np.random.default_rng(0)
+    q = rng.normal(size=(len(depths), len(mass))) * 1e-3 / np.sqrt(np.abs(np.diag(stiffness)))
+    v = np.zeros_like(q)
+    past = np.zeros((steps, len(depths), 3))
+    past[:] = q @ tip.T
+    accel = np.zeros_like(q)
+    size = np.empty((count, len(depths)))
+    pitch = 2 * np.pi / cut.teeth
+    for k in range(count):
+        q = q + h * v + h * h / 2 * accel
+        now, before = q @ tip.T, past[k % steps].copy()
+        past[k % steps] = now
+        force = np.zeros_like(now)
+        for tooth in range(cut.teeth):
+            begin = (pitch * k / steps + tooth * pitch) % (2 * np.pi)
+            low, high = max(begin, cut.entry), min(begin + pitch / steps, cut.exit)
+            if high > low:  # for that part of the step
+                s, c = np.sin((low + high) / 2), np.cos((low + high) / 2)
+                chip = (now - before) @ np.array([s, c, 0.0]) * (high - low) * steps / pitch
+                f = cut.kt * np.array([-c, s, 0.0]) - cut.kr * np.array([s, c, 0.0]) - cut.ka * np.eye(3)[2]
+                force += (depths * chip)[:, None] * f
+        new = force @ to_force.T - (v + h * accel) @ slow.T - q @ stiff.T
+        v = v + h / 2 * (accel + new)
+        accel = new
+        size[k] = np.sqrt((now**2).sum(axis=1))
+        if k % (8 * steps) == 0:  # only how it grows matters: kept within the range of numbers
+            scale = np.maximum(np.abs(past).max(axis=(0, 2)), 1e-300)
+            size[: k + 1] /= scale
+            past /= scale[:, None]
+            q, v, accel = q / scale[:, None], v / scale[:, None], accel / scale[:, None]
+    quarter = count // 4
+    early = np.log(np.sqrt(np.mean(size[quarter : 2 * quarter] ** 2, axis=0)))
+    late = np.log(np.sqrt(np.mean(size[3 * quarter :] ** 2, axis=0)))
+    return np.asarray((late - early) / (2.0 * quarter * h))
+
+
+def limit(
+    mass: np.ndarray,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    tip: np.ndarray,
+    cut: Cut,
+    rpm: float,
+    depths: np.ndarray,
+    seconds: float,
+    push: np.ndarray | None = None,
+) -> float:
+    """The depth, m, at which the vibration begins to grow, between rising depths; NaN outside of them."""
+    rates = growth(mass, damping, stiffness, tip, cut, rpm, depths, seconds, push)
+    rising = np.flatnonzero(rates > 0)
+    if not rising.size or rising[0] == 0:
+        return float("nan")
+    k = rising[0]
+    part = rates[k - 1] / (rates[k - 1] - rates[k])
+    return float(depths[k - 1] + part * (depths[k] - depths[k - 1]))
