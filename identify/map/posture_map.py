@@ -55,20 +55,20 @@ def _at(
     """Tool position (3,), frequencies and damping with limits (3, modes), compliance (3, 3), receptance and
     half band (lines, 3, 3).
     """
-    system, number = model.system(posture), len(model.values)
-    matrices = system.matrices(model.values)
-    found = complex_modes(*matrices)
-    d_frequency, d_damping = frequency_and_damping_gradient(found, system.factors, number)
+    system = model.system(posture)
+    matrices, (factors, spread) = system.matrices(model.values), model.sensitivity(system, posture)
+    number, found = len(spread), complex_modes(*matrices)
+    d_frequency, d_damping = frequency_and_damping_gradient(found, factors, number)
     out = system.base_jacobian(tool.link, tool.position)
     s = np.asarray(2j * np.pi * line_hz, dtype=complex)
-    h, gradient = frf_and_gradient(matrices, system.factors, s, out, out.T, 0, np.arange(number))
+    h, gradient = frf_and_gradient(matrices, factors, s, out, out.T, 0, np.arange(number))
     return (
         system.site.engine.position(tool.link, tool.position),
-        _limits(found.frequency_hz, d_frequency @ model.spread, modes),
-        _limits(found.damping_ratio, d_damping @ model.spread, modes),
+        _limits(found.frequency_hz, d_frequency @ spread, modes),
+        _limits(found.damping_ratio, d_damping @ spread, modes),
         (out @ np.linalg.solve(matrices[2], out.T)).real,
         h,
-        _Z_95 * np.linalg.norm(gradient @ model.spread, axis=-1),
+        _Z_95 * np.linalg.norm(gradient @ spread, axis=-1),
     )
 
 

@@ -19,11 +19,12 @@ from identify.fitting.tables import scale_of
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.effects.site import Site
-from identify.model.system import System, assemble, build_site, list_parameters
+from identify.model.system import Factors, System, assemble, build_site, list_parameters
 from identify.results.fit import Description, FitResult
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.read import read_robot
+from identify.vibration.fitted_errors import Off, corrected, with_errors
 from identify.vibration.study import Study
 
 
@@ -32,7 +33,8 @@ class FittedModel:
     """A model with its fitted parameters: values (p,), spread (p, f) with spread @ spread.T their covariance;
     posture (joints,), rad, of the first measurement, and the band of the fit, Hz, where it had one.
 
-    log (p,): which of them are fitted on a logarithmic scale; lower, upper (p,): their bounds.
+    log (p,): which of them are fitted on a logarithmic scale; lower, upper (p,): their bounds.  robot: as the
+    fit found it, where errors of what was told were fitted along; off: those errors.
     """
 
     robot: Robot
@@ -45,11 +47,20 @@ class FittedModel:
     upper: Array
     posture: Array
     band_hz: tuple[float, float] | None
+    off: Off | None = None
 
     def system(self, posture: Array) -> System:
         """The model at a posture (joints,), rad."""
         site = build_site(self.robot, posture, self.effects, points=self.points, reference=self._first)
         return assemble(self.robot, site, self.effects)
+
+    def sensitivity(self, system: System, posture: Array) -> tuple[Factors, Array]:
+        """What changes Z at a posture (joints,), rad, and a root (u, v) of the covariance of its u owners:
+        the parameters, then what was told of the robot, where that was said to be uncertain.
+        """
+        if self.off is None:
+            return system.factors, self.spread
+        return with_errors(self.off, self.robot, system, posture, self.spread)
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """(count, p): parameters drawn from their covariance, on the scale that they were fitted on and
@@ -91,18 +102,22 @@ def fitted_model(result: FitResult, where: str) -> FittedModel:
             "a result of `identify fit`",
             "fit the study with all its effects",
         )
-    table = result.parameters
+    table, off, spread = result.parameters, None, _spread(result)
+    if result.uncertainty is not None:
+        robot, off = corrected(robot, result.uncertainty, where)
+        spread = _slope(result) @ off.of_parameters
     return FittedModel(
         robot,
         points,
         effects,
         table.value[kept],
-        _spread(result)[kept],
+        spread[kept],
         table.log[kept],
         table.lower[kept],
         table.upper[kept],
         posture,
         study.band_hz,
+        off,
     )
 
 
@@ -121,12 +136,17 @@ def _described(study: Study, description: Description) -> tuple[Robot, dict[int,
 
 def _spread(result: FitResult) -> Array:
     """(p, f): a root of the covariance of all parameters."""
-    scale = scale_of(result.parameters)
-    slope = scale.slope(scale.to_x(result.parameters.value)) * result.parameters.std[scale.free]
+    std = result.parameters.std[scale_of(result.parameters).free]
     squares, directions = np.linalg.eigh(result.correlation)
-    spread = np.zeros((len(result.parameters.name), len(scale.free)))
-    spread[scale.free] = slope[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
-    return spread
+    return np.asarray(_slope(result) @ (std[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))))
+
+
+def _slope(result: FitResult) -> Array:
+    """(p, f): change of all parameters with the free ones on their search scale."""
+    scale = scale_of(result.parameters)
+    slope = np.zeros((len(result.parameters.name), len(scale.free)))
+    slope[scale.free, np.arange(len(scale.free))] = scale.slope(scale.to_x(result.parameters.value))
+    return slope
 
 
 def tool_point(model: FittedModel, node: int | None, where: str = "--tool") -> Point:
