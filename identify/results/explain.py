@@ -137,9 +137,10 @@ class TargetResult:
     body_errors: Array = field(default_factory=lambda: np.zeros(0))
 
     def words(self, names: str) -> str:
-        """One name, or a list of them, in words; as they are where an older file does not say."""
+        """One name, or a list of them, in a few words; as they are where an older file does not say."""
         known = dict(zip(self.glossary.name, self.glossary.sentence, strict=True))
-        return "; ".join(known.get(name, name) for name in names.split(", "))
+        said = (known.get(name, name) for name in names.split(", "))
+        return "; ".join(sentence.split(" (")[0].split(": ")[0] for sentence in said)
 
     @property
     def gap_start(self) -> Array:

@@ -42,7 +42,7 @@ def _explained(folder: Path, shifts: tuple[str, ...], **more: object) -> Explain
 
     folder.mkdir()
     hidden = Hidden(deflection=bend, latency_s=(0.003,) * 5, error=error, torque_noise=0.01)
-    config = study(folder, 2, hidden, effects=KINDS, **more)
+    config = study(folder, 2, hidden, effects=KINDS, resample_hz=50, **more)
     for seed, name in enumerate(("a.csv", "b.csv")):
         _shifted(folder / name, 0.2, seed, shifts)
     return run_explain(config, folder / "out.h5")[0]

@@ -12,7 +12,7 @@ from identify.core.correlated import white_level
 from identify.core.errors import InputError, InputErrors
 from identify.explain.run import run_explain
 from identify.explain.study import read_explain_study
-from identify.reports.write import write_reports
+from identify.reports.explain.tables import residual_table
 from identify.results import file as result_file
 from identify.results.explain import ExplainResult
 from tests.motion.hidden_drive import ZERO_DEG, Hidden, move, record, study
@@ -40,7 +40,7 @@ FOUR = (
 
 
 def test_several_records_to_fit_and_several_to_judge_narrow_the_intervals(tmp_path: Path) -> None:
-    config = study(tmp_path, 2, _HIDDEN, effects=KINDS)
+    config = study(tmp_path, 2, _HIDDEN, effects=KINDS, resample_hz=50)
     one, _ = run_explain(config, tmp_path / "one.h5")
     four, path = run_explain(_more(tmp_path, config, FOUR, c=31, d=32), tmp_path / "four.h5")
     for target in ("torque", "deflection"):
@@ -55,7 +55,7 @@ def test_several_records_to_fit_and_several_to_judge_narrow_the_intervals(tmp_pa
 
 def test_a_record_for_testing_is_reported_and_nothing_depends_on_it(tmp_path: Path) -> None:
     """The third record has nothing of what the others have, so it gets worse; nothing else changes."""
-    config = study(tmp_path, 2, _HIDDEN, effects=KINDS)
+    config = study(tmp_path, 2, _HIDDEN, effects=KINDS, resample_hz=50)
     record(tmp_path / "clean.csv", 41, 2, Hidden())
     tests = ", {name: C, file: c.csv, use: test}, {name: D, file: clean.csv, use: test}"
     pair = "{name: A, file: a.csv}, {name: B, file: b.csv, use: validate}"
@@ -69,8 +69,14 @@ def test_a_record_for_testing_is_reported_and_nothing_depends_on_it(tmp_path: Pa
     assert kept["C"].explained.min() > 0.9
     assert kept["D"].explained.max() < 0
     assert any("On record C, on which nothing depended" in sentence for sentence in tested.verdict)
-    write_reports(path)
-    assert "Nothing depended on C and D" in path.with_suffix(".html").read_text("utf-8")
+    table = residual_table(result_file.read(path, ExplainResult).targets["torque"])
+    assert [column.heading for column in table.columns][-4:] == [
+        "C, before",
+        "C, after",
+        "D, before",
+        "D, after",
+    ]
+    assert "Nothing depended on C and D" in table.note
 
 
 @pytest.mark.parametrize(

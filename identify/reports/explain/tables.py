@@ -13,6 +13,8 @@ _TITLE = {
     "deflection": "Motor-side minus link-side position",
     "tracking": "Tracking error",
 }
+_OPTIONAL = ("Reading", "Not distinguishable from")
+"""Columns of effects that are left out where they say nothing."""
 _SCALE = {"N m": (1.0, "N m"), "rad": (1e3 * 180 / np.pi, "m°")}
 
 
@@ -101,7 +103,13 @@ def effect_table(found: TargetResult) -> Table:
         " joint: the part of the squares left on the held-out record without this effect that it takes away,"
         " all others staying. Not distinguishable from: effects that would do about as well in its place."
     )
-    return Table(f"{title(found)}: effects", columns, tuple(rows), note)
+    used = [n for n, column in enumerate(columns) if column.heading not in _OPTIONAL or _said(rows, n)]
+    kept = tuple(tuple(row[n] for n in used) for row in rows)
+    return Table(f"{title(found)}: effects", tuple(columns[n] for n in used), kept, note)
+
+
+def _said(rows: list[tuple[str, ...]], column: int) -> bool:
+    return any(row[column] != NONE for row in rows)
 
 
 def _percent(share: float) -> str:
