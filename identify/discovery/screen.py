@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, removed
 from identify.discovery.places.job import Known
@@ -29,6 +30,8 @@ and still be refitted."""
 _NEARLY = 1.5
 """How many times the squares that the best one leaves a candidate may leave and still win, with errors of
 what was told fitted along and residuals that count for little."""
+_AT_BOUND = 1e-3
+"""Share of the way between its bounds within which a parameter is at one of them."""
 _SETTLED = 1.25
 """The gap above which the best effect at the best places may not be all that is missing, or the wrong one."""
 _UNEXPLAINED, _EXPLAINED = 2.0, 0.1
@@ -67,7 +70,7 @@ def screened(
         story.done(count[0], 0)
 
     least = MATERIAL if before.gap < CLOSED else -np.inf
-    asked = Known(known, before.values, anchor)
+    asked = Known(known, off_bounds(problem, linear, before), anchor)
     places, looked = look(workers, model, asked, found, one, least)
 
     def tried(ones: Sequence[Looked], how: Literal["quick", "brief"]) -> list[Trial]:
@@ -90,6 +93,21 @@ def screened(
         quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
     rest = [_guessed(before, one, anchor) for one in placed[_REFITTED:]]
     return places, [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
+
+
+def off_bounds(problem: Problem, effects: Sequence[Effect], before: Trial) -> Mapping[str, float]:
+    """The present values, but where a wrong model has driven them to a bound, those that the effects start
+    with: on a logarithmic scale nothing pulls a damper of nearly nothing back.
+    """
+    if before.gap < CLOSED:
+        return before.values
+    first = with_effects(problem, effects, {}).parameters
+    scale = Scale(first)
+    x = scale.to_x(np.array([before.values[p.name] for p in first]))
+    lower, upper = scale.bounds()
+    room = np.minimum(x - lower, upper - x) / (upper - lower)
+    free = (first[number] for number in scale.free)
+    return {**before.values, **{p.name: p.initial for p, r in zip(free, room, strict=True) if r < _AT_BOUND}}
 
 
 def _not_seen(found: Sequence[Effect], seen: Sequence[Looked]) -> list[Looked]:

@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from identify.discovery.places.catalogue import places_of
 from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
+from identify.discovery.screen import off_bounds
 from identify.discovery.trial import Trial, thinned
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
@@ -68,8 +69,8 @@ def fitted(case: Path) -> tuple[Problem, Trial]:
 
 def screened(problem: Problem, present: Trial) -> list[PlaceFit]:
     """All places from the present model."""
-    thin = thinned(problem)
-    return screen_places(places_of(thin), PlaceFitter(thin), problem.at(present.values))
+    thin, start = thinned(problem), off_bounds(problem, problem.file.study.effects, present)
+    return screen_places(places_of(thin), PlaceFitter(thin), problem.at(start))
 
 
 def is_at(effect: dict[str, Any], place: Place, problem: Problem) -> bool:

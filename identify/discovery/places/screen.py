@@ -19,7 +19,7 @@ from identify.discovery.places.views import views_of
 from identify.model.effects.place import Column, Place, Rows
 from identify.vibration.problem import Problem
 
-_ROUNDS = ((2, 20), (4, 8), (8, 0))
+_ROUNDS = ((3, 20), (4, 8), (8, 0))
 """Steps of each round, and how many places go on to the next one."""
 _GLANCED = 6
 """Places of the measurement that get more than one linear step."""

@@ -21,6 +21,8 @@ COMMON = 5.0
 """Squares that an unknown takes out of noise alone, where the noise of a force is in all responses: the least
 variance inflation that has been seen."""
 _LEAST = 1e-8
+_OWN = 2
+"""Steps of the unknowns alone after each step of the parameters."""
 _STEPS = (1.0, 0.4, 0.1, 0.02)
 
 
@@ -123,10 +125,8 @@ def fit_place(
             trial = np.clip(x + fraction * np.clip(step, -1, 1), lower, upper)
             moved = Unknown(unknown.values + fraction * change, unknown.reference)
             new = scale.to_values(trial)
-            if model.squares(moved, new, rests) >= squares:
-                continue
+            moved = _settled(model, model.refreshed(moved, new), new, rests)
             # The end of the record was that of the unknown before: the fall must hold with its own.
-            moved = model.refreshed(moved, new)
             ends = model.rests(moved, new)
             tried = model.squares(moved, new, ends)
             if tried < squares:
@@ -145,6 +145,24 @@ def fit_place(
     normal = normal_equations(_scaled(parts, scale.slope(x)), lines, count)
     measured = sum(2 * int(np.count_nonzero(view.weight)) for view in model.views)
     return SemiParametricFit(unknown, values, before, squares, measured, 2 * normal.determined, normal)
+
+
+def _settled(model: PlaceModel, unknown: Unknown, values: Array, rests: Sequence[Complex]) -> Unknown:
+    """The unknowns after Gauss-Newton steps of their own, while these go down: they are few in each line, and
+    what they are to the data bends more than what the parameters are.
+    """
+    lines, count = [view.lines for view in model.views], len(unknown.values)
+    squares = model.squares(unknown, values, rests)
+    for _ in range(_OWN):
+        parts = model.predict(unknown, values, np.zeros(0, dtype=int), rests)
+        normal = normal_equations(parts, lines, count)
+        change = -(normal.inverse @ normal.slope[..., None])[..., 0]
+        moved = Unknown(unknown.values + change, unknown.reference)
+        tried = model.squares(moved, values, rests)
+        if not tried < squares:
+            break
+        unknown, squares = model.refreshed(moved, values), tried
+    return unknown
 
 
 def _step(normal: Normal, damping: float) -> tuple[Array, Complex]:
