@@ -21,12 +21,12 @@ from identify.results.stability import StabilityResult
 from identify.vibration.fitted_model import fitted_model
 from tests.batch import planar
 from tests.generator import milling
-from tests.machining.planar_fit import POSTURE, TOOL, tip_jacobian, write_fit
+from tests.machining.planar_fit import POSTURE, TOOL, tip_jacobian
 
 
 @pytest.fixture(scope="module")
-def fit(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_fit(tmp_path_factory.mktemp("planar"))
+def fit(planar_fit: Path) -> Path:
+    return planar_fit
 
 
 @pytest.fixture(scope="module")
