@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from ruamel.yaml.comments import CommentedMap
 from threadpoolctl import threadpool_limits
 
 from identify.batch.settings import posture_of, read_table
@@ -212,6 +213,10 @@ def _notes(known: Known) -> tuple[str, ...]:
         f"the promise holds for a noise of {known.noise.floor:.3g} m/s²/N in the real and in the imaginary"
         " part of each accelerance, and for parameters near those given"
     ]
+    if known.config_folder is None:
+        said.append(
+            "the paths in the study of the test are those of the fit's study: put it into the same folder"
+        )
     if known.gap > _WELL_ABOVE:
         said.append(
             f"the fit's gap is {known.gap:.3g}: something is missing from the model, for which this test is"
@@ -230,10 +235,14 @@ def _study(path: Path, known: Known, posture_deg: Array, folder: Path) -> str:
         for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), (data, "points")):
             if key in owner:
                 owner[key] = relocated(owner[key], known.config_folder, folder)
-    data["measurements"] = [
-        {"file": f"planned{number}.uff", "posture_deg": posture.tolist()}
-        for number, posture in enumerate(posture_deg, 1)
-    ]
+    data["measurements"] = [_planned(number, posture) for number, posture in enumerate(posture_deg, 1)]
     text = io.StringIO()
     yaml.dump(data, text)
     return text.getvalue()
+
+
+def _planned(number: int, posture_deg: Array) -> CommentedMap:
+    """A measurement that is to be done, in one line."""
+    entry = CommentedMap({"file": f"planned{number}.uff", "posture_deg": posture_deg.tolist()})
+    entry.fa.set_flow_style()
+    return entry
