@@ -99,7 +99,8 @@ def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
     return StabilityResult(
         name=read.fit.name,
         verdict=said,
-        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool.uncertainty),
+        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool.uncertainty)
+        + sentences.of_model(read.model),
         seconds=time.perf_counter() - begun,
         provenance=provenance(
             text.path.name, text.text, [(read.path.name, sha256(read.path)), (text.path.name, text.sha256)]

@@ -16,6 +16,7 @@ from identify.fitting.resume import held
 from identify.machining.deflection import deflections, dynamic_deflection, loaded
 from identify.machining.force import mean_force, parse_force, path_text, read_path
 from identify.machining.place import posture_of
+from identify.machining.sentences import of_model
 from identify.machining.stability import mounted
 from identify.machining.tool import Tool, read_tool
 from identify.results import file as result_file
@@ -93,7 +94,7 @@ def run_deflection(
         result = DeflectionResult(
             name=fit.name,
             verdict=_verdict(rows, point),
-            notes=_notes(fit),
+            notes=_notes(fit) + of_model(fitted),
             seconds=time.perf_counter() - begun,
             provenance=provenance(
                 "", said, [(model.name, sha256(model)), *((one.name, sha256(one)) for one in inputs)]
