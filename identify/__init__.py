@@ -1,8 +1,9 @@
 """Fit elastic robot models to measured vibration.
 
 The commands as functions: `identify.fit("config.yaml")`, `discover`, `modes`, `explain`, `simulate`, `batch`,
-`map_postures`, `stability`, `read_result`; see `identify.api.commands`, which is imported when one of them is
-first used, so that `import identify` itself costs nothing.  `identify.cli` has the commands of the terminal.
+`map_postures`, `stability`, `deflection`, `plan`, `read_result`; see `identify.api.commands`, which is
+imported when one of them is first used, so that `import identify` itself costs nothing.  `identify.cli` has
+the commands of the terminal.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ if TYPE_CHECKING:
     from identify.api.commands import (
         Result,
         batch,
+        deflection,
         discover,
         explain,
         fit,
         map_postures,
         modes,
+        plan,
         read_result,
         simulate,
         stability,
@@ -32,11 +35,13 @@ __all__ = [
     "InputErrors",
     "Result",
     "batch",
+    "deflection",
     "discover",
     "explain",
     "fit",
     "map_postures",
     "modes",
+    "plan",
     "read_result",
     "simulate",
     "stability",

@@ -14,11 +14,13 @@ import typer
 
 from identify.api.options import (
     BatchOptions,
+    DeflectionOptions,
     DiscoverOptions,
     ExplainOptions,
     FitOptions,
     MapCommandOptions,
     ModesOptions,
+    PlanCommandOptions,
     Quiet,
     SimulateOptions,
     StabilityOptions,
@@ -192,6 +194,35 @@ def stability(
     from identify.api import commands as api
 
     _conclude(api.run_stability(model, options), options)
+
+
+@app.command()
+@takes_options
+def deflection(
+    model: Annotated[Path, typer.Argument(help="result file of a fit")], options: DeflectionOptions
+) -> None:
+    """How far forces push the tool, with intervals, and where to send it instead.
+
+    Of a force, a path with forces, or the mean force of a cut; and the compliance ellipsoid.
+    """
+    from identify.api import commands as api
+
+    _conclude(api.run_deflection(model, options), options)
+
+
+@app.command()
+@takes_options
+def plan(
+    model: Annotated[Path, typer.Argument(help="a study with its first posture, or result file of a fit")],
+    options: PlanCommandOptions,
+) -> None:
+    """Choose postures, impacts and sensors of the next test, and say what it promises.
+
+    D-optimal for all parameters, I-optimal for targets; writes the test sheet and the study.
+    """
+    from identify.api import commands as api
+
+    _conclude(api.run_plan(model, options), options)
 
 
 @app.command()

@@ -3,7 +3,18 @@
 from __future__ import annotations
 
 import signal
+from pathlib import Path
+
+import pytest
 
 # Tests interrupt processes of their own, which would inherit the deafness of a test run that was started in
 # the background.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session")
+def planar_fit(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The result file of a fitted planar arm, with `tool.yaml` beside it."""
+    from tests.machining.planar_fit import write_fit
+
+    return write_fit(tmp_path_factory.mktemp("planar"))

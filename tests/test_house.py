@@ -67,6 +67,7 @@ ORDER = (
     "reports",
     "map",
     "machining",
+    "planning",
     "batch",
     "discovery",
     "modes",

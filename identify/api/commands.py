@@ -13,11 +13,13 @@ from typing import Any
 
 from identify.api.options import (
     BatchOptions,
+    DeflectionOptions,
     DiscoverOptions,
     ExplainOptions,
     FitOptions,
     MapCommandOptions,
     ModesOptions,
+    PlanCommandOptions,
     SimulateOptions,
     StabilityOptions,
     given,
@@ -30,11 +32,13 @@ from identify.reports.write import write_reports
 __all__ = [
     "Result",
     "batch",
+    "deflection",
     "discover",
     "explain",
     "fit",
     "map_postures",
     "modes",
+    "plan",
     "read_result",
     "run",
     "simulate",
@@ -139,6 +143,23 @@ def stability(model: _Path | Result, tool: _Path, *, report: bool = False, **opt
     return _reported(run_stability(_model(model), wanted), report)
 
 
+def deflection(model: _Path | Result, *, report: bool = False, **options: Any) -> Result:
+    """How far forces push the tool of a fitted model; options: those of `identify deflection` by name, such
+    as force="100,0,-50" or path="path.csv".
+    """
+    return _reported(run_deflection(_model(model), DeflectionOptions(**_paths(options))), report)
+
+
+def plan(
+    model: _Path | Result, *, target: Sequence[str] = (), report: bool = False, **options: Any
+) -> Result:
+    """The next test; model: a study, a result file or what `fit` returned; target: parameters that are to be
+    known best; options: those of `identify plan` by name, such as postures=2.
+    """
+    wanted = PlanCommandOptions(target=list(target) or None, **_paths(options))
+    return _reported(run_plan(_model(model), wanted), report)
+
+
 def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:
     """What a command means for a config of its kind (`identify.core.analyses`)."""
     analysis = analysis_for(command, family_of(config), str(config))
@@ -197,6 +218,29 @@ def run_stability(model: Path, options: StabilityOptions) -> Result:
     return Result(result, tuple(written))
 
 
+def run_deflection(model: Path, options: DeflectionOptions) -> Result:
+    """What `identify deflection` does."""
+    from identify.machining.run_deflection import Load
+    from identify.machining.run_deflection import run_deflection as deflected
+
+    cut = options.tool, options.depth, options.feed_per_tooth
+    load = Load(options.force, options.path, *cut, options.node, options.posture)
+    result, written = deflected(model, load, options.out, draws=options.draws)
+    return Result(result, tuple(written))
+
+
+def run_plan(model: Path, options: PlanCommandOptions) -> Result:
+    """What `identify plan` does."""
+    from identify.planning.run import PlanOptions
+    from identify.planning.run import run_plan as planned
+
+    size = options.postures, options.impacts, options.sensors, options.among
+    noise = options.noise, options.resolution, options.seed
+    wanted = PlanOptions(*size, options.table, tuple(options.target or ()), options.anew, *noise)
+    result, written = planned(model, wanted, options.out)
+    return Result(result, tuple(written))
+
+
 def _model(model: _Path | Result) -> Path:
     """The file of a model, or of what `fit` returned."""
     return model.path if isinstance(model, Result) else Path(model)
@@ -211,6 +255,9 @@ def _path(of: _Path | None) -> Path | None:
 
 
 def _paths(options: dict[str, Any]) -> dict[str, Any]:
-    """Options, with those that name files as paths."""
-    named = ("out", "postures", "geometry")
-    return {name: _path(value) if name in named else value for name, value in options.items()}
+    """Options, with those that name files as paths; `postures` is a file or a number."""
+    named = ("out", "geometry", "path", "tool", "table")
+    return {
+        name: _path(value) if name in named or (isinstance(value, str) and name == "postures") else value
+        for name, value in options.items()
+    }

@@ -237,6 +237,59 @@ class StabilityOptions:
     quiet: Quiet = False
 
 
+@dataclass(frozen=True)
+class DeflectionOptions:
+    """Of `identify deflection`."""
+
+    force: Annotated[
+        str | None, typer.Option(help="FX,FY,FZ on the tool, N, along the base's axes: 100,0,-50")
+    ] = None
+    path: Annotated[
+        Path | None, typer.Option(help="CSV of a path: joint1_deg, ..., fx_n, fy_n, fz_n, and name if wanted")
+    ] = None
+    tool: Annotated[
+        Path | None, typer.Option(help="YAML file of the tool: where its tip is, and with a cut its force")
+    ] = None
+    depth: Annotated[float | None, typer.Option(help="depth of a cut with the tool, mm")] = None
+    feed_per_tooth: Annotated[float | None, typer.Option(help="feed of a cut with the tool, mm")] = None
+    node: Annotated[
+        int | None, typer.Option(help="node of the tip's point; default: the last of the points")
+    ] = None
+    posture: Annotated[
+        str | None,
+        typer.Option(help="joint angles in degrees, 0,30,-60,0,45,0, or a measurement; default: the first"),
+    ] = None
+    draws: Annotated[int, typer.Option(min=20, help="draws of the parameters, for the intervals")] = 400
+    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_deflection.h5")] = None
+    report: Report = True
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
+class PlanCommandOptions:
+    """Of `identify plan`."""
+
+    postures: Annotated[int, typer.Option(min=1, help="how many postures the test has")] = 3
+    impacts: Annotated[int, typer.Option(min=1, help="impacts (a point and a direction) in each")] = 3
+    sensors: Annotated[int, typer.Option(min=1, help="triaxial sensors, at the same places in all")] = 6
+    among: Annotated[int, typer.Option(min=1, help="random postures of which to choose")] = 40
+    table: Annotated[
+        Path | None, typer.Option(help="CSV of the postures of which to choose: joint1_deg, joint2_deg, ...")
+    ] = None
+    target: Annotated[
+        list[str] | None, typer.Option(help="what is to be known best; repeatable; default: all parameters")
+    ] = None
+    anew: Annotated[bool, typer.Option("--anew", help="as if the data of the fit did not exist")] = False
+    noise: Annotated[
+        float | None, typer.Option(help="noise of an accelerance, m/s^2/N; default: that of the fit's")
+    ] = None
+    resolution: Annotated[float | None, typer.Option(help="Hz between lines; default: as in the fit")] = None
+    seed: Annotated[int, typer.Option(help="of the random postures and starts")] = 1
+    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_plan.h5")] = None
+    report: Report = True
+    quiet: Quiet = False
+
+
 def given(options: Any) -> dict[str, Any]:
     """The options of an object that were given, by name, but those that every command has."""
     fields = [field for field in dataclasses.fields(options) if field.name not in ("out", "report", "quiet")]

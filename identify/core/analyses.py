@@ -182,6 +182,22 @@ ANALYSES = (
         study="identify.machining.tool:Tool",
     ),
     Analysis(
+        name="deflection",
+        takes="a finished fit",
+        kind="deflection",
+        holds="deflections of a tool",
+        result="identify.results.deflection:DeflectionResult",
+        report="identify.reports.deflection.sections",
+    ),
+    Analysis(
+        name="plan",
+        takes="a study of vibration or a finished fit",
+        kind="plan",
+        holds="a planned test",
+        result="identify.results.plan:PlanResult",
+        report="identify.reports.plan.sections",
+    ),
+    Analysis(
         name="compare",
         takes="finished fits",
         kind="compare",

@@ -49,7 +49,7 @@ def _continuous(values: Complex) -> Complex:
     """Values (..., lines, branches) in the order that follows them from line to line."""
     count = values.shape[-1]
     orders = np.array(list(permutations(range(count))))
-    moved = np.abs(values[..., 1:, None, :] * 1.0 - 0.0 * 1j - _take(values[..., :-1, :], orders))
+    moved = np.abs(values[..., 1:, None, :] - values[..., :-1, :][..., orders])
     best = np.argmin(moved.sum(axis=-1), axis=-1)  # the order of the line before that is nearest to this one
     flat = best.reshape(-1, best.shape[-1])
     chosen = np.empty((len(flat), flat.shape[1] + 1, count), dtype=int)
@@ -59,11 +59,6 @@ def _continuous(values: Complex) -> Complex:
         # place of branch b at this line: where its place at the line before went
         chosen[:, line + 1] = np.take_along_axis(inverse[flat[:, line]], chosen[:, line], axis=1)
     return np.take_along_axis(values, chosen.reshape(*values.shape[:-1], count), axis=-1)
-
-
-def _take(values: Complex, orders: Array) -> Complex:
-    """(..., orders, branches): the values in each order."""
-    return np.asarray(values[..., orders])
 
 
 def zeroth_order(inverse: Complex, line_hz: Array, teeth: int, rpm: Array) -> Limits:

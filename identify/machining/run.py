@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.core.arrays import Array
 from identify.core.config import ConfigFile
 from identify.core.errors import InputError
 from identify.fitting.resume import held
 from identify.machining import sentences
+from identify.machining.place import posture_of
 from identify.machining.stability import (
     Mounted,
     limits,
@@ -50,25 +50,6 @@ def read_both(model: Path, tool: Path) -> Read:
     return Read(model, fit, fitted_model(fit, str(model)), read_tool(tool))
 
 
-def posture_of(text: str | None, read: Read) -> Array:
-    """(joints,), rad, from angles in degrees, or the name of a measurement; default: that of the first.
-
-    InputError for other texts.
-    """
-    names = list(read.fit.measurements)
-    if text is None or text in names:
-        return np.deg2rad(read.fit.measurements[text or names[0]].posture_deg)
-    joints = len(read.model.robot.joints)
-    try:
-        angles = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        angles = np.array([])
-    if angles.shape != (joints,) or not np.isfinite(angles).all():
-        expected = f"{joints} angles in degrees such as 0,30,-60,0,45,0, or one of {', '.join(names)}"
-        raise InputError("--posture", repr(text), expected)
-    return np.asarray(np.deg2rad(angles))
-
-
 def run_stability(
     model: Path,
     tool: Path,
@@ -92,7 +73,9 @@ def run_stability(
             str(path), "not a file for depth limits", "a new file in .h5", "choose another with `--out`"
         )
     with held(path), threadpool_limits(1):
-        on = mounted(read.model, read.file.study, posture_of(posture, read), str(tool), speeds, draws)
+        on = mounted(
+            read.model, read.file.study, posture_of(posture, read.fit, read.model), str(tool), speeds, draws
+        )
         result = _result(read, on, begun)
         result_file.write(result, path)
     return result, [path]
@@ -116,7 +99,8 @@ def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
     return StabilityResult(
         name=read.fit.name,
         verdict=said,
-        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool.uncertainty),
+        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool.uncertainty)
+        + sentences.of_model(read.model),
         seconds=time.perf_counter() - begun,
         provenance=provenance(
             text.path.name, text.text, [(read.path.name, sha256(read.path)), (text.path.name, text.sha256)]

@@ -20,8 +20,8 @@ from identify.core.interruption import check
 from identify.machining.engagement import Engagement
 from identify.machining.structure import Structure
 
-_STEPS_PER_WAVE = 16
-_LEAST_STEPS, _MOST_STEPS = 30, 120
+_STEPS_PER_WAVE = 24
+_LEAST_STEPS, _MOST_STEPS = 48, 120
 _FINER, _HALVINGS = 1.2, 9
 
 

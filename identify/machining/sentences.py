@@ -8,8 +8,8 @@ from identify.core.arrays import Array
 from identify.machining.tool import ToolUncertainty
 from identify.results.fit import FitResult
 from identify.results.stability import DepthLimits, LimitChecks
+from identify.vibration.fitted_model import FittedModel
 
-_AGREE = 0.05
 _WELL_ABOVE = 2.0
 
 
@@ -110,3 +110,12 @@ def notes(
         " the limit"
     )
     return tuple(said)
+
+
+def of_model(model: FittedModel) -> tuple[str, ...]:
+    """A warning where errors of what was told were fitted along."""
+    if model.off is None:
+        return ()
+    return (
+        "errors of what was told are as the fit found them; what is left uncertain of them is in no band",
+    )

@@ -37,7 +37,7 @@ def main() -> None:
     named, false, false_in_nulls = 0, 0, 0
     for number, name in enumerate(drawn):
         hit, wrong = scored(str(name), dirty(str(name), rng, 10 * given.seed + number))
-        named, false = named + hit, false + len(wrong)
+        named, false = named + (hit and bool(name)), false + len(wrong)
         false_in_nulls += bool(wrong) and not name
     count = given.cases - NULLS
     print(f"named {named} of {count}; false names {false} in all, in {false_in_nulls} of {NULLS} nulls")
@@ -80,7 +80,7 @@ def scored(name: str, hidden: Hidden) -> tuple[bool, list[str]]:
     result, seconds = explained(5 if wrist else 3, hidden, **({"joints": [4, 5]} if wrist else {}))
     tables = [found.effects for found in result.targets.values()]
     names = [one for table in tables for one in table.name]
-    rivals = {rival for table in tables for row in table.rivals for rival in row.split(", ")}
+    rivals = {rival for table in tables for row in table.rivals for rival in row.split(", ") if row}
     wrong = [one for one in names if one != name and not _of_body(one)]
     stood_for = name in rivals and name not in names
     if stood_for and wrong:

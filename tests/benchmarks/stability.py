@@ -77,7 +77,7 @@ class Row:
 def score(seed: int) -> list[Row]:
     """One arm."""
     rng = np.random.default_rng([seed, 0x5B])
-    spec = TestSpec(arm=MAKES["random"](seed), seed=seed, noise_response=_NOISE, noise_force=1.0)
+    spec = TestSpec(arm=MAKES["random"](seed), seed=seed, noise_response=_NOISE)
     kind, swept = str(rng.choice(list(_CUTS))), float(rng.uniform(0.3, 0.8))
     feed, speeds = rng.normal(size=3), np.sort(rng.uniform(2000.0, 9000.0, 2))
     cut_yaml = f"{{kind: {kind}, width_mm: {20 * swept:.6f}}}"

@@ -61,7 +61,7 @@ def growth(
         past[k % steps] = now
         force = np.zeros_like(now)
         for tooth in range(cut.teeth):
-            begin = (pitch * k / steps + tooth * pitch) % (2 * np.pi)
+            begin = (k + tooth * steps) % (cut.teeth * steps) * pitch / steps
             low, high = max(begin, cut.entry), min(begin + pitch / steps, cut.exit)
             if high > low:  # for that part of the step
                 s, c = np.sin((low + high) / 2), np.cos((low + high) / 2)

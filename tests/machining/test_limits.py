@@ -61,7 +61,7 @@ def _simulated(structure: Structure, cut: Engagement, rpm: float, near: float, s
     k = cut.cutting
     sketch = milling.Cut(cut.teeth, cut.entry, cut.exit, k.tangential, k.radial, k.axial)
     matrices = structure.mass, structure.damping, structure.stiffness, structure.out
-    return milling.limit(*matrices, sketch, rpm, near * np.linspace(0.85, 1.15, 7), seconds)
+    return milling.limit(*matrices, sketch, rpm, near * np.linspace(0.9, 1.1, 5), seconds)
 
 
 def test_the_multipliers_of_a_slot_are_the_published_ones() -> None:
@@ -136,10 +136,9 @@ def test_zeroth_order_does_not_see_a_flip_lobe() -> None:
     )
 
 
-@pytest.mark.parametrize("rpm", [6000.0, 9000.0])
-def test_an_end_mill_with_two_directions_chatters_where_a_simulation_says(rpm: float) -> None:
+def test_an_end_mill_with_two_directions_chatters_where_a_simulation_says() -> None:
     """Altintas and Budak's example: half immersion, up-milling, three teeth, 600 N/mm^2, Kr 0.07."""
-    structure, cut = _altintas(), _cut(3, 0.0, np.pi / 2, Coefficients(6e8, 0.07 * 6e8))
+    structure, cut, rpm = _altintas(), _cut(3, 0.0, np.pi / 2, Coefficients(6e8, 0.07 * 6e8)), 6000.0
     near = float(_zeroth(structure, cut, np.array([rpm])).depth[0])
     limit = TimeDomain(structure, cut, 700.0).limit(rpm, near, 0.1)
     assert limit == pytest.approx(_simulated(structure, cut, rpm, limit, 0.35), rel=0.02)

@@ -21,12 +21,12 @@ from identify.results.stability import StabilityResult
 from identify.vibration.fitted_model import fitted_model
 from tests.batch import planar
 from tests.generator import milling
-from tests.machining.planar_fit import POSTURE, TOOL, tip_jacobian, write_fit
+from tests.machining.planar_fit import POSTURE, TOOL, tip_jacobian
 
 
 @pytest.fixture(scope="module")
-def fit(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_fit(tmp_path_factory.mktemp("planar"))
+def fit(planar_fit: Path) -> Path:
+    return planar_fit
 
 
 @pytest.fixture(scope="module")
@@ -52,12 +52,11 @@ def test_limits_are_those_of_a_simulation_of_the_true_arm(found: StabilityResult
     cut = milling.Cut(2, 0.0, np.pi / 2, 6e8, 1.5e8)
     matrices = planar.mass_matrix(POSTURE), np.diag(planar.DAMPING), np.diag(planar.STIFFNESS)
     tip = found.axes @ tip_jacobian(POSTURE)
-    for row in (0, 3):
-        limit = found.limits.depth_m[row]
-        depths = limit * np.linspace(0.85, 1.15, 7)
-        simulated = milling.limit(*matrices, tip, cut, found.limits.rpm[row], depths, 4.0)
-        assert limit == pytest.approx(simulated, rel=0.01)
-        assert found.limits.zeroth_order[0] != pytest.approx(found.limits.depth_m[0], rel=0.03)
+    limit = found.limits.depth_m[0]
+    depths = limit * np.linspace(0.9, 1.1, 5)
+    simulated = milling.limit(*matrices, tip, cut, found.limits.rpm[0], depths, 3.0)
+    assert limit == pytest.approx(simulated, rel=0.01)
+    assert found.limits.zeroth_order[0] != pytest.approx(found.limits.depth_m[0], rel=0.03)
 
 
 def test_bands_are_those_of_limits_at_drawn_parameters(fit: Path, found: StabilityResult) -> None:
@@ -69,10 +68,10 @@ def test_bands_are_those_of_limits_at_drawn_parameters(fit: Path, found: Stabili
         TimeDomain(on.structure(values), on.cut, 40.0).limit(
             found.limits.rpm[row], found.limits.depth_m[row], 0.005
         )
-        for values in model.draws(40, np.random.default_rng(5))
+        for values in model.draws(16, np.random.default_rng(5))
     ]
     half = (found.limits.high_95[row] - found.limits.low_95[row]) / 2
-    assert half == pytest.approx(1.96 * np.std(drawn), rel=0.4)
+    assert half == pytest.approx(1.96 * np.std(drawn, ddof=1), rel=0.5)
     assert np.std(drawn) > 3e-4 * np.mean(drawn)
 
 
@@ -81,10 +80,10 @@ def test_what_is_uncertain_widens_the_bands(fit: Path, found: StabilityResult, t
     for said in ("{coefficients: 0.1}", "{posture_deg: 2.0}"):
         tool = tmp_path / "tool.yaml"
         tool.write_text(f"{TOOL}uncertainty: {said}\n")
-        result, _ = run_stability(fit, tool, tmp_path / "wide.h5", speeds=3, draws=30)
-        wide.append(result.limits.high_95[1] / result.limits.low_95[1])
+        result, _ = run_stability(fit, tool, tmp_path / "wide.h5", speeds=2, draws=24)
+        wide.append(result.limits.high_95[0] / result.limits.low_95[0])
     assert np.log(wide[0]) == pytest.approx(2 * 1.96 * 0.1, rel=0.4)
-    narrow = found.limits.high_95[3] / found.limits.low_95[3]
+    narrow = found.limits.high_95[0] / found.limits.low_95[0]
     assert wide[1] > 1.05 * narrow
 
 

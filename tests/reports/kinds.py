@@ -17,11 +17,13 @@ from identify.reports.kit.page import page
 from identify.reports.write import write_reports
 from identify.results import file as result_file
 from identify.results.comparison import compared
+from tests.reports.deflection_sample import deflection_result
 from tests.reports.discovery_sample import discovery_result, null_result
 from tests.reports.explain_sample import explain_result
 from tests.reports.joints_sample import joints_result
 from tests.reports.modes_sample import modes_result
 from tests.reports.motion_sample import motion_result
+from tests.reports.plan_sample import plan_result
 from tests.reports.posture_sample import batch_result, map_result
 from tests.reports.sample import frf_result, modal_result
 from tests.reports.stability_sample import stability_result
@@ -96,6 +98,16 @@ _STABILITY = (
     ("Feed directions", "Least limit", "feed_depth_m", 1e3),
     ("Modes at this posture", "Frequency", "mode_hz", 1.0),
 )
+_DEFLECTION = (
+    ("Deflections", "Moves x", "rows/deflection_m:0", 1e6),
+    ("Deflections", "Force z", "rows/force_n:2", 1.0),
+    ("The compensated path", "Send y", "rows/target_m:1", 1e3),
+)
+_PLAN = (
+    ("Promised intervals", "Value", "promised/value", 1.0),
+    ("Promised intervals", "± promised", "promised/promised", 100.0),
+    ("Postures", "joint2", "posture_deg:1", 1.0),
+)
 
 CASES = (
     Case("fit", "fit", lambda: [frf_result(60, 4)], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0))),
@@ -153,6 +165,8 @@ CASES = (
     Case("explained", "explained", lambda: [explain_result()], _EXPLAINED, shapes=False, frfs=False),
     Case("joints", "joints", lambda: [joints_result()], _JOINTS, shapes=False, frfs=False),
     Case("map", "map", lambda: [map_result()], _MAP, shapes=False, frfs=False),
+    Case("deflection", "deflection", lambda: [deflection_result()], _DEFLECTION, shapes=False, frfs=False),
+    Case("plan", "plan", lambda: [plan_result()], _PLAN, shapes=False, frfs=False),
     Case("stability", "stability", lambda: [stability_result()], _STABILITY, shapes=False, frfs=False),
 )
 

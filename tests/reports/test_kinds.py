@@ -231,7 +231,7 @@ def test_every_csv_is_a_table_with_units(made: Made) -> None:
         )
         assert len({len(row) for row in read}) == 1, path.name
         assert all(read[0]), f"{path.name}: a column without a heading"
-    units = {"Hz", "s", "%"}
+    units = {"Hz", "s", "%", "µm"}
     heads = " ".join(path.read_text("utf-8").splitlines()[0] for path in made.exported.glob("table*.csv"))
     if made.case.kind == "joints":  # its values have each their own
         assert "Unit" in heads

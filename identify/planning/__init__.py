@@ -1,0 +1,1 @@
+"""What to measure next: postures, impacts and sensors that determine parameters best."""

@@ -1,0 +1,56 @@
+"""The result of `identify plan`: a test to be done, as kept in its HDF5 file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.arrays import Array, Texts
+from identify.results.header import Header
+
+
+@dataclass(frozen=True)
+class PromisedTable:
+    """What the test promises for each parameter: its value, and half its 95 % interval relative to it: now
+    (inf where nothing is known), after this test, and after a test of the same size at random (median).
+    """
+
+    name: Texts
+    unit: Texts
+    value: Array
+    now: Array
+    promised: Array
+    random: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanResult(Header):
+    """Postures (q, joints), impacts as channels, sensors with their nodes, names, links, places (s, 3), m, in
+    the link's frame, and axes (s, 3, 3), as rows.
+
+    level (q, i, s): RMS accelerance expected over the band, m/s^2/N; noise_floor: standard deviation of its
+    real part, m/s^2/N; candidates (3,): postures, impacts and sensors that it was chosen from; random_ratio:
+    median of the random tests' intervals over the promised ones; study: the study to be filled.
+    """
+
+    KIND: ClassVar[str] = "plan"
+    criterion: str
+    joints: Texts
+    posture_deg: Array
+    impacts: Texts
+    sensors: NDArray[np.int_]
+    sensor_names: Texts
+    sensor_links: Texts
+    sensor_m: Array
+    sensor_axes: Array
+    level: Array
+    noise_floor: float
+    band_hz: Array
+    resolution_hz: float
+    candidates: NDArray[np.int_]
+    random_ratio: float
+    promised: PromisedTable
+    study: str

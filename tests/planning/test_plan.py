@@ -1,0 +1,168 @@
+"""`identify plan` on the fitted planar arm: information against differences, the choice against all choices,
+promised intervals against refits.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import identify
+from identify.cli import app
+from identify.core.errors import InputError
+from identify.core.yaml_input import parse_yaml
+from identify.planning.candidates import Candidates
+from identify.planning.design import Criterion, best_design, total
+from identify.planning.information import TestNoise, measurable
+from identify.planning.run import PlanOptions, run_plan
+from identify.results import file as result_file
+from identify.results.fit import FitResult
+from identify.results.plan import PlanResult
+from identify.vibration.fitted_model import FittedModel, fitted_model
+from tests.batch import planar
+
+FLOOR = 0.004
+BAND = np.array([4.0, 64.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def fit(planar_fit: Path) -> Path:
+    return planar_fit
+
+
+@pytest.fixture(scope="module")
+def model(fit: Path) -> FittedModel:
+    return fitted_model(result_file.read(fit, FitResult), "fit.h5")
+
+
+AMONG = Candidates(planar.postures(5, seed=4), ((1, 0), (1, 1), (2, 0), (2, 1)), (1, 2))
+
+
+def _frfs(q: np.ndarray, k: np.ndarray, c: np.ndarray, hits: list[int], line_hz: np.ndarray) -> np.ndarray:
+    """(lines, 4, hits), accelerance: closed form, in the order of the channels 1 and 2 along x and y."""
+    _, rows = planar.channels(q)
+    s = 2j * np.pi * line_hz[:, None, None]
+    z = np.diag(k) + s * np.diag(c) + s**2 * planar.mass_matrix(q)
+    force = rows[hits].T
+    return np.asarray(
+        s**2 * (rows @ np.linalg.solve(z, np.broadcast_to(force, (len(line_hz), *force.shape))))
+    )
+
+
+def test_information_is_that_of_differences_of_a_closed_form(model: FittedModel) -> None:
+    free = np.arange(6)
+    found = measurable(model, AMONG, free, model.values, TestNoise(FLOOR), BAND)
+    assert found.information.shape == (5, 4, 2, 6, 6)
+    names = [parameter.name for parameter in model.system(model.posture).parameters]
+    k_at, c_at = (
+        [names.index(f"joint{n}.rz.{what}") for n in (1, 2, 3)] for what in ("stiffness", "damping")
+    )
+    line_hz = np.linspace(4, 64, 60)
+
+    def stacked(values: np.ndarray) -> np.ndarray:
+        h = _frfs(AMONG.postures[3], values[k_at], values[c_at], [1], line_hz)[:, 2:, 0]
+        return np.concatenate([h.real.ravel(), h.imag.ravel()])
+
+    columns = []
+    for parameter in range(6):
+        up, down = model.values.copy(), model.values.copy()
+        up[parameter] *= 1 + 1e-5
+        down[parameter] *= 1 - 1e-5
+        columns.append((stacked(up) - stacked(down)) / 2e-5)
+    jacobian = np.array(columns).T
+    expected = jacobian.T @ jacobian / FLOOR**2 * 61 / 60
+    assert found.information[3, 1, 1] == pytest.approx(expected, rel=1e-4, abs=1e-6 * expected.max())
+    assert found.information[3, 1, 0] != pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.parametrize("targets", [None, np.eye(6)[[4]]])
+def test_the_choice_is_the_best_of_all(model: FittedModel, targets: np.ndarray | None) -> None:
+    found = measurable(model, AMONG, np.arange(6), model.values, TestNoise(FLOOR), BAND)
+    criterion = Criterion(1e-3 * np.eye(6), targets)
+    design = best_design(found.information, (2, 1, 1), criterion, np.random.default_rng(1))
+    scores = {
+        (q, i, s): float(
+            criterion.scores(total(found.information, (np.array(q), np.array([i]), np.array([s]))))
+        )
+        for q in combinations(range(5), 2)
+        for i in range(4)
+        for s in range(2)
+    }
+    assert design.score == pytest.approx(max(scores.values()), rel=1e-9)
+    assert design.score > np.median(list(scores.values())) + 0.1
+    assert (
+        scores[(tuple(design.chosen[0]), int(design.chosen[1][0]), int(design.chosen[2][0]))] == design.score
+    )
+
+
+def test_promised_intervals_are_those_of_refits(model: FittedModel) -> None:
+    """Scatter of linear least squares about the truth over many seeds of noise."""
+    found = measurable(
+        model, AMONG, np.arange(6), model.values, TestNoise(FLOOR), np.array([4.0, 64.0, 60 / 59])
+    )
+    chosen = (np.array([0, 2]), np.array([2, 3]), np.array([0, 1]))
+    promised = np.sqrt(np.diag(np.linalg.inv(total(found.information, chosen))))
+    names = [parameter.name for parameter in model.system(model.posture).parameters]
+    k_at, c_at = (
+        [names.index(f"joint{n}.rz.{what}") for n in (1, 2, 3)] for what in ("stiffness", "damping")
+    )
+    line_hz = np.linspace(4, 64, 60)
+
+    def predicted(x: np.ndarray) -> np.ndarray:
+        values = model.values * np.exp(x)
+        parts = [
+            _frfs(AMONG.postures[q], values[k_at], values[c_at], [2, 3], line_hz).ravel() for q in (0, 2)
+        ]
+        h = np.concatenate(parts)
+        return np.concatenate([h.real, h.imag])
+
+    rng, zero, step = np.random.default_rng(2), np.zeros(6), 1e-5
+    jacobian = np.array([(predicted(step * e) - predicted(-step * e)) / (2 * step) for e in np.eye(6)]).T
+    truth = predicted(zero)
+    scatter = []
+    for _ in range(150):
+        data = truth + FLOOR * rng.normal(size=truth.shape)
+        x = zero
+        for _ in range(2):
+            x = x + np.linalg.lstsq(jacobian, data - predicted(x), rcond=None)[0]
+        scatter.append(x)
+    assert np.std(scatter, axis=0) == pytest.approx(promised, rel=0.2)
+
+
+def test_the_command_writes_sheet_study_and_result(fit: Path, tmp_path: Path) -> None:
+    words = ["plan", str(fit), "--postures", "2", "--impacts", "1", "--sensors", "1", "--among", "8"]
+    done = CliRunner().invoke(app, [*words, "--out", str(tmp_path / "a.h5"), "--anew"])
+    assert done.exit_code == 0, done.output
+    assert "times narrower than those of tests of the same size at random" in " ".join(done.output.split())
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+    study = parse_yaml((tmp_path / "a.yaml").read_text(), "a.yaml")
+    kept = result_file.read(tmp_path / "a.h5", PlanResult)
+    assert [one["posture_deg"] for one in study["measurements"]] == kept.posture_deg.tolist()
+    again = identify.plan(fit, postures=2, impacts=1, sensors=1, among=8, anew=True, out=tmp_path / "b.h5")
+    assert np.array_equal(kept.promised.promised, again.data.promised.promised)
+    assert kept.random_ratio > 1
+    after = identify.plan(fit, postures=2, impacts=1, sensors=1, among=8, out=tmp_path / "c.h5")
+    table = result_file.read(fit, FitResult).parameters
+    half = 1.96 * table.std
+    assert after.data.promised.now == pytest.approx(half, rel=0.02), (
+        "with nothing new, the fit's own intervals"
+    )
+    assert np.all(after.data.promised.promised < after.data.promised.now)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (PlanOptions(impacts=9), r"--impacts: 9; expected from 1 to 6"),
+        (PlanOptions(sensors=3), r"--sensors: 3; expected from 1 to 2"),
+        (PlanOptions(target=("joint9.rz.stiffness",)), "no free parameter 'joint9.rz.stiffness'"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused(fit: Path, tmp_path: Path, options: PlanOptions, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        run_plan(fit, options, tmp_path / "x.h5")
+    assert not (tmp_path / "x.h5").exists()
