@@ -124,7 +124,7 @@ def test_promised_intervals_are_those_of_refits(model: FittedModel) -> None:
     jacobian = np.array([(predicted(step * e) - predicted(-step * e)) / (2 * step) for e in np.eye(6)]).T
     truth = predicted(zero)
     scatter = []
-    for _ in range(150):
+    for _ in range(80):
         data = truth + FLOOR * rng.normal(size=truth.shape)
         x = zero
         for _ in range(2):
