@@ -119,14 +119,19 @@ def modes(
 ) -> None:
     """Find the modes of measured FRFs: frequencies, damping, shapes.
 
-    Exit code 4 when there is none, or when they do not rebuild the FRFs.
+    Exit code 4 when there is none, or when they do not rebuild the FRFs. A universal file with mode shapes
+    and no FRF is shown as it is.
     """
     from identify.api import commands as api
 
     try:
         found = api.run_modes(data, options)
     except InputError as error:
-        raise _with_options(error) from error
+        if not api.has_shapes_alone(data):
+            raise _with_options(error) from error
+        mac_(str(data))
+        typer.echo("mode shapes without FRFs, as they are; `identify mac` compares them with others")
+        return
     try:
         _conclude(found, options)
     except typer.Exit:

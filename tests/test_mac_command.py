@@ -15,7 +15,9 @@ from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import write_modal_table
+from identify.measured.uff.blocks import has_shapes_alone
 from identify.measured.uff.shapes import write_shapes
+from identify.measured.uff.write import write_uff58
 from identify.modes.compare_shapes import compare_modes
 from identify.results import file as result_file
 from identify.results.modes import ModesResult
@@ -48,6 +50,17 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
     write_modal_table(tmp_path / "a.yaml", TABLE)
     write_shapes(tmp_path / "b.unv", OTHER, None)
     return tmp_path / "a.yaml", tmp_path / "b.unv"
+
+
+def test_a_file_of_shapes_opens_in_modes(files: tuple[Path, Path], tmp_path: Path) -> None:
+    said = invoke("modes", files[1])
+    assert said.exit_code == 0
+    assert "Modes of b.unv" in said.output and "as they are" in said.output
+    assert "70.0" in said.output
+    write_uff58(tmp_path / "frf.unv", frf_set())
+    both = tmp_path / "both.unv"
+    both.write_bytes(files[1].read_bytes() + (tmp_path / "frf.unv").read_bytes())
+    assert [has_shapes_alone(path) for path in (files[1], tmp_path / "frf.unv", both)] == [True, False, False]
 
 
 def test_two_sets_of_modes_are_paired_without_a_robot(files: tuple[Path, Path]) -> None:

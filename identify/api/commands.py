@@ -26,6 +26,7 @@ from identify.api.options import (
 )
 from identify.core.analyses import analysis_for, check_options, load
 from identify.core.config import family_of
+from identify.core.errors import InputError
 from identify.reports.outcome import Result, read_result
 from identify.reports.write import write_reports
 
@@ -172,6 +173,19 @@ def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:
         told = {"progress": progress} if how.progress else {}
         result, written = load(how.function)(config, options.out, **arguments, **told)
     return Result(result, (written,) if isinstance(written, Path) else tuple(written))
+
+
+def has_shapes_alone(data: Path) -> bool:
+    """Whether a file has modes and no FRFs to find them in."""
+    from identify.measured.loaders import FORMAT_OF_SUFFIX
+    from identify.measured.uff import blocks
+
+    if not data.is_file() or FORMAT_OF_SUFFIX.get(data.suffix.lower()) != "uff":
+        return False
+    try:
+        return blocks.has_shapes_alone(data)
+    except InputError:
+        return False
 
 
 def run_modes(data: Path, options: ModesOptions) -> Result:

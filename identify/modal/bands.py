@@ -61,7 +61,10 @@ def _whole(layout: Layout, settings: ModalSettings, *, late: bool = False) -> Id
     manual = settings.modes_hz is not None
     least = 0.0 if manual or settings.keep_hz else settings.min_presence / 2
     accepted, rejected = select(candidates(diagram, least), layout, settings, late=late)
-    found = (verify if settings.refine else unrefined)(accepted, layout, settings)
+    if settings.refine:
+        found = verify(accepted, layout, settings, rejected)
+    else:
+        found = unrefined(accepted, layout, settings)
     found = replace(found, rejected=rejected + found.rejected)
     rebuilt = synthesise(found.model, layout.s, layout.power)
     rebuilt = rebuilt + synthesise(found.outside, layout.s, layout.power)

@@ -21,11 +21,12 @@ _MANUAL_REACH = 0.02
 
 
 DROPPED = "dropped by hand"
+_RARE, _DUPLICATE = "appears in", "duplicate of"
 _LATE, _STEADY, _SHARP = 0.3, 0.95, 0.1
 """A pole that only high orders can tell appears in this part of all orders, in this part of those from its
 first on, and scatters over them by less than this part of its half-bandwidth."""
 _LOOSE_MPC, _LOOSE_MPD = 0.5, 1.4
-_SHARE = 0.01
+IDLE_SHARE = 0.01
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,11 @@ class Candidate:
     def half_bandwidth(self) -> float:
         """zeta omega, rad/s."""
         return -self.pole.real
+
+    @property
+    def is_barred(self) -> bool:
+        """Whether it was found and is no mode, rather than not found by enough orders or twice."""
+        return bool(self.reason) and not self.reason.startswith((_RARE, _DUPLICATE))
 
 
 def candidates(diagram: Diagram, least_presence: float) -> list[Candidate]:
@@ -149,7 +155,7 @@ def _fault(candidate: Candidate, settings: ModalSettings, late: bool) -> str:
     apart = 2 * np.pi * candidate.frequency_std_hz / candidate.half_bandwidth
     late = late and candidate.presence >= _LATE and candidate.steadiness >= _STEADY and apart < _SHARP
     checks = (
-        (rare and not late, f"appears in {candidate.presence:.0%} of the orders"),
+        (rare and not late, f"{_RARE} {candidate.presence:.0%} of the orders"),
         (spread > settings.max_frequency_spread, f"frequency scatters by {spread:.2%} over orders"),
         (
             damping_spread > settings.max_damping_spread,
@@ -173,7 +179,7 @@ def _duplicate(candidate: Candidate, accepted: list[Candidate], settings: ModalS
         near = abs(candidate.pole - other.pole) < 1.5 * max(candidate.half_bandwidth, other.half_bandwidth)
         mac = abs(np.vdot(candidate.shape, other.shape)) ** 2
         if near and mac > settings.duplicate_mac:
-            return f"duplicate of {other.frequency_hz:.4g} Hz (MAC {mac:.2f})"
+            return f"{_DUPLICATE} {other.frequency_hz:.4g} Hz (MAC {mac:.2f})"
     return ""
 
 
@@ -201,7 +207,7 @@ def without_idle(
 
 def least_share(settings: ModalSettings) -> float:
     """Least part of the energy around a mode that only it explains, where noise is no measure of that."""
-    return _SHARE if settings.min_contribution is None else settings.min_contribution
+    return IDLE_SHARE if settings.min_contribution is None else settings.min_contribution
 
 
 def idle_reason(contribution: float) -> str:

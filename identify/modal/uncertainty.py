@@ -24,7 +24,10 @@ def covariance(found: Fit) -> Array:
     _, normal = slope(found)
     diagonal = np.diag(normal)
     scale = np.sqrt(np.maximum(diagonal, 1e-30 * np.max(diagonal)) + np.finfo(float).tiny)
-    inverse = np.linalg.pinv(normal / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    # What rounding leaves of a direction that the data do not tell is little known, not well known.
+    values = np.maximum(values, np.finfo(float).eps * len(values) * values[-1])
+    inverse = (vectors / values) @ vectors.T / np.outer(scale, scale)
     variance, factor = local_variance(found)
     q = 2 * found.participation.shape[1]
     for k, r in enumerate(np.flatnonzero(found.free)):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Mask
+from identify.core.arrays import Array
+from identify.modal.growth import grown
 from identify.modal.imperfect import imperfect
 from identify.modal.layout import Layout
 from identify.modal.lsfd import MORE_RESIDUALS, ModalModel, lsfd
@@ -14,33 +15,25 @@ from identify.modal.mac import mpc, mpd
 from identify.modal.refine import FULL, QUICK, Equations, Fit, fit, minimise, without
 from identify.modal.selection import Candidate, idle_reason
 from identify.modal.settings import ModalSettings
+from identify.modal.state import REACH, State, chance, dropped, narrow, pruned, refined, weighted
 from identify.modal.uncertainty import covariance
-from identify.modal.verified import BEYOND, Verified, pole_arrays, rows, stays
-from identify.modal.weights import leftover, over_noise, required, reweighted
+from identify.modal.verified import Verified, pole_arrays, rows, stays
+from identify.modal.weights import leftover, over_noise, required
 
-_BACKGROUND = 0.7
-"""Damping ratio beyond which a pole does not even serve as background."""
 _NOT_NOISE = 3.0
 """What is left over independent noise, beyond which the model is wrong rather than small."""
-_NARROW = 0.8
-"""Half-power bandwidth, in lines, of a peak that leaks."""
-_REACH = 3.0
-"""Modes this near to one that is left out, in half-bandwidths of both, may take its place."""
+_COMPLETE = 1.5
+"""The same where modes were added: they are believed where they leave noise and nothing else."""
 _UNSURE = 0.05
 """Poles whose standard deviation, in half-bandwidths, is larger may be the second of a pair for one mode."""
 
 
-@dataclass(frozen=True)
-class _State:
-    """A fit, the candidate behind each of its poles, and those that went."""
-
-    fit: Fit
-    modes: list[Candidate]
-    gone: list[Candidate]
-
-
-def verify(modes: list[Candidate], layout: Layout, settings: ModalSettings) -> Verified:
+def verify(
+    modes: list[Candidate], layout: Layout, settings: ModalSettings, others: list[Candidate]
+) -> Verified:
     """Modes that explain more than noise could, refined together; modes chosen by hand all stay.
+
+    Beside them the FRFs may need modes that no cluster showed (`addition`), but none that others barred.
 
     Where the FRFs are off in ways that no mode explains (they change from run to run, leak, are not quite
     linear), noise is no measure of what a mode must explain: there `imperfect` has its rules.
@@ -48,82 +41,57 @@ def verify(modes: list[Candidate], layout: Layout, settings: ModalSettings) -> V
     equations = Equations.of(layout, settings.residuals)
     if settings.modes_hz is not None:
         return _split(_held(_begun(equations, modes, layout), layout), layout, settings)
-    state = _enriched(_settled(_begun(equations, modes, layout), layout))
-    if over_noise(state.fit) > _NOT_NOISE or np.any(_narrow(state.fit)):
+    begun = _enriched(_settled(_begun(equations, modes, layout), layout))
+    state = grown(begun, layout, others)
+    if not _is_explained(state.fit, _COMPLETE):
+        state = begun
+    if not _is_explained(state.fit, _NOT_NOISE):
         return imperfect(modes, layout, settings)
     if settings.min_contribution is not None:
         state = _contributing(state, layout, settings.min_contribution)
     for _ in range(4):
         count = len(state.fit.poles)
-        state = _merged(_pruned(_refined(_refined(state, *QUICK), *FULL), layout))
+        state = _merged(pruned(refined(refined(state, *QUICK), *FULL), layout))
         if len(state.fit.poles) == count:
             break
     return _split(state, layout, settings)
 
 
-def _begun(equations: Equations, modes: list[Candidate], layout: Layout) -> _State:
+def _begun(equations: Equations, modes: list[Candidate], layout: Layout) -> State:
     poles, participation = pole_arrays(modes, layout)
     start = fit(equations, poles, participation, np.ones(len(poles), dtype=bool))
-    return _State(_weighted(_weighted(start)), list(modes), [])
+    return State(weighted(weighted(start)), list(modes), [])
 
 
-def _settled(state: _State, layout: Layout) -> _State:
+def _settled(state: State, layout: Layout) -> State:
     """Clusters that are more than noise, refined."""
-    state = _pruned(state, layout)
+    state = pruned(state, layout)
     for _ in range(2):
-        state = _pruned(_refined(state, *QUICK), layout)
+        state = pruned(refined(state, *QUICK), layout)
     return state
 
 
-def _narrow(found: Fit) -> Mask:
-    """Poles whose half-power bandwidth is less than a line, (m,)."""
-    s = found.equations.s
-    spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
-    inside = (found.poles.imag > s[0].imag) & (found.poles.imag < s[-1].imag)
-    return np.asarray(inside & (2 * (s[0].real - found.poles.real) < _NARROW * spacing))
+def _is_explained(found: Fit, most: float) -> bool:
+    """Whether what is left is noise, up to this factor, and no peak leaks."""
+    return over_noise(found) <= most and not np.any(narrow(found))
 
 
-def _weighted(found: Fit) -> Fit:
-    return fit(reweighted(found), found.poles, found.participation, found.free)
-
-
-def _refined(state: _State, steps: int, tolerance: float) -> _State:
-    return replace(state, fit=minimise(_weighted(state.fit), steps, tolerance))
-
-
-def _held(state: _State, layout: Layout) -> _State:
+def _held(state: State, layout: Layout) -> State:
     """Modes chosen by hand, refined; one that wanders is held at its cluster."""
-    chosen, refined = state.fit, state
+    chosen, best = state.fit, state
     for _ in range(len(state.modes) + 1):
-        refined = _refined(_refined(replace(state, fit=chosen), *QUICK), *FULL)
+        best = refined(refined(replace(state, fit=chosen), *QUICK), *FULL)
         wandered = np.array(
-            [not stays(m, p, layout) for m, p in zip(state.modes, refined.fit.poles, strict=True)],
+            [not stays(m, p, layout) for m, p in zip(state.modes, best.fit.poles, strict=True)],
             dtype=bool,
         )
         if not np.any(wandered & chosen.free):
             break
         chosen = fit(chosen.equations, chosen.poles, chosen.participation, chosen.free & ~wandered)
-    return refined
+    return best
 
 
-def _pruned(state: _State, layout: Layout) -> _State:
-    """Without poles that left and, one by one, the one that explains least of what it must."""
-    found, modes, gone = state.fit, list(state.modes), list(state.gone)
-    for r in np.flatnonzero(_left(found.poles, layout))[::-1]:
-        gone.append(replace(modes.pop(r), reason=f"not a resonance: it went to {_said(found.poles[r])}"))
-        found = without(found, int(r))
-    needed = np.where([mode.by_hand for mode in modes], 0.0, required(found))
-    while len(found.poles):
-        over = np.divide(found.rises(), needed, out=np.full(len(needed), np.inf), where=needed > 0)
-        least = int(np.argmin(over))
-        if over[least] >= 1:
-            break
-        gone.append(replace(modes.pop(least), reason=_chance(over[least])))
-        found, needed = without(found, least), np.delete(needed, least)
-    return replace(state, fit=found, modes=modes, gone=gone)
-
-
-def _merged(state: _State) -> _State:
+def _merged(state: State) -> State:
     """Without poles that others replace when these may move: two that stand for one, first the least sure."""
     kept: set[int] = set()
     while True:
@@ -137,7 +105,7 @@ def _merged(state: _State) -> _State:
             kept.add(id(state.modes[r]))
             continue
         modes = list(state.modes)
-        gone = replace(modes.pop(r), reason=_chance(over) + ", once its neighbours may move")
+        gone = replace(modes.pop(r), reason=chance(over) + ", once its neighbours may move")
         state = replace(state, fit=fewer, modes=modes, gone=[*state.gone, gone])
 
 
@@ -151,30 +119,14 @@ def _replaced(found: Fit, r: int) -> tuple[float, Fit]:
     """What a mode explains over what it must when neighbours may move in its place; the fit without it."""
     pole = found.poles[r]
     others = np.delete(found.poles, r)
-    near = np.abs(others - pole) < _REACH * (-others.real - pole.real)
+    near = np.abs(others - pole) < REACH * (-others.real - pole.real)
     fewer = without(found, r)
     moved = minimise(fit(fewer.equations, fewer.poles, fewer.participation, near), 8, 1e-4)
     over = (moved.cost - found.cost) / required(found)[r]
     return over, fit(moved.equations, moved.poles, moved.participation, np.ones(len(near), dtype=bool))
 
 
-def _chance(over: float) -> str:
-    return f"explains only {over:.0%} of what a mode must explain beyond noise"
-
-
-def _said(pole: complex) -> str:
-    return f"{abs(pole) / (2 * np.pi):.4g} Hz with {-pole.real / abs(pole):.1%} damping"
-
-
-def _left(poles: Complex, layout: Layout) -> Mask:
-    """Poles too far beyond the band, or with too much damping, to serve even as background."""
-    size = np.maximum(np.abs(poles), 1e-300) / (2 * np.pi)
-    low, high = layout.frequency_hz[0], layout.frequency_hz[-1]
-    far = (size < low / BEYOND) | (size > high * BEYOND)
-    return np.asarray(far | (-poles.real > _BACKGROUND * np.abs(poles)) | (poles.imag <= 0))
-
-
-def _enriched(state: _State) -> _State:
+def _enriched(state: State) -> State:
     """With further residual terms where these lower the cost by more than noise would (Bayes' criterion)."""
     for kinds in MORE_RESIDUALS:
         if not state.fit.equations.kinds:
@@ -189,26 +141,18 @@ def _enriched(state: _State) -> _State:
     return state
 
 
-def _dropped(state: _State, reasons: dict[int, str]) -> _State:
-    found, modes, gone = state.fit, list(state.modes), list(state.gone)
-    for r in sorted(reasons, reverse=True):
-        gone.append(replace(modes.pop(r), reason=reasons[r]))
-        found = without(found, r)
-    return replace(state, fit=found, modes=modes, gone=gone)
-
-
-def _contributing(state: _State, layout: Layout, least: float) -> _State:
+def _contributing(state: State, layout: Layout, least: float) -> State:
     """Without modes that explain less than this share of the response around them."""
     while len(state.modes):
         share = np.where([mode.by_hand for mode in state.modes], np.inf, leftover(state.fit)[1])
         r = int(np.argmin(share))
         if share[r] >= least:
             break
-        state = _dropped(state, {r: idle_reason(share[r])})
-    return _pruned(_refined(state, *QUICK), layout)
+        state = dropped(state, {r: idle_reason(share[r])})
+    return pruned(refined(state, *QUICK), layout)
 
 
-def _split(state: _State, layout: Layout, settings: ModalSettings) -> Verified:
+def _split(state: State, layout: Layout, settings: ModalSettings) -> Verified:
     """Modes of the table by frequency, and what else was fitted."""
     found = state.fit
     equations = found.equations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify.modal import mac as family
@@ -15,6 +15,7 @@ def random_shapes(seed: int, modes: int, channels: int) -> np.ndarray:
     return random.normal(size=(modes, channels)) + 1j * random.normal(size=(modes, channels))
 
 
+@settings(deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.01, 100), st.floats(-3, 3))
 def test_mac_is_blind_to_scale_and_phase_and_lies_between_0_and_1(
     seed: int, scale: float, phase: float
@@ -27,6 +28,7 @@ def test_mac_is_blind_to_scale_and_phase_and_lies_between_0_and_1(
     np.testing.assert_allclose(np.diag(family.auto_mac(a)), 1)
 
 
+@settings(deadline=None)
 @given(st.integers(0, 10_000))
 def test_macx_does_not_see_conjugation_and_mac_does(seed: int) -> None:
     a, b = random_shapes(seed, 3, 6), random_shapes(seed + 1, 2, 6)

@@ -92,6 +92,19 @@ class Block:
 
 def blocks(path: Path) -> Iterator[Block]:
     """Every dataset of a universal file but 58 and 58b; InputError for a missing, broken or foreign file."""
+    return (block for block in _datasets(path) if block is not None)
+
+
+def has_shapes_alone(path: Path) -> bool:
+    """Whether a universal file has mode shapes (55, 2414) and no function (58, 58b); InputError as
+    `blocks`.
+    """
+    numbers = {58 if block is None else block.number for block in _datasets(path)}
+    return bool(numbers & {55, 2414}) and 58 not in numbers
+
+
+def _datasets(path: Path) -> Iterator[Block | None]:
+    """Every dataset, None for a function."""
     cursor = Cursor(read_bytes(path, "a universal file"), str(path))
     while cursor.opens_dataset():
         head = cursor.text()
@@ -105,11 +118,11 @@ def blocks(path: Path) -> Iterator[Block]:
             )
         if match[2]:
             _pass_binary(cursor, head)
+            yield None
             continue
         first = cursor.line + 1 if cursor.line else 0
         lines = cursor.rest()
-        if int(match[1]) != 58:
-            yield Block(int(match[1]), lines, str(path), first)
+        yield None if int(match[1]) == 58 else Block(int(match[1]), lines, str(path), first)
     if cursor.dataset == 0:
         raise InputError(str(path), "no dataset in the file", "a universal file (UFF)")
 

@@ -1,0 +1,164 @@
+"""Where FRFs still hold a mode that a fit does not have: what one more pole would explain, place by place.
+
+Clusters over model orders miss modes that overlap, because low orders show one pole for both.  The fit knows
+better: beside a mode that is missing, its residual is no noise.  At every place of a grid of poles the gain
+is that of one more pole with all its residues free, the linear unknowns of the others fitted again (a score
+test; Rao 1948), on the moments of `gram`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from identify.core.arrays import Array, Complex, Index, Mask
+from identify.modal.gram import Columns, gram, products, right
+from identify.modal.refine import Fit
+from identify.modal.weights import CHANCE, independent, residual
+
+_STEP, _RATIO = 1.2, 2.7
+"""Of a half-bandwidth, between poles of a row of the grid; of the half-bandwidths of its rows. A pole between
+those of the grid still has nine tenths of its gain there."""
+_WIDEST = 2.0
+"""The largest half-bandwidth of the grid over that of the fit's poles around."""
+_APART, _AROUND, _LOBE = 3.0, 12.0, 0.2
+"""Poles that are added at once are this far apart, in half-bandwidths of both; around one, what has less than
+this part of its gain may be a side lobe."""
+_CLEAR = 0.03
+"""Of the gain of the best place: what has less may be there because of what is missing elsewhere."""
+_REACH, _EXCESS = 4.0, 0.2
+"""Half-bandwidths around a place in which the residual must hold this part of what noise may explain."""
+_ALONE = 1e-9
+"""Part of a column that those of the fit leave, below which it is theirs."""
+
+
+class Addition(NamedTuple):
+    """Poles (k,) that a fit lacks, with their participation (k, references)."""
+
+    poles: Complex
+    participation: Complex
+
+
+def missing(found: Fit, barred: Complex, most: int) -> Addition:
+    """The poles that lower the cost of a fit by more than noise could, the most needed first, apart from each
+    other and from those barred.
+    """
+    places = _grid(found)
+    for pole in barred:
+        places = places[np.abs(places - pole) > -pole.real - places.real]
+    places = places[_loud(found, places)]
+    residues, over = np.zeros((0, *found.equations.frf.shape[1:]), dtype=complex), np.zeros(0)
+    if len(places):
+        gain, residues = _gains(found, places)
+        over = gain / _by_chance(found, places)
+    taken: list[int] = []
+    for place in np.argsort(-over, kind="stable"):
+        if over[place] < max(1, _CLEAR * np.max(over)) or len(taken) == most:
+            break
+        if all(_apart(places, over, int(place), other) for other in taken):
+            taken.append(int(place))
+    left = [np.linalg.svd(residues[place])[0][:, 0] for place in taken]
+    refs = found.equations.frf.shape[1]
+    return Addition(places[taken], np.array(left, dtype=complex).reshape(-1, refs))
+
+
+def _apart(places: Complex, over: Array, a: int, b: int) -> bool:
+    """Whether one place says something that a better one does not say already."""
+    reach = abs(places[a] - places[b]) / -(places[a].real + places[b].real)
+    return bool(reach > _AROUND or (reach > _APART and over[a] > _LOBE * over[b]))
+
+
+def _grid(found: Fit) -> Complex:
+    """Poles in and around the band, from the narrowest to the widest that may be missing."""
+    s = found.equations.s
+    low, high, decay = s[0].imag, s[-1].imag, s[0].real
+    spacing = (high - low) / (len(s) - 1)
+    inside = -found.poles.real[(found.poles.imag > low) & (found.poles.imag < high)]
+    widest = _WIDEST * np.max(inside, initial=4 * spacing)
+    narrowest = max(0.5 * spacing, 0.5 * np.min(inside, initial=widest))
+    rows = max(1, int(np.ceil(np.log(widest / narrowest) / np.log(_RATIO))) + 1)
+    places = []
+    for half in np.geomspace(narrowest, widest, rows):
+        count = int(np.ceil((high - low) / (_STEP * (half + decay)))) + 1
+        places.append(-half + 1j * np.linspace(low, high, count))
+    return np.concatenate(places)
+
+
+def _loud(found: Fit, places: Complex) -> Mask:
+    """Places around which the residual has more power than independent noise, (places,)."""
+    s = found.equations.s
+    error = residual(found).reshape(len(s), -1)
+    excess = np.sum(np.abs(error) ** 2, axis=1) - error.shape[1] * independent(error)
+    total = np.append(0.0, np.cumsum(excess))
+    spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
+    reach = _REACH * (s[0].real - places.real)
+    first, last = (
+        np.clip(np.round((places.imag + side * reach - s[0].imag) / spacing).astype(int), 0, len(s))
+        for side in (-1, 1)
+    )
+    return np.asarray(total[last] - total[first] > _EXCESS * _by_chance(found, places))
+
+
+def _gains(found: Fit, places: Complex) -> tuple[Array, Complex]:
+    """By how much a pole at every place lowers the cost, (places,), and its residues there, (places,
+    references, responses).
+    """
+    equations, refs = found.equations, found.equations.frf.shape[1]
+    scale, s = (equations.line * equations.s**equations.power)[:, None], equations.s[:, None]
+    error = residual(found)
+    basis, unit = equations.basis(found.participation), np.diag(equations.reference).astype(complex)
+    functions, mirrors = equations.functions(found.poles, found.poles[:0])
+    gains, residues = [], []
+    for some in np.array_split(places, max(1, len(places) // 256)):
+        direct, mirror = scale / (s - some), scale / (s - some.conj())
+        columns = _columns(len(some), unit)
+        overlap = gram(*products(direct, mirror, functions, mirrors), columns, basis) / found.size
+        own = _own(direct, mirror, equations.reference)
+        taken = (overlap @ found.inverse).reshape(len(some), 2 * refs, -1)
+        overlap = overlap.reshape(taken.shape)
+        alone = own - np.einsum("gac,gbc->gab", taken, overlap)
+        data = right(direct, mirror, error) * equations.reference[:, None]
+        parts = np.stack([data.real, data.imag], axis=2).reshape(len(some), 2 * refs, -1)
+        solved = _solved(alone, own, parts)
+        gains.append(np.sum(solved * parts, axis=(1, 2)))
+        solved = solved.reshape(len(some), refs, 2, -1)
+        residues.append(solved[:, :, 0] + 1j * solved[:, :, 1])
+    return np.concatenate(gains), np.concatenate(residues)
+
+
+def _columns(places: int, unit: Complex) -> Columns:
+    """For every place and reference the real and the imaginary part of the residue."""
+    both = np.stack([unit, 1j * unit], axis=1).reshape(-1, len(unit))
+    function: Index = np.repeat(np.arange(places), len(both))
+    return Columns(function, np.tile(both, (places, 1)))
+
+
+def _own(direct: Complex, mirror: Complex, reference: Array) -> Array:
+    """Gram matrices of the columns of each place, (places, 2 references, 2 references)."""
+    same = np.sum(np.abs(direct) ** 2 + np.abs(mirror) ** 2, axis=0)
+    across = 2 * np.sum(direct.conj() * mirror, axis=0)
+    turned = np.array([[same + across.real, across.imag], [across.imag, same - across.real]])
+    blocks = np.einsum("abg,jk->gjakb", turned, np.diag(reference**2))
+    return np.asarray(blocks.reshape(len(same), 2 * len(reference), 2 * len(reference)))
+
+
+def _solved(alone: Array, own: Array, parts: Array) -> Array:
+    """The residues that fit best; none where the fit's own columns leave nothing of a pole's."""
+    size = np.sqrt(np.einsum("gaa->ga", own))
+    values, vectors = np.linalg.eigh(alone / (size[:, :, None] * size[:, None, :]))
+    factor = np.where(values > _ALONE, 1 / np.maximum(values, _ALONE), 0.0)
+    turned = np.einsum("gab,gao->gbo", vectors, parts / size[:, :, None])
+    return np.asarray(np.einsum("gab,gbo->gao", vectors, turned * factor[:, :, None]) / size[:, :, None])
+
+
+def _by_chance(found: Fit, places: Complex) -> Array:
+    """What noise alone, independent from line to line, makes a pole explain at most, (places,)."""
+    s, error = found.equations.s, residual(found)
+    variance = independent(error.reshape(len(error), -1)) / 2
+    spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
+    line = np.clip(np.round((places.imag - s[0].imag) / spacing).astype(int), 0, len(s) - 1)
+    freedom = 2 * error.shape[1] * error.shape[2]
+    floor = 1e-24 * found.moments.energy + np.finfo(float).tiny
+    return np.asarray(variance[line] * scipy.special.chdtri(freedom, CHANCE) + floor)

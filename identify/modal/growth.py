@@ -1,0 +1,142 @@
+"""Modes that no cluster showed, added to a fit while its residual needs them (`addition`), and doubts about
+them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from identify.core.arrays import Complex, Mask
+from identify.modal.addition import Addition, missing
+from identify.modal.layout import Layout
+from identify.modal.mac import mpc
+from identify.modal.refine import QUICK, fit, minimise
+from identify.modal.selection import IDLE_SHARE, Candidate, idle_reason
+from identify.modal.state import REACH, State, dropped, narrow, pruned, refined
+from identify.modal.weights import leftover, over_noise, residual
+
+_SLIM, _BARRED = "narrower than a line", "not a resonance of its own: one that was turned down"
+_PATTERN, _REAL = 2, 0.8
+"""How many added modes with next to no response, or with shapes of less MPC, say that what is left has a
+pattern of its own: in errors of a measurement every response has its own phase."""
+_GROWING = (12, 1e-4)
+"""Steps and fall of the cost between rounds: what is not yet fitted looks like a mode that is missing."""
+_AT_ONCE, _SPARE = 4, 8
+"""How many modes are added in a round; how many more than there were, in all."""
+_ROUNDS = 20
+_NEAR, _FAR_OFF = 0.2, 100.0
+"""Error over RMS of the FRFs, and what is left over noise, beyond which no residual says what is missing."""
+_HOPELESS, _PAYS = 6.0, 0.5
+"""What is left over noise where it begins above six must fall to this part in two rounds, or below six."""
+
+
+def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
+    """With the modes that the residual still holds, round by round, until it holds no more.
+
+    Where the FRFs are off in ways that no mode explains there is always one more: it ends where modes do not
+    pay, or are twice as many as were; and none is believed where most have no shape, or next to no response.
+    """
+    state = begun
+    if not _may_grow(begun):
+        return begun
+    barred = np.array([c.pole for c in others if c.is_barred], dtype=complex)
+    left = [over_noise(state.fit)]
+    while len(state.modes) < 2 * len(begun.modes) + _SPARE and not _is_hopeless(left):
+        more = missing(state.fit, barred, _AT_ONCE)
+        grown, slim = _round(state, more, barred, layout, others)
+        if len(grown.modes) <= len(state.modes) and not len(slim):
+            break
+        state, barred = grown, np.append(barred, slim)
+        if _has_pattern(state, begun, layout):
+            return begun
+        left.append(over_noise(state.fit))
+    share = leftover(state.fit)[1]
+    idle = np.flatnonzero(_added(state, begun, layout) & _is_idle(state))
+    return dropped(state, {int(r): idle_reason(share[r]) for r in idle})
+
+
+def _may_grow(begun: State) -> bool:
+    """Whether the fit is near enough to the FRFs for what is left to say what is missing."""
+    equations = begun.fit.equations
+    weight = equations.line[:, None, None] * equations.reference[:, None] * equations.response
+    error = np.sum(np.abs(residual(begun.fit) / weight) ** 2)
+    near = error < _NEAR**2 * np.sum(np.abs(equations.frf) ** 2) and over_noise(begun.fit) < _FAR_OFF
+    return bool(begun.modes and near and not np.any(narrow(begun.fit)))
+
+
+def _is_hopeless(left: list[float]) -> bool:
+    """Whether rounds do not pay, from what each left over noise."""
+    stuck = len(left) > 2 and left[0] > _HOPELESS and left[-1] > max(_HOPELESS, _PAYS * left[-3])
+    return stuck or len(left) > _ROUNDS
+
+
+def _round(
+    state: State, more: Addition, barred: Complex, layout: Layout, others: list[Candidate]
+) -> tuple[State, Complex]:
+    """With those of some poles that last, and where a pole became narrower than a line."""
+    if not len(more.poles):
+        return state, more.poles
+    grown = pruned(refined(_with(state, more, layout, others), *_GROWING), layout)
+    grown = dropped(grown, _entered(state, grown, barred))
+    slim = np.flatnonzero(narrow(grown.fit))
+    places = np.asarray(grown.fit.poles[slim].imag * 1j - np.pi * layout.spacing_hz, dtype=np.complex128)
+    return dropped(grown, dict.fromkeys(map(int, slim), _SLIM)), places
+
+
+def _has_pattern(state: State, begun: State, layout: Layout) -> bool:
+    """Whether most of the modes that were added are what errors of the measurement look like."""
+    new = _added(state, begun, layout)
+    doubtful = np.sum(new & ((mpc(state.fit.shapes()) < _REAL) | _is_idle(state)))
+    return bool(doubtful > _PATTERN and 2 * doubtful > np.sum(new))
+
+
+def _added(state: State, begun: State, layout: Layout) -> Mask:
+    """Modes of the band that were not there at first, (m,)."""
+    size, half = np.abs(state.fit.poles), -state.fit.poles.real
+    low, high = 2 * np.pi * layout.frequency_hz[0], 2 * np.pi * layout.frequency_hz[-1]
+    old = {id(mode) for mode in begun.modes}
+    new = np.array([id(mode) not in old for mode in state.modes], dtype=bool)
+    return np.asarray(new & (size > low + half) & (size < high - half))
+
+
+def _is_idle(state: State) -> Mask:
+    """Modes that stand alone, that no cluster showed and that explain next to nothing, (m,)."""
+    poles, share = state.fit.poles, leftover(state.fit)[1]
+    half = -poles.real
+    apart = np.abs(poles[:, None] - poles) / (half[:, None] + half) + np.diag(np.full(len(poles), np.inf))
+    alone = np.min(apart, axis=1, initial=np.inf) > REACH
+    blank = np.array([mode.presence == 0 for mode in state.modes], dtype=bool)
+    return np.asarray(alone & blank & (share < IDLE_SHARE))
+
+
+def _entered(before: State, after: State, barred: Complex) -> dict[int, str]:
+    """New poles that moved to where none may be, and why they go."""
+    old = {id(mode) for mode in before.modes}
+    apart = np.abs(after.fit.poles[:, None] - barred) / -(after.fit.poles.real[:, None] + barred.real)
+    near = np.flatnonzero(np.min(apart, axis=1, initial=np.inf) < 1)
+    return {int(r): _BARRED for r in near if id(after.modes[r]) not in old}
+
+
+def _with(state: State, more: Addition, layout: Layout, others: list[Candidate]) -> State:
+    """With further poles, these and the ones around them fitted, the others where they are."""
+    found = state.fit
+    poles = np.concatenate([found.poles, more.poles])
+    participation = np.concatenate([found.participation, more.participation])
+    apart = np.abs(poles[:, None] - more.poles) / -(poles.real[:, None] + more.poles.real)
+    near = np.min(apart, axis=1) < REACH
+    moved = minimise(fit(found.equations, poles, participation, near), *QUICK)
+    free = fit(found.equations, moved.poles, moved.participation, np.ones(len(poles), dtype=bool))
+    new = [_candidate(complex(p), row, layout, others) for p, row in zip(*more, strict=True)]
+    return replace(state, fit=free, modes=[*state.modes, *new])
+
+
+def _candidate(pole: complex, row: Complex, layout: Layout, others: list[Candidate]) -> Candidate:
+    """What stands behind an added pole: the cluster there that few orders showed, or none."""
+    near = [c for c in others if not c.is_barred and abs(c.pole - pole) <= -pole.real]
+    nearest = min(near, key=lambda c: abs(c.pole - pole), default=None)
+    if nearest is not None:
+        return replace(nearest, reason="")
+    blank = np.zeros(len(layout.responses), dtype=complex)
+    return Candidate(pole, row, blank, 0.0, 0.0, 0.0, 1.0, 0.0)

@@ -1,0 +1,68 @@
+"""Modes that no cluster shows are found in what a fit leaves, and nothing is found in noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identify.modal.addition import missing
+from identify.modal.analysis import analyse
+from identify.modal.bands import _whole
+from identify.modal.layout import arrange
+from identify.modal.refine import FULL, Equations, Fit, fit, minimise
+from identify.modal.settings import ModalSettings
+from identify.modal.weights import reweighted
+from tests.modal.systems import System, chain, measure
+
+LINES = np.arange(5.0, 80.0, 0.1)
+PAIR = chain([12.0, 30.0, 30.3, 50.0, 64.0], [0.02, 0.015, 0.015, 0.01, 0.02], seed=3)
+"""The second and the third mode are a third of a half-power bandwidth apart."""
+FEW = ModalSettings(max_order=9)
+NOBODY = np.zeros(0, dtype=complex)
+
+
+def fitted(system: System, without: list[int], barred: bool = False) -> Fit:
+    """The true modes but some, fitted to FRFs with one reference and a hundredth of noise."""
+    layout = arrange(measure(system, LINES, [0], noise=0.01), ModalSettings())
+    poles = np.delete(system.poles, without)
+    one = np.ones((len(poles), 1), dtype=complex)
+    start = fit(Equations.of(layout, ("lower", "upper")), poles, one, np.full(len(poles), not barred))
+    for _ in range(2):
+        start = fit(reweighted(start), start.poles, start.participation, start.free)
+        start = minimise(start, *FULL)
+    return start
+
+
+@pytest.mark.parametrize("gone", [1, 3], ids=["beside another", "alone"])
+def test_a_mode_that_a_fit_lacks_is_seen(gone: int) -> None:
+    found = missing(fitted(PAIR, [gone]), NOBODY, 4)
+    truth = PAIR.poles[gone]
+    assert len(found.poles) >= 1
+    assert abs(found.poles[0] - truth) < -2 * truth.real
+
+
+def test_a_fit_that_lacks_nothing_is_left() -> None:
+    assert len(missing(fitted(PAIR, []), NOBODY, 4).poles) == 0
+
+
+def test_a_place_that_is_barred_is_left() -> None:
+    start = fitted(PAIR, [3])
+    barred = missing(start, PAIR.poles[3:4], 4).poles
+    assert np.all(np.abs(barred - PAIR.poles[3]) > -PAIR.poles[3].real)
+
+
+def test_modes_that_low_orders_merge_are_found_apart() -> None:
+    data = measure(PAIR, LINES, [0], noise=0.003)
+    truth = np.abs(PAIR.poles) / (2 * np.pi)
+    assert len(_whole(arrange(data, FEW), FEW.model_copy(update={"refine": False})).verified.modes) < 5
+    found = analyse(data, FEW).table
+    assert found.frequency_hz == pytest.approx(truth, rel=3e-3)
+    assert found.frequency_std_hz is not None
+    assert np.all(np.abs(found.frequency_hz - truth) < 3.5 * found.frequency_std_hz)
+
+
+def test_what_was_dropped_by_hand_does_not_come_back() -> None:
+    data = measure(PAIR, LINES, [0], noise=0.003)
+    found = analyse(data, ModalSettings(drop_hz=(50.0,))).table.frequency_hz
+    assert np.min(np.abs(found - 50.0)) > 0.5
+    assert np.min(np.abs(analyse(data).table.frequency_hz - 50.0)) < 0.05
