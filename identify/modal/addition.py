@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array, Complex, Index, Mask
+from identify.core.arrays import Array, Complex, Index
 from identify.modal.gram import Columns, gram, products, right
 from identify.modal.refine import Fit
 from identify.modal.weights import CHANCE, independent, residual
@@ -30,6 +30,8 @@ _CLEAR = 0.03
 """Of the gain of the best place: what has less may be there because of what is missing elsewhere."""
 _REACH, _EXCESS = 4.0, 0.2
 """Half-bandwidths around a place in which the residual must hold this part of what noise may explain."""
+_MOST = 2e7
+"""Places times lines that are looked at in a round."""
 _ALONE = 1e-9
 """Part of a column that those of the fit leave, below which it is theirs."""
 
@@ -48,7 +50,7 @@ def missing(found: Fit, barred: Complex, most: int) -> Addition:
     places = _grid(found)
     for pole in barred:
         places = places[np.abs(places - pole) > -pole.real - places.real]
-    places = places[_loud(found, places)]
+    places = places[_loudest(_excess(found, places), len(found.equations.s))]
     residues, over = np.zeros((0, *found.equations.frf.shape[1:]), dtype=complex), np.zeros(0)
     if len(places):
         gain, residues = _gains(found, places)
@@ -86,8 +88,16 @@ def _grid(found: Fit) -> Complex:
     return np.concatenate(places)
 
 
-def _loud(found: Fit, places: Complex) -> Mask:
-    """Places around which the residual has more power than independent noise, (places,)."""
+def _loudest(excess: Array, lines: int) -> Index:
+    """Numbers of the places around which the residual has clearly more power than noise, the clearest of them
+    where they are too many for so many lines.
+    """
+    order = np.argsort(-excess, kind="stable")[: max(1, int(_MOST / lines))]
+    return np.sort(order[excess[order] > _EXCESS])
+
+
+def _excess(found: Fit, places: Complex) -> Array:
+    """Power of the residual around places beyond independent noise, over what chance explains, (places,)."""
     s = found.equations.s
     error = residual(found).reshape(len(s), -1)
     excess = np.sum(np.abs(error) ** 2, axis=1) - error.shape[1] * independent(error)
@@ -98,7 +108,7 @@ def _loud(found: Fit, places: Complex) -> Mask:
         np.clip(np.round((places.imag + side * reach - s[0].imag) / spacing).astype(int), 0, len(s))
         for side in (-1, 1)
     )
-    return np.asarray(total[last] - total[first] > _EXCESS * _by_chance(found, places))
+    return np.asarray((total[last] - total[first]) / _by_chance(found, places))
 
 
 def _gains(found: Fit, places: Complex) -> tuple[Array, Complex]:
