@@ -121,8 +121,10 @@ def mean_rate(time_s: Array, where: str) -> float:
     sample to sample.
     """
     steps = np.diff(time_s)
-    if len(steps) == 0 or not np.isfinite(steps).all() or steps.min() <= 0:
-        row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 2 if len(steps) else 1
+    if len(steps) == 0:
+        raise InputError(where, "a single time value", "two or more", "give the whole record")
+    if not np.isfinite(steps).all() or steps.min() <= 0:
+        row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 2
         found = f"a time that does not rise, at sample {row}"
         raise InputError(where, found, "times that rise from sample to sample", "correct the time axis")
     return float(len(steps) / (time_s[-1] - time_s[0]))

@@ -18,6 +18,7 @@ from identify.batch.settings import read_batch
 from identify.core.config import family_of
 from identify.explain.study import read_explain_study
 from identify.joints.study import read_joint_study
+from identify.machining.tool import read_tool
 from identify.measured import delimited, hdf5
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set, load_time_history
@@ -139,6 +140,7 @@ def config_facts(path: Path) -> Facts:
         "identify-explain": read_explain_study,
         "identify-joints": read_joint_study,
         "identify-batch": read_batch,
+        "identify-tool": read_tool,
     }
     read = readers.get(family_of(path), read_study)(path)
     study: BaseModel = read.settings if hasattr(read, "settings") else read.study

@@ -168,7 +168,7 @@ def test_a_time_history_with_hits(tmp_path: Path) -> None:
         ("time_s,12:+Z [rad/s]\n0,1\n1,2\n", r"unit rad/s at channel 12:\+Z"),
         ("t,12:+Z [N]\n0,1\n1,2\n", "the columns t"),
         ("time_s,12:+Z [N]\n0,1\n1,2\n3,4\n", "not all alike"),
-        ("time_s,12:+Z [N]\n0,1\n", "not all alike"),
+        ("time_s,12:+Z [N]\n0,1\n", "a single time value"),
         ("block,time_s,12:+Z [N]\n1,0,1\n1,1,2\n2,0,1\n", "block 2: 1 time values, 2 in"),
     ],
 )

@@ -36,6 +36,6 @@ def test_a_move_ends_where_and_when_it_says_within_its_limits(
     velocity = np.diff(angle) / np.diff(time)
     assert np.abs(velocity).max() <= speed * (1 + 1e-4)
     assert np.abs(np.diff(velocity) / np.diff(time[:-1])).max() <= acceleration * 1.01 + 0.1
-    assert (np.sign(by) * np.diff(angle) >= -1e-7).all()
+    assert (np.sign(by) * np.diff(angle) >= -1e-6).all()  # rounding of integrals
     before = time < end - 1e-2 * move.duration_s
     assert abs(angle[before][-1] - by) > 0  # it takes all of its time
