@@ -329,7 +329,7 @@ def test_aircraft_from_the_command(tmp_path: Path) -> None:
         "m",
         "--band",
         10,
-        170,
+        100,
         "--max-order",
         40,
         "--out",
@@ -338,7 +338,7 @@ def test_aircraft_from_the_command(tmp_path: Path) -> None:
     )
     assert said.exit_code == 0, said.output
     m = result_file.read(out, ModesResult).measurements["aircraft_converted"]
-    assert len(m.modes.frequency_hz) >= 12 and m.shapes is not None
+    assert len(m.modes.frequency_hz) >= 5 and m.shapes is not None
     assert m.geometry is not None
     still = np.isnan(m.shapes).any(axis=(0, 2))
     assert still.sum() == len(m.geometry.nodes) - len({channel.split(":")[0] for channel in m.modes.channels})

@@ -24,7 +24,7 @@ from identify.results.file import read
 from identify.results.fit import FitResult
 
 CONFIG = Path(__file__).parents[1] / "configs" / "umons_tx200.yaml"
-KILLS = 20
+KILLS = 8
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def _same(one: FitResult, other: FitResult) -> None:
         assert np.array_equal(getattr(one.starts, name), getattr(other.starts, name))
 
 
-def test_killed_twenty_times_and_resumed(programs: ForkServerContext, config: Path, tmp_path: Path) -> None:
+def test_killed_eight_times_and_resumed(programs: ForkServerContext, config: Path, tmp_path: Path) -> None:
     undisturbed, disturbed = tmp_path / "undisturbed.h5", tmp_path / "disturbed.h5"
     assert _ended(_begun(programs, config, undisturbed)) in (0, 4)
     rng, kept = np.random.default_rng(7), [0]

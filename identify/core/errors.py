@@ -2,6 +2,8 @@
 and what to do.
 """
 
+_LONGEST = 1000
+"""Characters of what was found that are told: a damaged file may be one line."""
 EXIT_DONE, EXIT_BAD_INPUT, EXIT_FAILED_CHECK, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 0, 2, 3, 4, 130
 
 
@@ -12,6 +14,8 @@ class InputError(Exception):
     """
 
     def __init__(self, where: str, found: str, expected: str = "", fix: str = "") -> None:
+        if len(found) > _LONGEST:
+            found = f"{found[: _LONGEST // 2]} … {found[-_LONGEST // 2 :]}"
         parts = [f"{where}: {found}"]
         if expected:
             parts.append(f"expected {expected}")

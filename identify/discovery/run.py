@@ -38,6 +38,7 @@ from identify.results.discovery import (
     StepResult,
 )
 from identify.vibration.evaluate import evaluate
+from identify.vibration.measured_modes import measured_modes
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
@@ -94,8 +95,12 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
     after = with_effects(problem, final.task.effects, {})
     values = {p.name: final.values[p.name] for p in after.parameters[: after.size]}
     text = config_text(problem.file, _remarks(found), values, path.parent)
+    measured = measured_modes(problem)
     fitted = evaluate(
-        replace(after, file=after.file.model_copy(update={"text": text})), _as_fit(after, final), key
+        replace(after, file=after.file.model_copy(update={"text": text})),
+        _as_fit(after, final),
+        key,
+        measured=measured,
     )
     bands = band_limits(problem)
     validated = any(m.settings.use == "validate" for m in problem.measurements)
@@ -112,7 +117,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         steps={str(number): _step(problem, found, number, bands) for number in range(len(found.steps))},
         map_before=gap_map(problem, problem.at(first.values), bands),
         map_after=gap_map(after, after.at(final.values), bands),
-        before=evaluate(problem, _as_fit(problem, first), key),
+        before=evaluate(problem, _as_fit(problem, first), key, measured=measured),
         after=fitted,
         provenance=provenance_of(problem.file),
         curves=curves(problem, found),

@@ -72,6 +72,10 @@ def screened(
     least = MATERIAL if before.gap < CLOSED else -np.inf
     asked = Known(known, off_bounds(problem, linear, before), anchor)
     places, looked = look(workers, model, asked, found, one, least)
+    if not places and least == MATERIAL:
+        return [], workers.run(
+            [Task(known, (e,), before.values) for e in _without_place(problem, found)], one
+        )
 
     def tried(ones: Sequence[Looked], how: Literal["quick", "brief"]) -> list[Trial]:
         tasks = [
@@ -108,6 +112,11 @@ def off_bounds(problem: Problem, effects: Sequence[Effect], before: Trial) -> Ma
     room = np.minimum(x - lower, upper - x) / (upper - lower)
     free = (first[number] for number in scale.free)
     return {**before.values, **{p.name: p.initial for p, r in zip(free, room, strict=True) if r < _AT_BOUND}}
+
+
+def _without_place(problem: Problem, found: Sequence[Effect]) -> list[Effect]:
+    """The effects that no look at places can rule out."""
+    return [effect for effect in found if not effect.places(problem.robot, problem.points)]
 
 
 def _not_seen(found: Sequence[Effect], seen: Sequence[Looked]) -> list[Looked]:

@@ -139,7 +139,7 @@ class TrialRunner:
         elif task.how == "brief":
             values, cost = self._briefly(problem, starts, task)
         else:
-            values, cost = _descend(problem, starts, _QUICK)
+            values, cost = _best(problem, _descend(_fewer_channels(problem, task), starts, _QUICK)[0][None])
         count = _count(problem, "fit")
         return Trial(
             task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem)
@@ -153,8 +153,7 @@ class TrialRunner:
         if task.how == "glance":
             return best_softly(problem, starts)
         if task.how == "brief":
-            few = narrowed(problem)
-            few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
+            few = _fewer_channels(problem, task)
             return best_softly(few, descend_softly(few, best_softly(few, starts)[0], thorough=False)[None])
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
@@ -171,8 +170,7 @@ class TrialRunner:
         resonance from far, where for the likelihood any other place, or an effect too small to see, is
         better; and with what is known afresh.
         """
-        few = narrowed(problem)
-        few = few if _count(few, "fit") > _PLENTY * _free(problem) else problem
+        few = _fewer_channels(problem, task)
         ends = [_descend(few, starts, _BRIEF)]
         if task.far:
             log = FrfLeastSquares(residual="log").objective(few.targets())
@@ -340,6 +338,15 @@ def narrowed(problem: Problem) -> Problem:
         return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen], nuisances=placed))
 
     return replace(problem, measurements=tuple(fewer(m) for m in problem.measurements))
+
+
+def _fewer_channels(problem: Problem, task: Task) -> Problem:
+    """A third of the channels, where these have plenty of numbers for each parameter and no effect changes
+    single ones of them.
+    """
+    few = narrowed(problem)
+    single = any(effect.of_measurement for effect in task.effects)
+    return few if not single and _count(few, "fit") > _PLENTY * _free(problem) else problem
 
 
 def _third(channels: int) -> NDArray[np.bool_]:

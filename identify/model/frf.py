@@ -181,7 +181,7 @@ def gradient_with(
     motion, to_out = motion_and_transfer(end, matrices, s, out, force)
     columns = np.flatnonzero(np.isin(factors.owner, parameters))
     vectors, powers = factors.vectors[:, columns], factors.power[columns]
-    left = -(s**power)[:, None, None] * (to_out @ vectors) * factors.weight[columns]
+    left = (-(s**power)[:, None, None] * to_out) @ (vectors * factors.weight[columns])
     right = np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
     for k in range(3):
         right[:, powers == k] = vectors[:, powers == k].T @ motion[k]

@@ -97,11 +97,10 @@ class EndOfRecord:
         both = np.concatenate([of_x, of_v], axis=2) * np.exp(-line * self.record)
         flat = both.reshape(-1, both.shape[2])
         ends = self.slopes.reshape(both.shape[2], -1)
-        product = (
-            np.concatenate([flat.real, flat.imag]) @ ends
-        )  # copied, because BLAS refuses the strides of a real part
-        product = product[: len(flat)] + 1j * product[len(flat) :]
-        return np.asarray(product.reshape(*to_out.shape[:2], *self.slopes.shape[2:]))
+        product = np.empty((len(flat), ends.shape[1]), dtype=complex)
+        # Copied, because BLAS refuses the strides of a real part.
+        product.real, product.imag = flat.real.copy() @ ends, flat.imag.copy() @ ends
+        return product.reshape(*to_out.shape[:2], *self.slopes.shape[2:])
 
 
 def outlasts_record(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_]:

@@ -4,13 +4,12 @@ a result keeps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array
-from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.thresholds import MISSING
 from identify.fitting.fit import Fit
@@ -20,17 +19,16 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.geometry import displacements
 from identify.measured.modal_table import ModalTable
-from identify.modal.analysis import analyse
 from identify.modal.frf_errors import frf_errors
 from identify.modal.pairing import pair
-from identify.modal.settings import ESTIMATORS
 from identify.model.geometry import drawn_geometry, joints, sensor_geometry, standing
 from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.results import fit as results
 from identify.results import tables
 from identify.vibration.channel_faults import fault_notes
-from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.measured_modes import MeasuredModes, measured_modes
 from identify.vibration.nuisances.stated import stated_uncertainty
 from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
@@ -38,12 +36,20 @@ from identify.vibration.provenance import description_of, provenance_of
 from identify.vibration.uncertainty import covariance_root, gap, gap_elsewhere, uncertainty
 
 
-def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ()) -> results.FitResult:
+def evaluate(
+    problem: Problem,
+    fit: Fit,
+    key: str,
+    profiled: Sequence[str] = (),
+    measured: Mapping[str, MeasuredModes | None] | None = None,
+) -> results.FitResult:
     """The result of a fit, ready to be written; key says which run it is the result of
     (`identify.vibration.run`).
 
-    profiled: names of parameters whose profile likelihood is wanted.
+    profiled: names of parameters whose profile likelihood is wanted; measured: the `measured_modes` of the
+    data where they are known already.
     """
+    measured = measured_modes(problem) if measured is None else measured
     targets, parameters = problem.targets(), problem.parameters[: problem.size]
     trusted, scale = uncertainty(targets, Scale(problem.parameters), fit.values), Scale(parameters)
     stated = stated_uncertainty(problem, trusted, fit.values)
@@ -81,7 +87,9 @@ def evaluate(problem: Problem, fit: Fit, key: str, profiled: Sequence[str] = ())
         inseparable=groups,
         starts=start_table(fit, problem.size),
         history=fit.history,
-        measurements={m.name: _measurement(problem, m, fit, trusted) for m in problem.measurements},
+        measurements={
+            m.name: _measurement(problem, m, fit, trusted, measured[m.name]) for m in problem.measurements
+        },
         published=_published(problem),
         profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
         provenance=provenance_of(problem.file),
@@ -163,7 +171,7 @@ def _start_notes(fit: Fit) -> list[str]:
 
 
 def _measurement(
-    problem: Problem, m: Measurement, fit: Fit, trusted: Uncertainty
+    problem: Problem, m: Measurement, fit: Fit, trusted: Uncertainty, measured: MeasuredModes | None
 ) -> results.MeasurementResult:
     system, own = m.at(fit.values)
     geometry, modes, table = _modes(problem, system, own)
@@ -178,7 +186,7 @@ def _measurement(
         geometry=geometry,
         modes=modes,
         frf=_frf(problem, m.target, fit, trusted) if isinstance(m.target, FrfTarget) else None,
-        pairs=_pairs(problem, m, table),
+        pairs=None if measured is None else _pairs(problem, m, measured, table),
     )
 
 
@@ -220,37 +228,18 @@ def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[n
     return np.asarray(np.einsum("pcn,mn->mpc", stack, shapes))
 
 
-def _pairs(problem: Problem, m: Measurement, model: ModalTable) -> results.ModePairs | None:
-    """Measured modes, from the table or by modal analysis of the FRFs, beside the model's; None where an
-    analysis is not possible.
-    """
-    if isinstance(m.target, ModalTarget):
-        measured, origin = m.target.data, f"modal table {m.settings.source.name}"
-    else:
-        try:
-            measured, origin = _analysed(problem, m.target)
-        except InputError:
-            return None
-    pairing = pair(measured, model)
+def _pairs(problem: Problem, m: Measurement, measured: MeasuredModes, model: ModalTable) -> results.ModePairs:
+    """Measured modes beside the model's."""
+    table, pairing = measured.table, pair(measured.table, model)
     return results.ModePairs(
-        measured_frequency_hz=measured.frequency_hz,
-        measured_damping_ratio=measured.damping_ratio,
+        measured_frequency_hz=table.frequency_hz,
+        measured_damping_ratio=table.damping_ratio,
         measured=pairing.a,
         model=pairing.b,
         mac=pairing.mac,
         mac_matrix=pairing.mac_matrix,
-        measured_shapes=_measured_shapes(problem, m, measured),
-        origin=origin,
-    )
-
-
-def _analysed(problem: Problem, target: FrfTarget) -> tuple[ModalTable, str]:
-    """The modes of the measured FRFs, and how they were found."""
-    settings = problem.file.study.modal
-    how = "automatic" if settings.modes_hz is None else "chosen by hand"
-    return (
-        analyse(target.data, settings).table,
-        f"modal analysis of the measured FRFs ({ESTIMATORS[settings.estimator]}, {how})",
+        measured_shapes=_measured_shapes(problem, m, table),
+        origin=measured.origin,
     )
 
 

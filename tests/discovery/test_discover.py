@@ -16,8 +16,6 @@ from typer.testing import CliRunner
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
-from identify.discovery import workbench
-from identify.discovery.candidates import candidates
 from identify.discovery.loop import check_cost
 from identify.discovery.run import run_discover
 from identify.fitting.selection.workbench import Story
@@ -42,17 +40,6 @@ def hidden(folder: Path, case: str, seed: int) -> Path:
     spec = hide(TestSpec(arm=arm, seed=seed, postures=3, binary=True), case)
     generate(replace(spec, case=case), folder / case)
     return config_of(folder / case, folder, extra="starts: 5")
-
-
-@pytest.fixture
-def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the catalogue only two kinds are tried, so that what is tested of the loop is tested quickly."""
-    kinds = ("joint-compliance", "time-delay")
-    monkeypatch.setattr(
-        workbench,
-        "candidates",
-        lambda *known: [effect for effect in candidates(*known) if effect.kind in kinds],
-    )
 
 
 @pytest.fixture(scope="module")

@@ -267,7 +267,7 @@ def test_a_byte_count_that_differs_from_the_record_is_refused(tmp_path: Path) ->
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants are read in forked processes")
 def test_mutants_of_all_inputs_are_accepted_or_refused() -> None:
-    counts, failures = examine(200, 20261122, "", None)
+    counts, failures = examine(100, 20261122, "", None)
     assert not failures, "\n".join(failures)
     assert all(count["accepted"] + count["refused"] for count in counts.values()), table(counts)
-    assert sum(count["accepted"] for count in counts.values()) > 20
+    assert sum(count["accepted"] for count in counts.values()) > 10

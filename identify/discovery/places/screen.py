@@ -21,6 +21,9 @@ from identify.vibration.problem import Problem
 
 _ROUNDS = ((3, 20), (4, 8), (8, 0))
 """Steps of each round, and how many places go on to the next one."""
+_FORESEEN = 0.5
+"""Share of a fall that would matter below which a place is left where the gap is small: what a linear step
+promises is nearly all there."""
 _GLANCED = 6
 """Places of the measurement that get more than one linear step."""
 
@@ -98,6 +101,10 @@ def screen_places(
     left = [place for place in places if place not in readings]
     left += fitter.glance(readings, values)[:_GLANCED]
     found: dict[Place, PlaceFit] = {}
+    if least > -np.inf:
+        looks = fitter.fit([_job(place, None, values) for place in left], 0)
+        worth = _FORESEEN * least
+        left = [p for p, one in zip(left, looks, strict=True) if one and one.fall_foreseen >= worth]
     for steps, keep in _ROUNDS:
         ends = fitter.fit([_job(place, found.get(place), values) for place in left], steps)
         found |= {place: PlaceFit(place, fit) for place, fit in zip(left, ends, strict=True) if fit}

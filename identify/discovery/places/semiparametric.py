@@ -50,7 +50,18 @@ class SemiParametricFit:
     @property
     def fall(self) -> float:
         """Fall of the gap beyond what so many unknowns may take out of noise that is common to channels."""
-        return self.gap_before - float(np.sqrt((self.squares + COMMON * self.unknowns) / max(self.count, 1)))
+        return self._fall_to(self.squares)
+
+    @property
+    def fall_foreseen(self) -> float:
+        """The same after one more linear step of everything, if all were linear."""
+        size = np.diag(self.normal.information)
+        matrix = self.normal.information + np.diag(_LEAST * size + 1e-12 * size.max(initial=1.0))
+        by_parameters = float(self.normal.gradient @ np.linalg.solve(matrix, self.normal.gradient))
+        return self._fall_to(max(self.squares - self.normal.taken - by_parameters, 0.0))
+
+    def _fall_to(self, squares: float) -> float:
+        return self.gap_before - float(np.sqrt((squares + COMMON * self.unknowns) / max(self.count, 1)))
 
     @property
     def gap(self) -> float:
@@ -62,7 +73,8 @@ class SemiParametricFit:
 class Normal:
     """Normal equations with the unknowns of each line (l, m) still in them: their Gram matrix (l, m, m) and
     its inverse, coupling (l, m, p), gradient (l, m); information (p, p) and gradient (p,) of the parameters
-    without the unknowns; determined: how many unknowns the data determine.
+    without the unknowns; taken: squares that a linear step of the unknowns takes away; determined: how many
+    unknowns the data determine.
     """
 
     gram: Complex
@@ -71,6 +83,7 @@ class Normal:
     slope: Complex
     information: Array
     gradient: Array
+    taken: float
     determined: int
 
 
@@ -93,7 +106,9 @@ def normal_equations(parts: Sequence[Predicted], lines: Sequence[Index], count: 
     through = (inverse @ both).reshape(-1, p + 1)
     taken = (np.conj(both.reshape(-1, p + 1)).T @ through).real
     left = information - taken
-    return Normal(gram, inverse, both[..., :p], both[..., p], left[:p, :p], left[:p, p], determined)
+    return Normal(
+        gram, inverse, both[..., :p], both[..., p], left[:p, :p], left[:p, p], float(taken[p, p]), determined
+    )
 
 
 def _inverse(gram: Complex) -> tuple[Complex, int]:

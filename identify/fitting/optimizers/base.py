@@ -121,21 +121,23 @@ class Search:
         rows = self.journal.replay(size * size) if self.objective.expensive else None
         if rows is None:
             residuals, slopes = self.objective.residuals(self.scale.to_values(x), self.scale.free)
-            rows = _compressed(residuals, slopes * self.scale.slope(x)).ravel()
+            rows = _compressed(residuals, slopes, self.scale.slope(x)).ravel()
             if self.objective.expensive:
                 self.journal.record(rows)
         rows = rows.reshape(size, size)
         return rows[:, -1], rows[:, :-1]
 
 
-def _compressed(residuals: Array, slopes: Array) -> Array:
-    """[J r] in as few rows as there are columns; infinite residuals without slopes where any number is not
-    finite.
+def _compressed(residuals: Array, slopes: Array, scale: Array) -> Array:
+    """[J r] in as few rows as there are columns, with slopes times scale as J; infinite residuals without
+    slopes where any number is not finite.
     """
-    both = np.column_stack([slopes, residuals])
-    if not np.isfinite(both).all():
-        return np.column_stack([np.zeros((both.shape[1], slopes.shape[1])), np.full(both.shape[1], np.inf)])
-    rows, columns = compressed(both.T @ both)
+    product = np.empty((len(scale) + 1, len(scale) + 1))
+    with np.errstate(all="ignore"):
+        product[:-1, :-1] = (slopes.T @ slopes) * scale * scale[:, None]
+        product[-1, :-1] = product[:-1, -1] = (residuals @ slopes) * scale
+        product[-1, -1] = residuals @ residuals
+    rows, columns = compressed(product)
     return np.column_stack([columns, rows])
 
 

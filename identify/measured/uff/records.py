@@ -24,6 +24,8 @@ from identify.measured.uff.values import Form, ascii_values, binary_values, numb
 
 _INTEGER = re.compile(r" *-?\d+")
 _HEADER_LINES = 11
+_LONGEST_NAMES = 200
+"""Letters beyond their columns that two names may have."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +200,7 @@ def _dofs(line: str, where: str) -> tuple[int, Channel, Channel]:
     """
     line = line.rstrip()
     extra = len(line) - 80
-    for first in range(extra + 1):
+    for first in range(min(extra, _LONGEST_NAMES) + 1):
         widths = (5, 10, 5, 10, 1, 10 + first, 10, 4, 1, 10 + extra - first, 10, 4)
         fields = [line[a:b] for a, b in pairwise(accumulate(widths, initial=0))]
         names_fit = all(len(name) == 10 or name == name.strip() for name in (fields[5], fields[9]))

@@ -78,7 +78,7 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         """Real and imaginary parts, in units of noise."""
         h, gradient = target.gradient_pairs(values, free)
         if self.cost.residual == "complex":
-            return real_rows((h - target.measured) / target.sigma, gradient / target.sigma[..., None])
+            return real_rows((h - target.measured) / target.sigma, gradient * (1.0 / target.sigma)[..., None])
         slope = gradient[:, target.observable] / h[:, target.observable, None]
         return real_rows(self._logarithm(target, h), slope * self._weights(target)[..., None])
 
