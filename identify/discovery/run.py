@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array
+from identify.core.atomic import write_text
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.discovery import sentences
@@ -22,7 +23,7 @@ from identify.discovery.advise import advise
 from identify.discovery.curves import curves, place_table
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
-from identify.discovery.new_config import config_text, entry_of, write_config
+from identify.discovery.new_config import config_text, entry_of
 from identify.discovery.trial import Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import Fit, Start
@@ -77,7 +78,7 @@ def run_discover(
     if not result.added.sentence:
         return result, [path]
     written = path.with_suffix(".yaml")
-    write_config(result.after.provenance.config, written)
+    write_text(written, result.after.provenance.config)
     return result, [path, written]
 
 

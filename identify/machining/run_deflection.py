@@ -108,9 +108,7 @@ def run_deflection(
         )
         result_file.write(result, path)
         table = path.with_suffix(".csv")
-        atomic.write_atomically(
-            table, lambda aside: aside.write_text(path_text(rows), encoding="utf-8"), _ELSEWHERE
-        )
+        atomic.write_text(table, path_text(rows))
     return result, [path, table]
 
 

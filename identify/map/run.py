@@ -120,11 +120,7 @@ def run_map(
         seconds = time.perf_counter() - begun
         result = _result(fit, fitted, model, rows, line_hz, options.tool, about, seconds)
         result_file.write(result, path)
-        atomic.write_atomically(
-            path.with_suffix(".csv"),
-            lambda aside: aside.write_text(table_of(rows), encoding="utf-8"),
-            _ELSEWHERE,
-        )
+        atomic.write_text(path.with_suffix(".csv"), table_of(rows))
         shutil.rmtree(folder, ignore_errors=True)
     return result, [path, path.with_suffix(".csv")]
 

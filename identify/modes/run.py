@@ -244,7 +244,7 @@ def _write_tables(table: ModalTable, sensors: MeasuredGeometry | None, path: Pat
     """
     if not len(table):
         return []
-    shapes, fix = path.with_suffix(".uff"), "choose another with `--out`"
-    write_atomically(path, partial(write_modal_table, table=table), fix)
-    write_atomically(shapes, partial(write_shapes, table=table, geometry=sensors), fix)
+    shapes = path.with_suffix(".uff")
+    write_atomically(path, partial(write_modal_table, table=table))
+    write_atomically(shapes, partial(write_shapes, table=table, geometry=sensors))
     return [path, shapes]

@@ -79,9 +79,7 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
         result = replace(result, seconds=time.perf_counter() - begun)
         result_file.write(result, path)
         study = path.with_suffix(".yaml")
-        atomic.write_atomically(
-            study, lambda aside: aside.write_text(result.study, encoding="utf-8"), _ELSEWHERE
-        )
+        atomic.write_text(study, result.study)
     return result, [path, study]
 
 

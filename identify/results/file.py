@@ -25,7 +25,6 @@ from identify.results.record import record_of
 
 LAYOUT = 1
 UNFINISHED = "unfinished"
-_ELSEWHERE = "choose another with `--out`"
 _A_RESULT = "a result file written by `identify fit`"
 _KINDS = {
     **{kind: analysis.holds for kind, analysis in OF_KIND.items()},
@@ -38,7 +37,7 @@ T = TypeVar("T")
 
 def check_writable(path: Path) -> None:
     """Raise an InputError where a result cannot be written; what is at `path` stays."""
-    atomic.check_writable(path, _ELSEWHERE)
+    atomic.check_writable(path)
 
 
 def write(result: Any, path: Path) -> None:
@@ -52,7 +51,7 @@ def write(result: Any, path: Path) -> None:
         file.attrs[CHECKSUM] = checksum(tree_of(file))
         file.flush()
         image = file.id.get_file_image()
-    atomic.write_atomically(path, partial(Path.write_bytes, data=image), _ELSEWHERE)
+    atomic.write_atomically(path, partial(Path.write_bytes, data=image))
     binary_input.wrote(path)
 
 
