@@ -15,7 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array
-from identify.core.atomic import write_text
+from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.discovery import sentences
@@ -61,8 +61,9 @@ def run_discover(
     """
     file, began = override(read_study(config), overrides), time.perf_counter()
     path = out or Path("reports") / f"{file.study.name}_discovery.h5"
-    if config.resolve() == path.with_suffix(".yaml").resolve():
-        raise InputError(str(config), "would be overwritten by the new study", fix="choose another `--out`")
+    study = path.with_suffix(".yaml")
+    if config.resolve() == study.resolve():
+        raise InputError(str(config), "would be overwritten by the new study", fix=ELSEWHERE)
     check_cost(file)
     with threadpool_limits(1):
         problem = load_problem(file)
@@ -77,9 +78,8 @@ def run_discover(
         result = resumable(path, key, DiscoveryResult, compute, resume=resume)
     if not result.added.sentence:
         return result, [path]
-    written = path.with_suffix(".yaml")
-    write_text(written, result.after.provenance.config)
-    return result, [path, written]
+    write_text(study, result.after.provenance.config)
+    return result, [path, study]
 
 
 def _remarks(found: Discovery) -> list[tuple[Any, str]]:

@@ -10,7 +10,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.core.config import ConfigFile
-from identify.core.errors import InputError
 from identify.fitting.resume import held
 from identify.machining import sentences
 from identify.machining.place import posture_of
@@ -68,10 +67,7 @@ def run_stability(
     begun = time.perf_counter()
     read = read_both(model, tool)
     path = out or model.with_name(f"{model.stem}_stability.h5")
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(
-            str(path), "not a file for depth limits", "a new file in .h5", "choose another with `--out`"
-        )
+    result_file.check_new(path, "depth limits", [model, tool])
     with held(path), threadpool_limits(1):
         on = mounted(
             read.model, read.file.study, posture_of(posture, read.fit, read.model), str(tool), speeds, draws

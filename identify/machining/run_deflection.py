@@ -26,7 +26,6 @@ from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
 
-_ELSEWHERE = "choose another with `--out`"
 _WELL_ABOVE = 2.0
 
 
@@ -78,8 +77,8 @@ def run_deflection(
     fit: FitResult = result_file.read(model, FitResult)
     fitted = fitted_model(fit, str(model))
     path = out or model.with_name(f"{model.stem}_deflection.h5")
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(str(path), "not a file for deflections", "a new file in .h5", _ELSEWHERE)
+    inputs, table = [one for one in (load.path, load.tool) if one is not None], path.with_suffix(".csv")
+    result_file.check_new(path, "deflections", [model, *inputs], [table])
     tool = None if load.tool is None else read_tool(load.tool).study
     with held(path), threadpool_limits(1):
         point = (
@@ -89,7 +88,6 @@ def run_deflection(
         names, postures, forces = _places(load, tool, fit, fitted)
         rows = deflections(on, names, postures, forces)
         dynamic = dynamic_deflection(on, postures[0], forces[0])
-        inputs = [one for one in (load.path, load.tool) if one is not None]
         said = load.force or ""
         result = DeflectionResult(
             name=fit.name,
@@ -107,7 +105,6 @@ def run_deflection(
             dynamic=dynamic,
         )
         result_file.write(result, path)
-        table = path.with_suffix(".csv")
         atomic.write_text(table, path_text(rows))
     return result, [path, table]
 

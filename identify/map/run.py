@@ -40,7 +40,6 @@ from identify.vibration.fitted_model import FittedModel, fitted_model, tool_poin
 PART = 50
 """Postures in a part: what a worker does at a time, about half a second."""
 _PART = "identify.map.run:map_part"
-_ELSEWHERE = "choose another with `--out`"
 _LIMIT_S = 600.0
 _WITHOUT_BAND_HZ = (1.0, 100.0)
 
@@ -90,7 +89,8 @@ def run_map(
     begun = time.perf_counter()
     fit: results.FitResult = result_file.read(model, FitResult)
     path = out or model.with_name(f"{model.stem}_map.h5")
-    _check_out(path, model)
+    table = path.with_suffix(".csv")
+    result_file.check_new(path, "a map", [model, *filter(None, [options.postures])], [table])
     fitted = fitted_model(fit, str(model))
     names, postures = _postures(fitted, options)
     line_hz = _lines(fitted, options)
@@ -120,9 +120,9 @@ def run_map(
         seconds = time.perf_counter() - begun
         result = _result(fit, fitted, model, rows, line_hz, options.tool, about, seconds)
         result_file.write(result, path)
-        atomic.write_text(path.with_suffix(".csv"), table_of(rows))
+        atomic.write_text(table, table_of(rows))
         shutil.rmtree(folder, ignore_errors=True)
-    return result, [path, path.with_suffix(".csv")]
+    return result, [path, table]
 
 
 def _jobs(
@@ -133,11 +133,6 @@ def _jobs(
         part = slice(number * PART, (number + 1) * PART)
         given = {"asked": asked, "names": names[part], "postures": postures[part].tolist(), "key": key}
         yield Job(file.stem, _PART, {**given, "out": str(file.resolve())})
-
-
-def _check_out(path: Path, model: Path) -> None:
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(str(path), "not a file for a map", "a new file in .h5", _ELSEWHERE)
 
 
 def _result(

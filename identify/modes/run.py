@@ -81,7 +81,8 @@ def run_modes(
             )
         path = out or Path("reports") / f"{name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
-        _keep_inputs(path, tables, [data, *(Path(m.data.source) for m in measured)])
+        beside = [*tables, *(table.with_suffix(".uff") for table in tables)]
+        result_file.check_new(path, "modes", [data, *(Path(m.data.source) for m in measured)], beside)
         with held(path):
             pairs = _analysed(measured, settings)
             kept = [one for _, one in pairs]
@@ -218,24 +219,6 @@ def _asked(
 
 def _suffix(one: Measured, all_of_them: Sequence[Measured]) -> str:
     return "" if len(all_of_them) == 1 else "_" + re.sub(r"[^\w.+-]", "_", one.name)
-
-
-def _keep_inputs(path: Path, tables: Sequence[Path], inputs: Sequence[Path]) -> None:
-    """InputError where a file to be written is one that was read."""
-    if path.suffix not in (".h5", ".hdf5"):
-        raise InputError(
-            str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`"
-        )
-    read = {entry.resolve() for entry in inputs}
-    reports = (path.with_suffix(suffix) for suffix in (".html", ".pdf"))
-    for new in (path, *reports, *tables, *(table.with_suffix(".uff") for table in tables)):
-        if new.resolve() in read:
-            raise InputError(
-                str(new),
-                "would be overwritten, and is an input",
-                "another place",
-                "choose another with `--out`",
-            )
 
 
 def _write_tables(table: ModalTable, sensors: MeasuredGeometry | None, path: Path) -> list[Path]:

@@ -26,7 +26,6 @@ from identify.results import file as result_file
 from identify.results.plan import PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
 
-_ELSEWHERE = "choose another with `--out`"
 _RANDOM = 200
 _Z_95 = 1.96
 _WELL_ABOVE = 2.0
@@ -62,8 +61,8 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
     known = known_of(model, options.noise, options.resolution)
     of_study = model.suffix in (".yaml", ".yml")
     path = out or (Path("reports") if of_study else model.parent) / f"{model.stem}_plan.h5"
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(str(path), "not a file for a plan", "a new file in .h5", _ELSEWHERE)
+    study = path.with_suffix(".yaml")
+    result_file.check_new(path, "a plan", [model, *filter(None, [options.table])], [study])
     targets = _targets(known, options.target)
     with held(path), threadpool_limits(1):
         among = _among(known, options)
@@ -78,7 +77,6 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
         result = _result(model, known, options, among, found, design, judged, path.parent)
         result = replace(result, seconds=time.perf_counter() - begun)
         result_file.write(result, path)
-        study = path.with_suffix(".yaml")
         atomic.write_text(study, result.study)
     return result, [path, study]
 

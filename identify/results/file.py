@@ -7,6 +7,7 @@ attribute `checksum` is over all of them (`identify.results.checksum`).
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -25,6 +26,7 @@ from identify.results.record import record_of
 
 LAYOUT = 1
 UNFINISHED = "unfinished"
+SUFFIXES = (".h5", ".hdf5")
 _A_RESULT = "a result file written by `identify fit`"
 _KINDS = {
     **{kind: analysis.holds for kind, analysis in OF_KIND.items()},
@@ -33,6 +35,21 @@ _KINDS = {
 }
 """What a file of each kind holds, in words."""
 T = TypeVar("T")
+
+
+def check_new(path: Path, what: str, inputs: Iterable[Path], beside: Iterable[Path] = ()) -> None:
+    """Raise an InputError where `path` is no place for a result (what: such as "a map"), or where it, a
+    report, or another file that is written beside it would take the place of an input.
+    """
+    if path.suffix not in SUFFIXES:
+        raise InputError(
+            str(path), f"suffix {path.suffix!r}: not a file for {what}", "a new file in .h5", atomic.ELSEWHERE
+        )
+    read = {one.resolve() for one in inputs}
+    for new in (path, path.with_suffix(".html"), path.with_suffix(".pdf"), *beside):
+        if new.resolve() in read:
+            found = f"not a file for {what}: an input, which would be overwritten"
+            raise InputError(str(new), found, "a new file", atomic.ELSEWHERE)
 
 
 def check_writable(path: Path) -> None:
