@@ -23,7 +23,7 @@ from identify.batch.executor import open_executor
 from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
 from identify.batch.loop import Watch, run_jobs
-from identify.batch.settings import posture_of, read_table
+from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -206,7 +206,7 @@ def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Arra
         )
     joints = len(fitted.robot.joints)
     if options.postures is not None:
-        return _tabled(options.postures, joints)
+        return read_postures(options.postures, joints)[:2]
     axes = [np.rad2deg(fitted.posture)[joint : joint + 1] for joint in range(joints)]
     for joint, first, last, count in options.grid:
         if not 1 <= joint <= joints or count < 1:
@@ -218,23 +218,6 @@ def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Arra
         axes[joint - 1] = np.linspace(first, last, count)
     found = np.deg2rad(np.array(list(itertools.product(*axes))))
     return [f"p{number:0{len(str(len(found)))}d}" for number in range(1, len(found) + 1)], found
-
-
-def _tabled(path: Path, joints: int) -> tuple[list[str], Array]:
-    names, found = [], []
-    for line, row in read_table(path):
-        angles = posture_of(row)
-        if len(angles) != joints or not all(
-            isinstance(angle, (int, float)) and np.isfinite(angle) for angle in angles
-        ):
-            raise InputError(
-                f"{path} line {line}",
-                f"angles {angles}",
-                f"numbers in the columns joint1_deg to joint{joints}_deg",
-            )
-        names.append(str(row.get("name", f"line{line}")))
-        found.append(angles)
-    return names, np.deg2rad(np.array(found, dtype=float))
 
 
 def _lines(fitted: FittedModel, options: MapOptions) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from ruamel.yaml.comments import CommentedMap
 from threadpoolctl import threadpool_limits
 
-from identify.batch.settings import posture_of, read_table
+from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.config_paths import relocated
@@ -92,15 +92,7 @@ def _targets(known: Known, names: tuple[str, ...]) -> Array | None:
 def _among(known: Known, options: PlanOptions) -> Candidates:
     if options.table is None:
         return candidates(known.model, max(options.among, options.postures), options.seed)
-    joints, angles = len(known.model.robot.joints), []
-    for line, row in read_table(options.table):
-        one = posture_of(row)
-        if len(one) != joints or not all(isinstance(angle, int | float) for angle in one):
-            raise InputError(
-                f"{options.table} line {line}", f"angles {one}", f"joint1_deg to joint{joints}_deg"
-            )
-        angles.append(one)
-    return tabled(known.model, np.deg2rad(np.array(angles, dtype=float)))
+    return tabled(known.model, read_postures(options.table, len(known.model.robot.joints))[1])
 
 
 def _check_sizes(sizes: tuple[int, int, int], among: Candidates) -> None:
