@@ -24,9 +24,9 @@ from identify.results.deflection import DeflectionResult, DeflectionRows
 from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
+from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
 
-_WELL_ABOVE = 2.0
 
 
 @dataclass(frozen=True)
@@ -143,14 +143,9 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
 
 
 def _notes(fit: FitResult) -> tuple[str, ...]:
-    said = [f"of the fit: {note}" for note in fit.notes]
-    if fit.gap > _WELL_ABOVE:
-        said.append(
-            f"the fit's gap is {fit.gap:.3g}: something is missing from the model, and the intervals do not"
-            " hold it; see `identify discover`"
-        )
-    said.append(
+    return (
+        *of_fit(fit),
+        *of_gap(fit.gap, "which the intervals do not account for"),
         "stiffness is that of vibration, small and about a posture: friction that sticks and gears that are"
-        " softer under small loads are not in it"
+        " softer under small loads are not in it",
     )
-    return tuple(said)

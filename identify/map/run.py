@@ -35,6 +35,7 @@ from identify.results import fit as results
 from identify.results.fit import FitResult
 from identify.results.map import MapPart, MapResult, PostureRows
 from identify.results.provenance import provenance, sha256
+from identify.vibration.fit_notes import of_fit
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
 
 PART = 50
@@ -271,11 +272,10 @@ def _verdict(rows: PostureRows, seconds: float, about: str) -> tuple[str, ...]:
 
 
 def _notes(fit: results.FitResult) -> tuple[str, ...]:
-    said = [f"of the fit: {note}" for note in fit.notes]
-    said.append(
-        "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them"
+    return (
+        *of_fit(fit),
+        "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them",
     )
-    return tuple(said)
 
 
 def table_of(rows: PostureRows) -> str:

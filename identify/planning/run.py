@@ -25,10 +25,10 @@ from identify.planning.known import Known, known_of
 from identify.results import file as result_file
 from identify.results.plan import PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
+from identify.vibration.fit_notes import of_gap
 
 _RANDOM = 200
 _Z_95 = 1.96
-_WELL_ABOVE = 2.0
 
 
 @dataclass(frozen=True)
@@ -205,12 +205,7 @@ def _notes(known: Known) -> tuple[str, ...]:
         said.append(
             "the paths in the study of the test are those of the fit's study: put it into the same folder"
         )
-    if known.gap > _WELL_ABOVE:
-        said.append(
-            f"the fit's gap is {known.gap:.3g}: something is missing from the model, for which this test is"
-            " not planned; see `identify discover`"
-        )
-    return tuple(said)
+    return *said, *of_gap(known.gap, "for which this test is not planned")
 
 
 def _study(path: Path, known: Known, posture_deg: Array, folder: Path) -> str:
