@@ -81,7 +81,7 @@ def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
     found, coupled = nominal(on)
     wide, coupling_band = relative_bands(on)
     depth, compared = limits(on, found, wide)
-    structure = on.structure(on.model.values)
+    structure = on.here
     modes = complex_modes(structure.mass, structure.damping, structure.stiffness)
     line_hz = np.unique(np.linspace(0.0, 1.5 * float(modes.frequency_hz[:6].max()), _LINES))
     tip, spread = tip_receptance(on, line_hz)

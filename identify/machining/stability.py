@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -57,6 +58,11 @@ class Mounted:
         lead = float(np.radians(self.tool.lead_angle_deg))
         return Engagement(self.tool.teeth, entry, leave, lead, self.tool.cutting(self.where), float(lag))
 
+    @cached_property
+    def here(self) -> Structure:
+        """The structure at the fitted values, at its own posture."""
+        return self.structure(self.model.values)
+
     def structure(self, values: Array, posture: Array | None = None) -> Structure:
         """The structure at parameters (..., p), and at another posture than its own."""
         system = self.model.system(self.posture if posture is None else posture)
@@ -93,7 +99,7 @@ def mounted(
 
 def nominal(on: Mounted) -> tuple[Limits, Limits]:
     """The limits at all speeds, and that of mode coupling, at the fitted values."""
-    structure, cut = on.structure(on.model.values), on.cut
+    structure, cut = on.here, on.cut
     line_hz = structure.lines_hz(_FINE)
     inverse = inverse_eigenvalues(cut.mean, structure.receptance(line_hz))
     return zeroth_order(inverse, line_hz, cut.teeth, on.rpm), mode_coupling(inverse, line_hz)
@@ -104,14 +110,13 @@ def relative_bands(on: Mounted) -> tuple[tuple[Array, Array], tuple[float, float
     fitted parameters, from draws at zeroth order on the same lines.
     """
     cut, rpm, teeth = on.cut, on.rpm, on.tool.teeth
-    here = on.structure(on.model.values)
-    line_hz = here.lines_hz(_COARSE)
+    line_hz = on.here.lines_hz(_COARSE)
 
     def both(structure: Structure) -> tuple[Array, Array]:
         inverse = inverse_eigenvalues(cut.mean, structure.receptance(line_hz))
         return zeroth_order(inverse, line_hz, teeth, rpm).depth, mode_coupling(inverse, line_hz).depth
 
-    depth, coupled = both(here)
+    depth, coupled = both(on.here)
     parts = []
     for structure, factor in on.drawn(on.draws):
         drawn, without = both(structure)
@@ -134,7 +139,7 @@ def limits(on: Mounted, found: Limits, relative: tuple[Array, Array]) -> tuple[D
     """The limits with their bands, and by every method at some of the speeds; found: those of zeroth order;
     relative: the band's limits over the limit (speeds,), two of them.
     """
-    structure, cut, most = on.structure(on.model.values), on.cut, on.tool.max_depth_mm / 1e3
+    structure, cut, most = on.here, on.cut, on.tool.max_depth_mm / 1e3
     rpm, highest = on.rpm, _highest_hz(structure, found)
     some = slice(None, None, _EVERY)
     several = _several(structure, cut, highest, rpm[some] if structure.real else rpm)
@@ -182,7 +187,7 @@ def over_feeds(on: Mounted) -> tuple[Array, Array]:
     """Feeds (f,), degrees about the spindle from the tool's own, and the least depth limit over the speeds
     (f,), m.
     """
-    structure, cut, rpm = on.structure(on.model.values), on.cut, on.rpm
+    structure, cut, rpm = on.here, on.cut, on.rpm
     line_hz = structure.lines_hz(_COARSE)
     tip = structure.receptance(line_hz)
     angles = np.arange(_FEEDS) * 360.0 / _FEEDS
@@ -207,5 +212,5 @@ def tip_receptance(on: Mounted, line_hz: Array) -> tuple[Complex, Array]:
             for structure, _ in on.drawn(min(on.draws, 60))
         ]
     )
-    here = on.structure(on.model.values).receptance(line_hz)
+    here = on.here.receptance(line_hz)
     return here, 1.96 * np.sqrt(np.mean(np.abs(spread - here) ** 2, axis=0))
