@@ -49,7 +49,7 @@ def candidates(model: FittedModel, count: int, seed: int) -> Candidates:
             "identify plan",
             f"only {len(postures)} of {count} postures with all points above the base's ground",
             "a robot that reaches more",
-            "give `--postures table.csv`",
+            "give `--table postures.csv`",
         )
     return Candidates(np.array(postures), *_points(model))
 
