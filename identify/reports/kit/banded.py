@@ -135,7 +135,7 @@ def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: t
         )
     if line.points:
         return axes.plot(line.x, y, mark[0], mfc="none", ms=3.5, color=color)[0]
-    return axes.plot(line.x, y, color=color, ls=(0, dash))[0]
+    return axes.plot(line.x, y, color=color, ls=(0, dash) if dash else "-")[0]
 
 
 def _plain(axes: Axes) -> None:
