@@ -82,7 +82,8 @@ def run_modes(
         path = out or Path("reports") / f"{name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
         beside = [*tables, *(table.with_suffix(".uff") for table in tables)]
-        result_file.check_new(path, "modes", [data, *(Path(m.data.source) for m in measured)], beside)
+        read = [data, *filter(None, [geometry]), *(Path(m.data.source) for m in measured)]
+        result_file.check_new(path, "modes", read, beside)
         with held(path):
             pairs = _analysed(measured, settings)
             kept = [one for _, one in pairs]
