@@ -28,7 +28,6 @@ from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
 
 
-
 @dataclass(frozen=True)
 class Load:
     """What pushes: a force `FX,FY,FZ`, N, in the base's axes, or a path with forces, or a cut: the file of a

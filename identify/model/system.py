@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -273,8 +273,8 @@ def factored(changes: Iterable[Change], size: int) -> Factors:
     """Changes of so many coordinates as thin columns: the eigenvectors of each matrix, without those whose
     eigenvalue is nothing beside its largest.
     """
-    rows, weight = [np.zeros((0, size))], list[Array | Complex]([np.zeros(0)])
-    numbers: list[tuple[int, int]] = []
+    rows, numbers = [np.zeros((0, size))], list[tuple[int, int]]()
+    weight: list[Any] = [np.zeros(0)]
     for one in changes:
         values, directions = np.linalg.eigh(one.matrix)
         kept = np.abs(values) > _NOTHING * np.abs(values).max(initial=0.0)

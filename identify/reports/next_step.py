@@ -29,9 +29,7 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
 def _after_fit(found: Result, config: Path | None) -> list[str]:
     data = found.data
     if config is not None and any("`identify discover " in sentence for sentence in data.verdict):
-        why = (
-            f"the gap of {data.gap:.3g} is well above 1" if data.gap > MISSING else "something is missing"
-        )
+        why = f"the gap of {data.gap:.3g} is well above 1" if data.gap > MISSING else "something is missing"
         return [f"identify discover {config}   ({why}: finds what the model lacks)"]
     if data.converged and data.gap <= MISSING:
         return [

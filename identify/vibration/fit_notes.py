@@ -12,7 +12,7 @@ def of_fit(fit: FitResult) -> list[str]:
 
 
 def of_gap(gap: float, consequence: str) -> list[str]:
-    """A note where the fit's gap says that something is missing, and what follows from it; empty otherwise."""
+    """A note where the fit's gap says that something is missing, and what follows; empty otherwise."""
     if gap <= MISSING:
         return []
     return [

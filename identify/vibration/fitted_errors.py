@@ -32,7 +32,8 @@ class Off:
 
     of_parameters (f, u): rows of a root of the joint covariance that belong to the free parameters on their
     search scale; links: as told; inertia (links, 10): the fitted changes, in the order of `CHANGES`;
-    spread_inertia (links, 10, u), spread_origin (joints, 3, u): rows of that root in SI units; angle_std, rad.
+    spread_inertia (links, 10, u), spread_origin (joints, 3, u): rows of that root in SI units; angle_std,
+    rad.
     """
 
     of_parameters: Array

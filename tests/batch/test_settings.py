@@ -121,5 +121,7 @@ def test_tables_of_postures_of_a_robot(tmp_path: Path) -> None:
         "name,joint1_deg\na,1\n",
     ):
         path.write_text(text)
-        with pytest.raises(InputError, match="line 2.*expected numbers in the columns joint1_deg to joint2_deg"):
+        with pytest.raises(
+            InputError, match=r"line 2.*expected numbers in the columns joint1_deg to joint2_deg"
+        ):
             read_postures(path, 2)
