@@ -229,7 +229,7 @@ class StabilityOptions:
     tool: Annotated[Path, typer.Option(help="YAML file of the tool and its cut, schema: identify-tool/1")]
     posture: Posture = None
     speeds: Annotated[int, typer.Option(min=2, help="spindle speeds over the tool's range")] = 61
-    draws: Annotated[int, typer.Option(min=20, help="draws of what is uncertain, for the bands")] = 200
+    draws: Annotated[int, typer.Option(min=20, help="draws of what is uncertain, for the bands")] = 2000
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_stability.h5")] = None
     report: Report = True
     quiet: Quiet = False

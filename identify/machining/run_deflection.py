@@ -13,11 +13,11 @@ from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.fitting.resume import held
-from identify.machining.deflection import deflections, dynamic_deflection, loaded
+from identify.machining.deflection import Loaded, deflections, dynamic_deflection
 from identify.machining.force import mean_force, parse_force, path_text, read_path
+from identify.machining.mounted import mounted
 from identify.machining.place import posture_of
 from identify.machining.sentences import of_model
-from identify.machining.stability import mounted
 from identify.machining.tool import Tool, read_tool
 from identify.results import file as result_file
 from identify.results.deflection import DeflectionResult, DeflectionRows
@@ -26,6 +26,7 @@ from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
 from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
+from identify.vibration.misfit import misfit
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def run_deflection(
         point = (
             tool_point(fitted, load.node, "--node") if tool is None else tool.point(fitted, str(load.tool))
         )
-        on = loaded(fitted, point, draws)
+        on = Loaded(fitted, point, draws, misfit(fit, fitted))
         names, postures, forces = _places(load, tool, fit, fitted)
         rows = deflections(on, names, postures, forces)
         dynamic = dynamic_deflection(on, postures[0], forces[0])
@@ -144,7 +145,7 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
 def _notes(fit: FitResult) -> tuple[str, ...]:
     return (
         *of_fit(fit),
-        *of_gap(fit.gap, "which the intervals do not account for"),
+        *of_gap(fit.gap, "which the intervals hold as errors of the stiffnesses"),
         "stiffness is that of vibration, small and about a posture: friction that sticks and gears that are"
         " softer under small loads are not in it",
     )

@@ -83,7 +83,9 @@ def notes(
                 f"at {100 * outside:.2g} % of the speeds the chatter lies outside the fitted band"
                 f" ({band_hz[0]:g} to {band_hz[1]:g} Hz), where no data speak for the model"
             )
-    said += of_gap(fit.gap, "which the bands do not account for")
+    said += of_gap(
+        fit.gap, "which the bands hold as errors of the stiffnesses that come anew at every frequency"
+    )
     exact = [
         what
         for what, std in (("cutting coefficients", unsure.coefficients), ("joint angles", unsure.posture_deg))
@@ -112,5 +114,6 @@ def of_model(model: FittedModel) -> tuple[str, ...]:
     if model.off is None:
         return ()
     return (
-        "errors of what was told are as the fit found them; what is left uncertain of them is in no band",
+        "errors of what was told are as the fit found them; what they leave uncertain is in the intervals,"
+        " but for how errors of lengths and angles turn the tool itself",
     )

@@ -66,7 +66,7 @@ def _lobes(result: StabilityResult) -> Plot:
     chatter = Panel(Column("Chatter", "Hz"), [Line("frequency of chatter", rpm, limits.chatter_hz)])
     caption = (
         f"Above the line the cut of {result.tool} chatters, at the frequency below; bands of {result.draws}"
-        " draws of what the fit, the cut and the posture leave open."
+        " draws of what fit, model, cut and posture leave open."
     )
     return Plot("lobes-plot", Column("Spindle speed", "rpm"), [depth, chatter], caption, log_x=True)
 
