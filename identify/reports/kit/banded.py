@@ -142,6 +142,8 @@ def _plain(axes: Axes) -> None:
     """Numbers as they are read, where a logarithmic axis has few decades."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: PLC0415
 
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    low, high = axes.get_xlim()
+    several = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 5 * low else (1.0, 2.0, 5.0)
+    axes.xaxis.set_major_locator(LogLocator(subs=several))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
