@@ -135,7 +135,7 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
         f" {low:.4g} to {high:.4g} µm){where}: ({along}) µm along the base's axes."
     )
     soft, stiff = rows.compliance[most, 0], rows.compliance[most, 2]
-    softest = ", ".join(f"{value:.2f}" for value in rows.directions[most, 0])
+    softest = ", ".join(f"{value:.2f}" for value in np.round(rows.directions[most, 0], 2) + 0.0)
     return moved, (
         f"There it gives way most along ({softest}): {1e6 * soft:.3g} µm/N, and least,"
         f" {1e6 * stiff:.3g} µm/N, across it."

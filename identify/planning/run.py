@@ -183,8 +183,8 @@ def _verdict(
     ]
     worst = int(np.argmax(promised.promised))
     said.append(
-        f"Promised are 95 % intervals of ± {100 * promised.promised.min():.2g} to"
-        f" {100 * promised.promised[worst]:.2g} %, the widest of {promised.name[worst]}."
+        f"The 95 % intervals that it promises are ± {100 * promised.promised.min():.2g} to"
+        f" {100 * promised.promised[worst]:.2g} %, the widest that of {promised.name[worst]}."
     )
     if not anew:
         gain = promised.now / promised.promised
