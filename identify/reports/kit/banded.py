@@ -116,7 +116,8 @@ class Plot:
         rows[-1].set_xlabel(self.x.head)
         if self.log_x:
             _plain(rows[-1])
-        figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=4)
+        columns = len(handles) if len(handles) <= 4 else 3
+        figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=columns)
         return figure
 
 
