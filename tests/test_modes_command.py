@@ -275,6 +275,11 @@ def test_bad_input_is_refused(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=re.escape(words)):
             run_modes(data, **{"out": tmp_path / "b.h5", **keywords})  # type: ignore[arg-type]
     assert data.read_bytes() == before
+    points = tmp_path / "points.uff"
+    points.write_bytes(before)
+    with pytest.raises(InputError, match=r"points\.uff: not a file for modes: an input, which would be over"):
+        run_modes(data, tmp_path / "points.h5", geometry=points)
+    assert points.read_bytes() == before
     with pytest.raises(InputError, match="cannot be read"):
         run_modes(tmp_path / "no.uff", tmp_path / "b.h5")
     other = tmp_path / "other.uff"

@@ -30,6 +30,13 @@ Cluster = Annotated[
 KeepFinished = Annotated[
     bool, typer.Option("--resume", help="keep what is finished, resume what was interrupted, do the rest")
 ]
+KeepTried = Annotated[
+    bool, typer.Option("--resume", help="resume an interrupted run; what was tried is not tried again")
+]
+Posture = Annotated[
+    str | None,
+    typer.Option(help="joint angles in degrees, 0,30,-60,0,45,0, or a measurement; default: the first"),
+]
 
 
 @dataclass(frozen=True)
@@ -70,10 +77,7 @@ class DiscoverOptions:
     starts: Starts = None
     workers: Annotated[int | None, typer.Option(min=1, help="processes; default: one per core")] = None
     report: Report = True
-    resume: Annotated[
-        bool,
-        typer.Option("--resume", help="resume an interrupted run; what was tried is not tried again"),
-    ] = False
+    resume: KeepTried = False
     quiet: Quiet = False
 
 
@@ -83,10 +87,7 @@ class ExplainOptions:
 
     out: Out = None
     report: Report = True
-    resume: Annotated[
-        bool,
-        typer.Option("--resume", help="resume an interrupted run; what was tried is not tried again"),
-    ] = False
+    resume: KeepTried = False
     quiet: Quiet = False
 
 
@@ -226,12 +227,9 @@ class StabilityOptions:
     """Of `identify stability`."""
 
     tool: Annotated[Path, typer.Option(help="YAML file of the tool and its cut, schema: identify-tool/1")]
-    posture: Annotated[
-        str | None,
-        typer.Option(help="joint angles in degrees, 0,30,-60,0,45,0, or a measurement; default: the first"),
-    ] = None
+    posture: Posture = None
     speeds: Annotated[int, typer.Option(min=2, help="spindle speeds over the tool's range")] = 61
-    draws: Annotated[int, typer.Option(min=20, help="draws of what is uncertain, for the bands")] = 200
+    draws: Annotated[int, typer.Option(min=20, help="draws of what is uncertain, for the bands")] = 2000
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_stability.h5")] = None
     report: Report = True
     quiet: Quiet = False
@@ -255,10 +253,7 @@ class DeflectionOptions:
     node: Annotated[
         int | None, typer.Option(help="node of the tip's point; default: the last of the points")
     ] = None
-    posture: Annotated[
-        str | None,
-        typer.Option(help="joint angles in degrees, 0,30,-60,0,45,0, or a measurement; default: the first"),
-    ] = None
+    posture: Posture = None
     draws: Annotated[int, typer.Option(min=20, help="draws of the parameters, for the intervals")] = 400
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_deflection.h5")] = None
     report: Report = True

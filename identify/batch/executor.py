@@ -77,7 +77,7 @@ def _dask(address: str) -> Iterator[Executor]:
         raise InputError(
             "--cluster",
             "Dask is not installed",
-            fix='install it with `pip install "robot-identify[cluster]"`',
+            fix='run `pip install ".[cluster]"` in the folder of identify',
         ) from error
     try:
         client = dask.Client(address, timeout=_CONNECT_S, set_as_default=False)

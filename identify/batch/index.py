@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from identify.core.atomic import write_atomically
+from identify.core.atomic import write_text
 
 SCHEMA = "identify-index/1"
 State = Literal["waiting", "running", "done", "failed"]
@@ -63,11 +63,7 @@ class BatchIndex:
     def write(self) -> None:
         """Write the file now."""
         before = time.monotonic()
-        write_atomically(
-            self.path,
-            lambda aside: aside.write_text(self._text(), encoding="utf-8"),
-            "make room and resume with `--resume`",
-        )
+        write_text(self.path, self._text(), "make room and resume with `--resume`")
         after = time.monotonic()
         self._next = after + max(_LEAST_S, _SHARE * (after - before))
 

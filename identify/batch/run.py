@@ -126,10 +126,7 @@ def _job(item: Item, path: Path, resume: bool) -> Job:
 
 def _check(batch: Batch, path: Path) -> None:
     """Raise now what would fail every fit: a base study that is wrong, a place that cannot be written."""
-    if path.suffix not in (".h5", ".hdf5"):
-        raise InputError(
-            str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`"
-        )
+    result_file.check_new(path, "a batch", [batch.path])
     base = next((item.study for item in batch.items if item.measurements is not None), None)
     if base is not None:
         derived(base, base.stem, [{"file": "data.uff", "posture_deg": [0.0]}])

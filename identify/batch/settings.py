@@ -13,14 +13,12 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from identify.batch.posture_table import ANGLE, posture_of, read_table
 from identify.core.config import Settings, read_settings, read_yaml
 from identify.core.config_paths import relocate_measurement
 from identify.core.errors import InputError
-from identify.core.text_input import read_csv
-from identify.core.yaml_input import parse_yaml, plain
 
 SCHEMA = "identify-batch/1"
-_ANGLE = re.compile(r"joint(\d+)_deg")
 Data = dict[str, Any]
 
 
@@ -148,44 +146,9 @@ def _tabled(path: Path, settings: BatchSettings, study: Path) -> Iterator[Data]:
         return
     table = path.parent / settings.table
     for _, row in read_table(table):
-        data = {key: value for key, value in row.items() if not _ANGLE.fullmatch(key)}
+        data = {key: value for key, value in row.items() if not ANGLE.fullmatch(key)}
         angles = posture_of(row)
         yield _moved({**data, **({"posture_deg": angles} if angles else {})}, table.parent, study)
-
-
-def read_table(path: Path) -> list[tuple[int, Data]]:
-    """The rows of a CSV file with their lines: cells are read as in YAML (numbers, texts, [lists]), empty
-    ones are left out.
-
-    Raises InputError for a file that cannot be read, or a row of another length than the header.
-    """
-    rows = [
-        (number, cells)
-        for number, _, cells in read_csv(path, "a CSV file with a header", skip_space=True)
-        if cells
-    ]
-    if len(rows) < 2:
-        raise InputError(str(path), "no rows", "a header and a line per posture")
-    header, found = rows[0][1], []
-    for number, cells in rows[1:]:
-        where = f"{path} line {number}"
-        if len(cells) != len(header):
-            raise InputError(where, f"{len(cells)} cells", f"{len(header)}, as in the header")
-        read = {
-            key: plain(parse_yaml(cell, f"{where}, {key}", "numbers or plain text"))
-            for key, cell in zip(header, cells, strict=True)
-            if cell
-        }
-        found.append((number, read))
-    return found
-
-
-def posture_of(row: Data) -> list[Any]:
-    """The joint angles of a table's row, deg, in the order of the joints; empty where it has no such
-    columns.
-    """
-    angles = {int(match[1]): value for key, value in row.items() if (match := _ANGLE.fullmatch(key))}
-    return [angles[number] for number in sorted(angles)]
 
 
 def _moved(one: Data, folder: Path, study: Path) -> Data:

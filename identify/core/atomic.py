@@ -6,12 +6,21 @@ import contextlib
 import os
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from identify.core.errors import InputError
 
+ELSEWHERE = "choose another with `--out`"
+"""What to do where a command cannot write its output."""
 
-def write_atomically(path: Path, fill: Callable[[Path], object], fix: str) -> None:
+
+def write_text(path: Path, text: str, fix: str = ELSEWHERE) -> None:
+    """Write a text in UTF-8, whole or not at all, as `write_atomically` does."""
+    write_atomically(path, partial(Path.write_text, data=text, encoding="utf-8"), fix)
+
+
+def write_atomically(path: Path, fill: Callable[[Path], object], fix: str = ELSEWHERE) -> None:
     """Let `fill` write a file aside and put it in place of `path`; where that is not possible, an InputError
     with `fix`, and no trace.
     """
@@ -29,7 +38,7 @@ def write_atomically(path: Path, fill: Callable[[Path], object], fix: str) -> No
             aside.unlink()
 
 
-def check_writable(path: Path, fix: str) -> None:
+def check_writable(path: Path, fix: str = ELSEWHERE) -> None:
     """Raise the InputError of `write_atomically` now where it could not write; what is at `path` stays."""
     if path.is_dir():
         raise InputError(str(path), "is a folder", "a place for a file", fix)

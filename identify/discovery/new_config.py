@@ -7,26 +7,17 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
-from identify.core.atomic import write_atomically
 from identify.core.config_paths import relocate_measurement, relocated
 from identify.core.yaml_input import round_trip
 from identify.model.effects.base import Effect
 from identify.vibration.study import StudyFile
 
 _PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",))
-
-
-def write_config(text: str, path: Path) -> None:
-    """Write the text of a config, whole or not at all."""
-    write_atomically(
-        path, partial(Path.write_text, data=text, encoding="utf-8"), "choose another with `--out`"
-    )
 
 
 def config_text(

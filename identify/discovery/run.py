@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array
+from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.discovery import sentences
@@ -22,7 +23,7 @@ from identify.discovery.advise import advise
 from identify.discovery.curves import curves, place_table
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
-from identify.discovery.new_config import config_text, entry_of, write_config
+from identify.discovery.new_config import config_text, entry_of
 from identify.discovery.trial import Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import Fit, Start
@@ -61,8 +62,9 @@ def run_discover(
     """
     file, began = override(read_study(config), overrides), time.perf_counter()
     path = out or Path("reports") / f"{file.study.name}_discovery.h5"
-    if config.resolve() == path.with_suffix(".yaml").resolve():
-        raise InputError(str(config), "would be overwritten by the new study", fix="choose another `--out`")
+    study = path.with_suffix(".yaml")
+    if config.resolve() == study.resolve():
+        raise InputError(str(config), "would be overwritten by the new study", fix=ELSEWHERE)
     check_cost(file)
     with threadpool_limits(1):
         problem = load_problem(file)
@@ -77,9 +79,8 @@ def run_discover(
         result = resumable(path, key, DiscoveryResult, compute, resume=resume)
     if not result.added.sentence:
         return result, [path]
-    written = path.with_suffix(".yaml")
-    write_config(result.after.provenance.config, written)
-    return result, [path, written]
+    write_text(study, result.after.provenance.config)
+    return result, [path, study]
 
 
 def _remarks(found: Discovery) -> list[tuple[Any, str]]:

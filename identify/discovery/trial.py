@@ -5,7 +5,7 @@ them.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -194,12 +194,7 @@ class TrialRunner:
             if simulated or min(cost for _, cost in ends) <= QUIET:
                 break
             ends.append(_descend(problem, self._robustly(problem, fresh[None], _QUICK)[None], _QUICK))
-        values = min(ends, key=lambda end: end[1])[0]
-        problem = self._model("whole", replace(task, values=_named(problem, values)))
-        values, cost = _descend(problem, problem.initial[None], _THOROUGH)
-        count, found = _count(problem, "fit"), _named(problem, values)
-        squares, validation = self._elsewhere(problem, task, found)
-        return Trial(task, found, cost**2 * count, count, squares, validation, _free(problem))
+        return self._on_all_lines(problem, task, ends)
 
     def _thorough_with_errors(self, problem: Problem, task: Task) -> Trial:
         """The same with errors of what was told, which are led to the likelihood from nothing."""
@@ -209,6 +204,10 @@ class TrialRunner:
             ends.append(likely(problem, robust, _QUICK))
             if min(cost for _, cost in ends) <= QUIET:
                 break
+        return self._on_all_lines(problem, task, ends)
+
+    def _on_all_lines(self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]]) -> Trial:
+        """The best of the ends (values, cost) of some lines, refitted."""
         values = min(ends, key=lambda end: end[1])[0]
         problem = self._model("whole", replace(task, values=_named(problem, values)))
         values, cost = _descend(problem, problem.initial[None], _THOROUGH)

@@ -5,6 +5,7 @@ gears carry.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -118,12 +119,12 @@ class RecordedMotion:
         share = self.coupling[[row - 1 for row in self.axes], axis - 1]
         return np.asarray(np.stack(values, axis=1)[:, None, :] * share[None, :, None])
 
-    @property
+    @cached_property
     def joint_position(self) -> Array:
         """Angles of the joints (samples, joints), rad."""
         return of_joints(self.position, self.coupling)
 
-    @property
+    @cached_property
     def joint_velocity(self) -> Array:
         """Speeds of the joints (samples, joints), rad/s."""
         return of_joints(self.velocity, self.coupling)

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-from identify.core.atomic import locked, remove_asides
+from identify.core.atomic import ELSEWHERE, locked, remove_asides
 from identify.core.config import ConfigFile, validated
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
@@ -18,7 +18,6 @@ from identify.results import file as result_file
 from identify.results import tables
 from identify.results.header import KeyedHeader
 
-_ELSEWHERE = "choose another with `--out`"
 T = TypeVar("T", bound=KeyedHeader)
 F = TypeVar("F", bound=ConfigFile[Any])
 
@@ -34,12 +33,10 @@ def held(path: Path, *, replace: bool = False) -> Iterator[None]:
     result_file.check_writable(path)
     for report in (path.with_suffix(suffix) for suffix in (".html", ".pdf")):
         if report.is_dir() or report == path:
-            raise InputError(str(report), "is where a report will be written", "another place", _ELSEWHERE)
+            raise InputError(str(report), "is where a report will be written", "another place", ELSEWHERE)
     if path.exists() and not replace and not result_file.kind_of(path):
-        raise InputError(
-            str(path), "is there and no result of identify", "a new file or a result", _ELSEWHERE
-        )
-    with locked(path, "wait for it, or choose another with `--out`"):
+        raise InputError(str(path), "is there and no result of identify", "a new file or a result", ELSEWHERE)
+    with locked(path, f"wait for it, or {ELSEWHERE}"):
         remove_asides(path)
         yield
 

@@ -22,28 +22,31 @@ from identify.vibration.fitted_model import FittedModel
 
 _SEED = 1
 _BAND = (2.5, 97.5)
-_LINES = 400
+_LINES, _DRAWN = 400, 60
 
 
 @dataclass(frozen=True)
 class Loaded:
-    """A tip on a fitted model, with parameters drawn (draws, p) from the fit's covariance."""
+    """A tip on a fitted model; draws: of what is uncertain; errors (p,): what the model does not explain
+    (`identify.vibration.misfit`).
+    """
 
     model: FittedModel
     point: Point
-    drawn: Array
+    draws: int
+    errors: Array
 
-    def compliance(self, system: System, values: Array) -> Array:
-        """(..., 3, 3), m/N, in the base's axes, at parameters (..., p)."""
+    def drawn(self, system: System, posture: Array) -> tuple[Array, Array, Array]:
+        """M, C, K (draws, n, n) at a posture (joints,), rad."""
+        rng = np.random.default_rng(_SEED)
+        return self.model.drawn_matrices(system, posture, self.draws, rng, self.errors)
+
+    def compliance(self, system: System, stiffness: Array) -> Array:
+        """(..., 3, 3), m/N, in the base's axes, of stiffness matrices (..., n, n)."""
         out = system.base_jacobian(self.point.link, self.point.position)
-        stiffness = system.matrices(values)[2].real
+        stiffness = stiffness.real
         moved = np.linalg.solve(stiffness, np.broadcast_to(out.T, (*stiffness.shape[:-1], 3)))
         return np.asarray(out @ moved)
-
-
-def loaded(model: FittedModel, point: Point, draws: int) -> Loaded:
-    """The tip with its draws."""
-    return Loaded(model, point, model.draws(draws, np.random.default_rng(_SEED)))
 
 
 def deflections(on: Loaded, names: Sequence[str], postures: Array, forces: Array) -> DeflectionRows:
@@ -59,7 +62,8 @@ def deflections(on: Loaded, names: Sequence[str], postures: Array, forces: Array
 def _row(on: Loaded, posture: Array, force: Array) -> dict[str, Array]:
     system = on.model.system(posture)
     tip = system.site.engine.position(on.point.link, on.point.position)
-    here, drawn = on.compliance(system, on.model.values), on.compliance(system, on.drawn)
+    here = on.compliance(system, system.matrices(on.model.values)[2])
+    drawn = on.compliance(system, on.drawn(system, posture)[2])
     moved, spread = here @ force, drawn @ force
     low, high = np.percentile(spread, _BAND, axis=0)
     size_low, size_high = np.percentile(np.linalg.norm(spread, axis=1), _BAND)
@@ -111,7 +115,7 @@ def dynamic_deflection(on: Loaded, posture: Array, force: Array) -> DynamicDefle
     )
     pushed = (out.T @ force)[:, None]
     here = np.abs(frf(*matrices, s, out, pushed, 0)[..., 0])
-    some = on.drawn[: min(len(on.drawn), 60)]
-    many = np.broadcast_to(s, (len(some), len(s)))
-    drawn = np.abs(frf(*system.matrices(some), many, out, pushed, 0)[..., 0])
+    mass, damping, stiffness = (one[:_DRAWN] for one in on.drawn(system, posture))
+    many = np.broadcast_to(s, (len(stiffness), len(s)))
+    drawn = np.abs(frf(mass, damping, stiffness, many, out, pushed, 0)[..., 0])
     return DynamicDeflection(line_hz, here, 1.96 * np.sqrt(np.mean((drawn - here) ** 2, axis=0)))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Complex, Index
 from identify.machining.materials import Coefficients
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -71,15 +71,27 @@ class Engagement:
         whole = self.integral(np.array(self.entry), np.array(self.exit))
         return np.asarray(whole * self.teeth / (2 * np.pi))
 
-    def harmonic(self, number: int) -> Array:
-        """(3, 3), complex, N/m^2: Fourier coefficient of all teeth over a tooth period, of that number."""
+    def harmonic(self, number: int) -> Complex:
+        """(3, 3), N/m^2: Fourier coefficient of all teeth over a tooth period, of that number, without
+        helix.
+        """
+        return np.asarray(self.harmonics(np.array([number]))[0], dtype=complex)
+
+    def harmonics(self, numbers: Index) -> Complex:
+        """(..., 3, 3), N/m^2: the same of several numbers (...,)."""
         edges = np.linspace(self.entry, self.exit, 17)
         half = np.diff(edges)[:, None] / 2
-        phi = (edges[:-1] + edges[1:])[:, None] / 2 + half * _NODES
-        turned = (half * _WEIGHTS) * np.exp(-1j * number * self.teeth * phi)
-        return np.asarray(
-            np.einsum("pk,pkij->ij", turned, self.factors(phi)) * self.teeth / (2 * np.pi), dtype=complex
-        )
+        phi = ((edges[:-1] + edges[1:])[:, None] / 2 + half * _NODES).ravel()
+        turned = (half * _WEIGHTS).ravel() * np.exp(-1j * self.teeth * numbers[..., None] * phi)
+        whole = turned @ self.factors(phi).reshape(-1, 9) * (self.teeth / (2 * np.pi))
+        return np.asarray(whole.reshape(*numbers.shape, 3, 3), dtype=complex)
+
+    def along_helix(self, numbers: Index, depth: float) -> Complex:
+        """(...,): what harmonics of those numbers are multiplied with at a depth, m: their mean over the lag
+        of the edge, from 0 to that at the end of the depth.
+        """
+        half_lag = numbers * self.teeth * self.lag_per_m * depth / 2
+        return np.asarray(np.exp(-1j * half_lag) * np.sinc(half_lag / np.pi), dtype=complex)
 
     def steps(self, count: int, depth: float) -> Array:
         """(count, 3, 3), N/m^2: all teeth, averaged over each of so many equal steps of a tooth period, and

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.batch.settings import posture_of, read_table
+from identify.batch.posture_table import read_postures
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.machining.engagement import Engagement
@@ -46,21 +46,7 @@ def read_path(path: Path, joints: int) -> tuple[list[str], Array, Array]:
     """Names, postures (n, joints), rad, and forces (n, 3), N, of a CSV with joint1_deg, ..., fx_n, fy_n,
     fz_n, and name if wanted; InputError for another one.
     """
-    names, postures, forces = [], [], []
-    for line, row in read_table(path):
-        where = f"{path} line {line}"
-        angles, force = posture_of(row), [row.get(key) for key in _FORCES]
-        if len(angles) != joints or not all(_number(value) for value in [*angles, *force]):
-            expected = f"numbers in joint1_deg to joint{joints}_deg, {', '.join(_FORCES)}"
-            raise InputError(where, f"angles {angles} and forces {force}", expected)
-        names.append(str(row.get("name", f"line{line}")))
-        postures.append(angles)
-        forces.append(force)
-    return names, np.deg2rad(np.array(postures, dtype=float)), np.array(forces, dtype=float)
-
-
-def _number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
+    return read_postures(path, joints, _FORCES)
 
 
 def path_text(rows: DeflectionRows) -> str:

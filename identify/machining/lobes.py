@@ -63,6 +63,14 @@ def _continuous(values: Complex) -> Complex:
 
 def zeroth_order(inverse: Complex, line_hz: Array, teeth: int, rpm: Array) -> Limits:
     """The limits at spindle speeds rpm (speeds,); inverse (..., lines, branches): `inverse_eigenvalues`."""
+    first = crossings(inverse, line_hz, teeth, rpm, 1)
+    return Limits(first.depth[..., 0], first.chatter_hz[..., 0])
+
+
+def crossings(inverse: Complex, line_hz: Array, teeth: int, rpm: Array, count: int) -> Limits:
+    """(..., speeds, count): the first of the depths where the loop is at a limit, the least of which is the
+    limit; infinite beyond those that there are.
+    """
     real, imaginary = inverse.real, inverse.imag
     positive = real > 0
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -72,14 +80,16 @@ def zeroth_order(inverse: Complex, line_hz: Array, teeth: int, rpm: Array) -> Li
     found, where = [], []
     for speed in rpm:
         waves = hz * (60.0 / (teeth * speed)) - phase  # whole where the depth is real
-        least, at = _least_at_whole(waves, depth, hz)
+        least, at = _least_at_whole(waves, depth, hz, count)
         found.append(least)
         where.append(at)
-    return Limits(np.stack(found, axis=-1), np.stack(where, axis=-1))
+    return Limits(np.stack(found, axis=-2), np.stack(where, axis=-2))
 
 
-def _least_at_whole(waves: Array, depth: Array, hz: Array) -> tuple[Array, Array]:
-    """The least depth (...,), and its frequency, where waves (..., lines, branches) pass a whole number."""
+def _least_at_whole(waves: Array, depth: Array, hz: Array, count: int) -> tuple[Array, Array]:
+    """The least depths (..., count), and their frequencies, where waves (..., lines, branches) pass a whole
+    number.
+    """
     low, high = waves[..., :-1, :], waves[..., 1:, :]
     below, above = np.minimum(low, high), np.maximum(low, high)
     first, last = np.ceil(below), np.floor(above)
@@ -94,8 +104,8 @@ def _least_at_whole(waves: Array, depth: Array, hz: Array) -> tuple[Array, Array
             least = np.where(better, value, least)
             at = np.where(better, hz[:-1] + part * (hz[1:] - hz[:-1]), at)
     flat, flat_at = (one.reshape(*one.shape[:-2], -1) for one in (least, at))
-    best = np.argmin(flat, axis=-1)[..., None]
-    return np.take_along_axis(flat, best, -1)[..., 0], np.take_along_axis(flat_at, best, -1)[..., 0]
+    best = np.argmin(flat, axis=-1)[..., None] if count == 1 else np.argsort(flat, axis=-1)[..., :count]
+    return np.take_along_axis(flat, best, -1), np.take_along_axis(flat_at, best, -1)
 
 
 def mode_coupling(inverse: Complex, line_hz: Array) -> Limits:

@@ -69,7 +69,8 @@ def _eigenvalues(
 ) -> Complex:
     """(lines, n): the inverse depths, 1/m, real or not; orders: harmonics that take part."""
     most = len(orders) - 1
-    coefficients = {k: cut.harmonic(k) for k in range(-most, most + 1)}
+    numbers = np.arange(-most, most + 1)
+    coefficients = dict(zip(numbers.tolist(), cut.harmonics(numbers), strict=True))
     used = np.flatnonzero(np.abs(coefficients[0]).sum(axis=0) > 0)
     factors = np.block([[coefficients[p - r][:, used] for r in orders] for p in orders])
     at = (lines[:, None] + orders * tooth_hz).ravel()

@@ -10,17 +10,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.core.config import ConfigFile
-from identify.core.errors import InputError
 from identify.fitting.resume import held
 from identify.machining import sentences
+from identify.machining.mounted import Mounted, mounted
 from identify.machining.place import posture_of
 from identify.machining.stability import (
-    Mounted,
+    coupling,
     limits,
-    mounted,
     nominal,
     over_feeds,
-    relative_bands,
     tip_receptance,
 )
 from identify.machining.tool import Tool, read_tool
@@ -30,6 +28,7 @@ from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.results.stability import StabilityResult, TipReceptance
 from identify.vibration.fitted_model import FittedModel, fitted_model
+from identify.vibration.misfit import misfit
 
 _LINES = 300
 
@@ -57,7 +56,7 @@ def run_stability(
     posture: str | None = None,
     *,
     speeds: int = 61,
-    draws: int = 200,
+    draws: int = 2000,
 ) -> tuple[StabilityResult, list[Path]]:
     """Depth limits of a tool on a fitted model; writes `<model>_stability.h5`.
 
@@ -68,13 +67,16 @@ def run_stability(
     begun = time.perf_counter()
     read = read_both(model, tool)
     path = out or model.with_name(f"{model.stem}_stability.h5")
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(
-            str(path), "not a file for depth limits", "a new file in .h5", "choose another with `--out`"
-        )
+    result_file.check_new(path, "depth limits", [model, tool])
     with held(path), threadpool_limits(1):
         on = mounted(
-            read.model, read.file.study, posture_of(posture, read.fit, read.model), str(tool), speeds, draws
+            read.model,
+            read.file.study,
+            posture_of(posture, read.fit, read.model),
+            str(tool),
+            speeds,
+            draws,
+            misfit(read.fit, read.model),
         )
         result = _result(read, on, begun)
         result_file.write(result, path)
@@ -83,18 +85,16 @@ def run_stability(
 
 def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
     found, coupled = nominal(on)
-    wide, coupling_band = relative_bands(on)
-    depth, compared = limits(on, found, wide)
-    structure = on.structure(on.model.values)
+    depth, compared = limits(on, found)
+    structure = on.here
     modes = complex_modes(structure.mass, structure.damping, structure.stiffness)
     line_hz = np.unique(np.linspace(0.0, 1.5 * float(modes.frequency_hz[:6].max()), _LINES))
     tip, spread = tip_receptance(on, line_hz)
     feed, feed_depth = over_feeds(on)
-    least = float(coupled.depth)
-    coupling = np.array([least, *(least * part for part in coupling_band), float(coupled.chatter_hz)])
+    without = coupling(on, coupled)
     tool, cutting = on.tool, on.cut.cutting
     band_hz = read.model.band_hz
-    said = sentences.verdict(depth, compared, coupling, tool.max_depth_mm / 1e3)
+    said = sentences.verdict(depth, compared, without, tool.max_depth_mm / 1e3)
     text = read.file
     return StabilityResult(
         name=read.fit.name,
@@ -119,7 +119,7 @@ def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
         draws=on.draws,
         limits=depth,
         checks=compared,
-        coupling=coupling,
+        coupling=without,
         feed_deg=feed,
         feed_depth_m=feed_depth,
         mode_hz=modes.frequency_hz,

@@ -13,21 +13,20 @@ from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.fitting.resume import held
-from identify.machining.deflection import deflections, dynamic_deflection, loaded
+from identify.machining.deflection import Loaded, deflections, dynamic_deflection
 from identify.machining.force import mean_force, parse_force, path_text, read_path
+from identify.machining.mounted import mounted
 from identify.machining.place import posture_of
 from identify.machining.sentences import of_model
-from identify.machining.stability import mounted
 from identify.machining.tool import Tool, read_tool
 from identify.results import file as result_file
 from identify.results.deflection import DeflectionResult, DeflectionRows
 from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
+from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
-
-_ELSEWHERE = "choose another with `--out`"
-_WELL_ABOVE = 2.0
+from identify.vibration.misfit import misfit
 
 
 @dataclass(frozen=True)
@@ -78,18 +77,17 @@ def run_deflection(
     fit: FitResult = result_file.read(model, FitResult)
     fitted = fitted_model(fit, str(model))
     path = out or model.with_name(f"{model.stem}_deflection.h5")
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(str(path), "not a file for deflections", "a new file in .h5", _ELSEWHERE)
+    inputs, table = [one for one in (load.path, load.tool) if one is not None], path.with_suffix(".csv")
+    result_file.check_new(path, "deflections", [model, *inputs], [table])
     tool = None if load.tool is None else read_tool(load.tool).study
     with held(path), threadpool_limits(1):
         point = (
             tool_point(fitted, load.node, "--node") if tool is None else tool.point(fitted, str(load.tool))
         )
-        on = loaded(fitted, point, draws)
+        on = Loaded(fitted, point, draws, misfit(fit, fitted))
         names, postures, forces = _places(load, tool, fit, fitted)
         rows = deflections(on, names, postures, forces)
         dynamic = dynamic_deflection(on, postures[0], forces[0])
-        inputs = [one for one in (load.path, load.tool) if one is not None]
         said = load.force or ""
         result = DeflectionResult(
             name=fit.name,
@@ -107,10 +105,7 @@ def run_deflection(
             dynamic=dynamic,
         )
         result_file.write(result, path)
-        table = path.with_suffix(".csv")
-        atomic.write_atomically(
-            table, lambda aside: aside.write_text(path_text(rows), encoding="utf-8"), _ELSEWHERE
-        )
+        atomic.write_text(table, path_text(rows))
     return result, [path, table]
 
 
@@ -140,7 +135,7 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
         f" {low:.4g} to {high:.4g} µm){where}: ({along}) µm along the base's axes."
     )
     soft, stiff = rows.compliance[most, 0], rows.compliance[most, 2]
-    softest = ", ".join(f"{value:.2f}" for value in rows.directions[most, 0])
+    softest = ", ".join(f"{value:.2f}" for value in np.round(rows.directions[most, 0], 2) + 0.0)
     return moved, (
         f"There it gives way most along ({softest}): {1e6 * soft:.3g} µm/N, and least,"
         f" {1e6 * stiff:.3g} µm/N, across it."
@@ -148,14 +143,9 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
 
 
 def _notes(fit: FitResult) -> tuple[str, ...]:
-    said = [f"of the fit: {note}" for note in fit.notes]
-    if fit.gap > _WELL_ABOVE:
-        said.append(
-            f"the fit's gap is {fit.gap:.3g}: something is missing from the model, and the intervals do not"
-            " hold it; see `identify discover`"
-        )
-    said.append(
+    return (
+        *of_fit(fit),
+        *of_gap(fit.gap, "which the intervals hold as errors of the stiffnesses"),
         "stiffness is that of vibration, small and about a posture: friction that sticks and gears that are"
-        " softer under small loads are not in it"
+        " softer under small loads are not in it",
     )
-    return tuple(said)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from scipy.optimize import brentq
 
 from identify.core.arrays import Array, Index
 from identify.core.interruption import check
@@ -22,7 +23,7 @@ from identify.machining.structure import Structure
 
 _STEPS_PER_WAVE = 24
 _LEAST_STEPS, _MOST_STEPS = 48, 120
-_FINER, _HALVINGS = 1.2, 9
+_FINER, _CLOSE = 1.2, 1e-4
 
 
 @dataclass(frozen=True)
@@ -62,10 +63,7 @@ class TimeDomain:
             if high >= most:
                 return np.inf
             low, high = high, min(_FINER * high, most)
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self.multiplier(rpm, middle) <= 1.0 else (low, middle)
-        return (low + high) / 2
+        return float(brentq(lambda depth: self.multiplier(rpm, depth) - 1.0, low, high, rtol=_CLOSE))
 
     def _over_a_period(self, rpm: float, depth: float, steps: int) -> tuple[Array, int]:
         """What a tooth period does to state and past displacements, newest first, and how many of the axes

@@ -8,9 +8,8 @@ from identify.core.arrays import Array
 from identify.machining.tool import ToolUncertainty
 from identify.results.fit import FitResult
 from identify.results.stability import DepthLimits, LimitChecks
+from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel
-
-_WELL_ABOVE = 2.0
 
 
 def verdict(limits: DepthLimits, checks: LimitChecks, coupling: Array, most: float) -> tuple[str, ...]:
@@ -75,7 +74,7 @@ def notes(
     unsure: ToolUncertainty,
 ) -> tuple[str, ...]:
     """What a reader must be warned of."""
-    said = [f"of the fit: {note}" for note in fit.notes]
+    said = of_fit(fit)
     chatter = limits.chatter_hz[np.isfinite(limits.chatter_hz)]
     if band_hz is not None and chatter.size:
         outside = np.mean((chatter < band_hz[0]) | (chatter > band_hz[1]))
@@ -84,11 +83,9 @@ def notes(
                 f"at {100 * outside:.2g} % of the speeds the chatter lies outside the fitted band"
                 f" ({band_hz[0]:g} to {band_hz[1]:g} Hz), where no data speak for the model"
             )
-    if fit.gap > _WELL_ABOVE:
-        said.append(
-            f"the fit's gap is {fit.gap:.3g}: something is missing from the model, and the bands do"
-            " not hold it; see `identify discover`"
-        )
+    said += of_gap(
+        fit.gap, "which the bands hold as errors of the stiffnesses that come anew at every frequency"
+    )
     exact = [
         what
         for what, std in (("cutting coefficients", unsure.coefficients), ("joint angles", unsure.posture_deg))
@@ -117,5 +114,6 @@ def of_model(model: FittedModel) -> tuple[str, ...]:
     if model.off is None:
         return ()
     return (
-        "errors of what was told are as the fit found them; what is left uncertain of them is in no band",
+        "errors of what was told are as the fit found them; what they leave uncertain is in the intervals,"
+        " but for how errors of lengths and angles turn the tool itself",
     )

@@ -23,7 +23,7 @@ from identify.batch.executor import open_executor
 from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
 from identify.batch.loop import Watch, run_jobs
-from identify.batch.settings import posture_of, read_table
+from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -35,12 +35,12 @@ from identify.results import fit as results
 from identify.results.fit import FitResult
 from identify.results.map import MapPart, MapResult, PostureRows
 from identify.results.provenance import provenance, sha256
+from identify.vibration.fit_notes import of_fit
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
 
 PART = 50
 """Postures in a part: what a worker does at a time, about half a second."""
 _PART = "identify.map.run:map_part"
-_ELSEWHERE = "choose another with `--out`"
 _LIMIT_S = 600.0
 _WITHOUT_BAND_HZ = (1.0, 100.0)
 
@@ -90,7 +90,8 @@ def run_map(
     begun = time.perf_counter()
     fit: results.FitResult = result_file.read(model, FitResult)
     path = out or model.with_name(f"{model.stem}_map.h5")
-    _check_out(path, model)
+    table = path.with_suffix(".csv")
+    result_file.check_new(path, "a map", [model, *filter(None, [options.postures])], [table])
     fitted = fitted_model(fit, str(model))
     names, postures = _postures(fitted, options)
     line_hz = _lines(fitted, options)
@@ -120,13 +121,9 @@ def run_map(
         seconds = time.perf_counter() - begun
         result = _result(fit, fitted, model, rows, line_hz, options.tool, about, seconds)
         result_file.write(result, path)
-        atomic.write_atomically(
-            path.with_suffix(".csv"),
-            lambda aside: aside.write_text(table_of(rows), encoding="utf-8"),
-            _ELSEWHERE,
-        )
+        atomic.write_text(table, table_of(rows))
         shutil.rmtree(folder, ignore_errors=True)
-    return result, [path, path.with_suffix(".csv")]
+    return result, [path, table]
 
 
 def _jobs(
@@ -137,11 +134,6 @@ def _jobs(
         part = slice(number * PART, (number + 1) * PART)
         given = {"asked": asked, "names": names[part], "postures": postures[part].tolist(), "key": key}
         yield Job(file.stem, _PART, {**given, "out": str(file.resolve())})
-
-
-def _check_out(path: Path, model: Path) -> None:
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(str(path), "not a file for a map", "a new file in .h5", _ELSEWHERE)
 
 
 def _result(
@@ -215,7 +207,7 @@ def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Arra
         )
     joints = len(fitted.robot.joints)
     if options.postures is not None:
-        return _tabled(options.postures, joints)
+        return read_postures(options.postures, joints)[:2]
     axes = [np.rad2deg(fitted.posture)[joint : joint + 1] for joint in range(joints)]
     for joint, first, last, count in options.grid:
         if not 1 <= joint <= joints or count < 1:
@@ -227,23 +219,6 @@ def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Arra
         axes[joint - 1] = np.linspace(first, last, count)
     found = np.deg2rad(np.array(list(itertools.product(*axes))))
     return [f"p{number:0{len(str(len(found)))}d}" for number in range(1, len(found) + 1)], found
-
-
-def _tabled(path: Path, joints: int) -> tuple[list[str], Array]:
-    names, found = [], []
-    for line, row in read_table(path):
-        angles = posture_of(row)
-        if len(angles) != joints or not all(
-            isinstance(angle, (int, float)) and np.isfinite(angle) for angle in angles
-        ):
-            raise InputError(
-                f"{path} line {line}",
-                f"angles {angles}",
-                f"numbers in the columns joint1_deg to joint{joints}_deg",
-            )
-        names.append(str(row.get("name", f"line{line}")))
-        found.append(angles)
-    return names, np.deg2rad(np.array(found, dtype=float))
 
 
 def _lines(fitted: FittedModel, options: MapOptions) -> Array:
@@ -297,11 +272,10 @@ def _verdict(rows: PostureRows, seconds: float, about: str) -> tuple[str, ...]:
 
 
 def _notes(fit: results.FitResult) -> tuple[str, ...]:
-    said = [f"of the fit: {note}" for note in fit.notes]
-    said.append(
-        "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them"
+    return (
+        *of_fit(fit),
+        "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them",
     )
-    return tuple(said)
 
 
 def table_of(rows: PostureRows) -> str:

@@ -50,11 +50,15 @@ def missing(found: Fit, barred: Complex, most: int) -> Addition:
     places = _grid(found)
     for pole in barred:
         places = places[np.abs(places - pole) > -pole.real - places.real]
-    places = places[_loudest(_excess(found, places), len(found.equations.s))]
-    residues, over = np.zeros((0, *found.equations.frf.shape[1:]), dtype=complex), np.zeros(0)
+    error = residual(found)
+    noise = independent(error.reshape(len(error), -1))
+    chance = _by_chance(found, noise, places)
+    loudest = _loudest(_excess(found.equations.s, error, noise, places) / chance, len(error))
+    places, chance = places[loudest], chance[loudest]
+    residues, over = np.zeros((0, *error.shape[1:]), dtype=complex), np.zeros(0)
     if len(places):
-        gain, residues = _gains(found, places)
-        over = gain / _by_chance(found, places)
+        gain, residues = _gains(found, error, places)
+        over = gain / chance
     taken: list[int] = []
     for place in np.argsort(-over, kind="stable"):
         if over[place] < max(1, _CLEAR * np.max(over)) or len(taken) == most:
@@ -62,8 +66,7 @@ def missing(found: Fit, barred: Complex, most: int) -> Addition:
         if all(_apart(places, over, int(place), other) for other in taken):
             taken.append(int(place))
     left = [np.linalg.svd(residues[place])[0][:, 0] for place in taken]
-    refs = found.equations.frf.shape[1]
-    return Addition(places[taken], np.array(left, dtype=complex).reshape(-1, refs))
+    return Addition(places[taken], np.array(left, dtype=complex).reshape(-1, error.shape[1]))
 
 
 def _apart(places: Complex, over: Array, a: int, b: int) -> bool:
@@ -96,11 +99,12 @@ def _loudest(excess: Array, lines: int) -> Index:
     return np.sort(order[excess[order] > _EXCESS])
 
 
-def _excess(found: Fit, places: Complex) -> Array:
-    """Power of the residual around places beyond independent noise, over what chance explains, (places,)."""
-    s = found.equations.s
-    error = residual(found).reshape(len(s), -1)
-    excess = np.sum(np.abs(error) ** 2, axis=1) - error.shape[1] * independent(error)
+def _excess(s: Complex, error: Complex, noise: Array, places: Complex) -> Array:
+    """Power of the residual (L, references, responses) around places beyond independent noise, whose variance
+    is `noise` (L,), at lines s (L,); (places,).
+    """
+    error = error.reshape(len(s), -1)
+    excess = np.sum(np.abs(error) ** 2, axis=1) - error.shape[1] * noise
     total = np.append(0.0, np.cumsum(excess))
     spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
     reach = _REACH * (s[0].real - places.real)
@@ -108,16 +112,15 @@ def _excess(found: Fit, places: Complex) -> Array:
         np.clip(np.round((places.imag + side * reach - s[0].imag) / spacing).astype(int), 0, len(s))
         for side in (-1, 1)
     )
-    return np.asarray((total[last] - total[first]) / _by_chance(found, places))
+    return np.asarray(total[last] - total[first])
 
 
-def _gains(found: Fit, places: Complex) -> tuple[Array, Complex]:
+def _gains(found: Fit, error: Complex, places: Complex) -> tuple[Array, Complex]:
     """By how much a pole at every place lowers the cost, (places,), and its residues there, (places,
-    references, responses).
+    references, responses); error (L, references, responses): what the fit leaves.
     """
-    equations, refs = found.equations, found.equations.frf.shape[1]
+    equations, refs = found.equations, error.shape[1]
     scale, s = (equations.line * equations.s**equations.power)[:, None], equations.s[:, None]
-    error = residual(found)
     basis, unit = equations.basis(found.participation), np.diag(equations.reference).astype(complex)
     functions, mirrors = equations.functions(found.poles, found.poles[:0])
     gains, residues = [], []
@@ -163,12 +166,13 @@ def _solved(alone: Array, own: Array, parts: Array) -> Array:
     return np.asarray(np.einsum("gab,gbo->gao", vectors, turned * factor[:, :, None]) / size[:, :, None])
 
 
-def _by_chance(found: Fit, places: Complex) -> Array:
-    """What noise alone, independent from line to line, makes a pole explain at most, (places,)."""
-    s, error = found.equations.s, residual(found)
-    variance = independent(error.reshape(len(error), -1)) / 2
+def _by_chance(found: Fit, noise: Array, places: Complex) -> Array:
+    """What noise alone, independent from line to line, of variance `noise` (L,), makes a pole explain at
+    most, (places,).
+    """
+    s = found.equations.s
     spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
     line = np.clip(np.round((places.imag - s[0].imag) / spacing).astype(int), 0, len(s) - 1)
-    freedom = 2 * error.shape[1] * error.shape[2]
+    freedom = 2 * int(np.prod(found.equations.frf.shape[1:]))
     floor = 1e-24 * found.moments.energy + np.finfo(float).tiny
-    return np.asarray(variance[line] * scipy.special.chdtri(freedom, CHANCE) + floor)
+    return np.asarray(noise[line] / 2 * scipy.special.chdtri(freedom, CHANCE) + floor)

@@ -9,8 +9,9 @@ where there is no hysteretic damping H; where there is, the model holds for posi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from identify.robot.posture import AXES, at_posture
 
 _ROLES = {"stiffness": (0, 1.0), "damping": (1, 1.0), "mass": (2, 1.0), "hysteretic": (0, 1.0j)}
 """Power of s and factor with which a term enters the dynamic stiffness."""
+_NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,17 @@ class Factors:
     power: Index
     weight: Array | Complex
     owner: Index
+
+
+class Change(NamedTuple):
+    """What a unit of the parameter with the number `owner` adds to dZ: factor s^power times a symmetric
+    matrix (n, n).
+    """
+
+    matrix: Array
+    power: int
+    owner: int
+    factor: complex = 1.0
 
 
 @dataclass(frozen=True)
@@ -246,20 +259,27 @@ def _reduce(every: Sequence[Term], pick: tuple[Index, ...]) -> tuple[dict[str, A
     """The terms over the free coordinates, as stacks and as thin columns."""
     size = pick[0].size
     terms = {role: np.zeros((len(every), size, size)) for role in _ROLES}
-    vectors, power, weight, owner = [], [], [], []
+    changes = []
     for number, term in enumerate(every):
         for role, (exponent, factor) in _ROLES.items():
             matrix = getattr(term, role)
-            if matrix is None:
-                continue
-            terms[role][number] = matrix[pick]
-            eigenvalues, eigenvectors = np.linalg.eigh(matrix[pick])
-            kept = np.abs(eigenvalues) > 1e-12 * np.abs(eigenvalues).max(initial=0.0)
-            for value, vector in zip(eigenvalues[kept], eigenvectors[:, kept].T, strict=True):
-                vectors.append(vector)
-                power.append(exponent)
-                weight.append(value * factor)
-                owner.append(number)
-    return terms, Factors(
-        np.array(vectors).reshape(-1, size).T, np.array(power, int), np.array(weight), np.array(owner, int)
-    )
+            if matrix is not None:
+                terms[role][number] = matrix[pick]
+                changes.append(Change(matrix[pick], exponent, number, factor))
+    return terms, factored(changes, size)
+
+
+def factored(changes: Iterable[Change], size: int) -> Factors:
+    """Changes of so many coordinates as thin columns: the eigenvectors of each matrix, without those whose
+    eigenvalue is nothing beside its largest.
+    """
+    rows, numbers = [np.zeros((0, size))], list[tuple[int, int]]()
+    weight: list[Any] = [np.zeros(0)]
+    for one in changes:
+        values, directions = np.linalg.eigh(one.matrix)
+        kept = np.abs(values) > _NOTHING * np.abs(values).max(initial=0.0)
+        rows.append(directions[:, kept].T)
+        weight.append(values[kept] * one.factor)
+        numbers += [(one.power, one.owner)] * int(kept.sum())
+    power, owner = np.array(numbers, int).reshape(-1, 2).T
+    return Factors(np.concatenate(rows).T, power, np.concatenate(weight), owner)

@@ -15,7 +15,7 @@ has no transform at s, and nothing is taken off.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy
@@ -122,6 +122,33 @@ def end_of_record(
     """The ending with its slopes for the parameters whose numbers are given; None where the response has died
     out.
     """
+    end = _modal_end(matrices, s, force, record)
+    if end is None:
+        return None
+    columns = np.flatnonzero(np.isin(factors.owner, parameters))
+    owned = (factors.owner[columns, None] == parameters).astype(float)
+    slopes = [_slopes(end, record, factors, columns, rate) for rate in (0, 1)]
+    by_owner = [(end.shapes @ slope).real.reshape(*end.x.shape, -1) @ owned for slope in slopes]
+    return EndOfRecord(record, end.x, end.v, np.array(by_owner))
+
+
+class _ModalEnd(NamedTuple):
+    """Where a unit impact at each input has led, x, v (n, inputs), with the modes by which it went there:
+    eigenvalues (r,), shapes (n, r), their norms (r,) and participation (r, inputs).
+    """
+
+    eigenvalues: Complex
+    shapes: Complex
+    norm: Complex
+    participation: Complex
+    x: Array
+    v: Array
+
+
+def _modal_end(
+    matrices: tuple[Array, Array, Array], s: Complex, force: Array, record: float
+) -> _ModalEnd | None:
+    """None where the response has died out."""
     mass, damping, _ = matrices
     eigenvalues, shapes = state_eigen(*matrices)
     if not outlasts_record(eigenvalues, s, record):
@@ -129,26 +156,12 @@ def end_of_record(
     norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
     participation = shapes.T @ force / norm[:, None]
     decayed = np.exp(eigenvalues * record)[:, None] * participation
-    columns = np.flatnonzero(np.isin(factors.owner, parameters))
-    owned = (factors.owner[columns, None] == parameters).astype(float)
-    slopes = [
-        _slopes((eigenvalues, shapes, norm), participation, record, factors, columns, rate) for rate in (0, 1)
-    ]
     moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
     x, v = np.split(moved.real, 2, axis=1)
-    return EndOfRecord(
-        record, x, v, np.array([(shapes @ slope).real.reshape(*x.shape, -1) @ owned for slope in slopes])
-    )
+    return _ModalEnd(eigenvalues, shapes, norm, participation, x, v)
 
 
-def _slopes(
-    modes: tuple[Complex, Complex, Complex],
-    participation: Complex,
-    record: float,
-    factors: Factors,
-    columns: NDArray[np.intp],
-    rate: int,
-) -> Complex:
+def _slopes(end: _ModalEnd, record: float, factors: Factors, columns: NDArray[np.intp], rate: int) -> Complex:
     """Derivatives (modes, inputs * columns) of the modal parts of x(T), or of v(T) with rate 1, for unit
     changes of Z by each column.
 
@@ -156,7 +169,7 @@ def _slopes(
     over pairs of modes of residues times the divided difference of z^(k + rate) e^(zT), with k the power of s
     of the column.
     """
-    eigenvalues, shapes, norm = modes
+    eigenvalues, shapes, norm, participation, _, _ = end
     result = np.zeros((len(eigenvalues), participation.shape[1], len(columns)), dtype=complex)
     for k in np.unique(factors.power[columns]):
         chosen = columns[factors.power[columns] == k]
@@ -179,15 +192,10 @@ def end_by_matrices(
     stiffness_changes: Array,
 ) -> EndOfRecord | None:
     """`end_of_record` with slopes for changes (q, n, n) of M and, the same ones, of K."""
-    mass, damping, _ = matrices
-    eigenvalues, shapes = state_eigen(*matrices)
-    if not outlasts_record(eigenvalues, s, record):
+    end = _modal_end(matrices, s, force, record)
+    if end is None:
         return None
-    norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
-    participation = shapes.T @ force / norm[:, None]
-    decayed = np.exp(eigenvalues * record)[:, None] * participation
-    moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
-    x, v = np.split(moved.real, 2, axis=1)
+    eigenvalues, shapes, norm, participation, x, v = end
     changes = [shapes.T @ matrix @ shapes / norm[:, None] for matrix in (stiffness_changes, mass_changes)]
     slopes = [
         -sum(

@@ -46,7 +46,7 @@ def read_modes(path: Path, measurement: str | None = None) -> ModalTable:
     InputError for a file that holds no modes, or several sets of them and no word which.
     """
     suffix = path.suffix.lower()
-    if suffix in (".h5", ".hdf5"):
+    if suffix in result_file.SUFFIXES:
         return _of_result(path, measurement)
     if FORMAT_OF_SUFFIX.get(suffix) == "uff":
         return read_shapes(path)

@@ -81,7 +81,9 @@ def run_modes(
             )
         path = out or Path("reports") / f"{name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
-        _keep_inputs(path, tables, [data, *(Path(m.data.source) for m in measured)])
+        beside = [*tables, *(table.with_suffix(".uff") for table in tables)]
+        read = [data, *filter(None, [geometry]), *(Path(m.data.source) for m in measured)]
+        result_file.check_new(path, "modes", read, beside)
         with held(path):
             pairs = _analysed(measured, settings)
             kept = [one for _, one in pairs]
@@ -220,31 +222,13 @@ def _suffix(one: Measured, all_of_them: Sequence[Measured]) -> str:
     return "" if len(all_of_them) == 1 else "_" + re.sub(r"[^\w.+-]", "_", one.name)
 
 
-def _keep_inputs(path: Path, tables: Sequence[Path], inputs: Sequence[Path]) -> None:
-    """InputError where a file to be written is one that was read."""
-    if path.suffix not in (".h5", ".hdf5"):
-        raise InputError(
-            str(path), f"suffix {path.suffix!r}", "a result file in .h5", "choose another with `--out`"
-        )
-    read = {entry.resolve() for entry in inputs}
-    reports = (path.with_suffix(suffix) for suffix in (".html", ".pdf"))
-    for new in (path, *reports, *tables, *(table.with_suffix(".uff") for table in tables)):
-        if new.resolve() in read:
-            raise InputError(
-                str(new),
-                "would be overwritten, and is an input",
-                "another place",
-                "choose another with `--out`",
-            )
-
-
 def _write_tables(table: ModalTable, sensors: MeasuredGeometry | None, path: Path) -> list[Path]:
     """The modal table as YAML, and shapes with their geometry as a universal file; nothing where no mode was
     found.
     """
     if not len(table):
         return []
-    shapes, fix = path.with_suffix(".uff"), "choose another with `--out`"
-    write_atomically(path, partial(write_modal_table, table=table), fix)
-    write_atomically(shapes, partial(write_shapes, table=table, geometry=sensors), fix)
+    shapes = path.with_suffix(".uff")
+    write_atomically(path, partial(write_modal_table, table=table))
+    write_atomically(shapes, partial(write_shapes, table=table, geometry=sensors))
     return [path, shapes]

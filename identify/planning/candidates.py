@@ -9,7 +9,6 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.robot.description import Robot
-from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel
 
 _SPREAD = np.radians(60.0)
@@ -37,20 +36,20 @@ def candidates(model: FittedModel, count: int, seed: int) -> Candidates:
 
     InputError where there are too few.
     """
-    rng = np.random.default_rng(seed)
+    rng, ground = np.random.default_rng(seed), min(0.0, _lowest(model, model.posture))
     postures = [model.posture]
     for _ in range(_TRIES * count):
         if len(postures) == count:
             break
         posture = model.posture + rng.uniform(-_SPREAD, _SPREAD, len(model.posture))
-        if _within(model.robot, posture) and _above_ground(model, posture):
+        if _within(model.robot, posture) and _lowest(model, posture) >= ground:
             postures.append(posture)
     if len(postures) < count:
         raise InputError(
             "identify plan",
             f"only {len(postures)} of {count} postures with all points above the base's ground",
             "a robot that reaches more",
-            "give `--postures table.csv`",
+            "give `--table postures.csv`",
         )
     return Candidates(np.array(postures), *_points(model))
 
@@ -79,20 +78,8 @@ def _within(robot: Robot, posture: Array) -> bool:
     return bool(np.all((posture >= low) & (posture <= high)))
 
 
-def _above_ground(model: FittedModel, posture: Array) -> bool:
+def _lowest(model: FittedModel, posture: Array) -> float:
+    """Height of the lowest point above the base's ground, m; 0 where there are no points."""
     engine = model.system(posture).site.engine
-    lowest = min((_height(engine.position(point.link, point.position)) for point in _of(model)), default=0.0)
-    return lowest >= min(0.0, _lowest(model))
-
-
-def _lowest(model: FittedModel) -> float:
-    engine = model.system(model.posture).site.engine
-    return min((_height(engine.position(point.link, point.position)) for point in _of(model)), default=0.0)
-
-
-def _of(model: FittedModel) -> list[Point]:
-    return list(model.points.values())
-
-
-def _height(position: Array) -> float:
-    return float(position[2])
+    points = model.points.values()
+    return min((float(engine.position(one.link, one.position)[2]) for one in points), default=0.0)

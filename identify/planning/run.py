@@ -11,7 +11,7 @@ import numpy as np
 from ruamel.yaml.comments import CommentedMap
 from threadpoolctl import threadpool_limits
 
-from identify.batch.settings import posture_of, read_table
+from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.config_paths import relocated
@@ -25,11 +25,10 @@ from identify.planning.known import Known, known_of
 from identify.results import file as result_file
 from identify.results.plan import PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
+from identify.vibration.fit_notes import of_gap
 
-_ELSEWHERE = "choose another with `--out`"
 _RANDOM = 200
 _Z_95 = 1.96
-_WELL_ABOVE = 2.0
 
 
 @dataclass(frozen=True)
@@ -62,8 +61,8 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
     known = known_of(model, options.noise, options.resolution)
     of_study = model.suffix in (".yaml", ".yml")
     path = out or (Path("reports") if of_study else model.parent) / f"{model.stem}_plan.h5"
-    if path.suffix not in (".h5", ".hdf5") or path.resolve() == model.resolve():
-        raise InputError(str(path), "not a file for a plan", "a new file in .h5", _ELSEWHERE)
+    study = path.with_suffix(".yaml")
+    result_file.check_new(path, "a plan", [model, *filter(None, [options.table])], [study])
     targets = _targets(known, options.target)
     with held(path), threadpool_limits(1):
         among = _among(known, options)
@@ -78,10 +77,7 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
         result = _result(model, known, options, among, found, design, judged, path.parent)
         result = replace(result, seconds=time.perf_counter() - begun)
         result_file.write(result, path)
-        study = path.with_suffix(".yaml")
-        atomic.write_atomically(
-            study, lambda aside: aside.write_text(result.study, encoding="utf-8"), _ELSEWHERE
-        )
+        atomic.write_text(study, result.study)
     return result, [path, study]
 
 
@@ -96,15 +92,7 @@ def _targets(known: Known, names: tuple[str, ...]) -> Array | None:
 def _among(known: Known, options: PlanOptions) -> Candidates:
     if options.table is None:
         return candidates(known.model, max(options.among, options.postures), options.seed)
-    joints, angles = len(known.model.robot.joints), []
-    for line, row in read_table(options.table):
-        one = posture_of(row)
-        if len(one) != joints or not all(isinstance(angle, int | float) for angle in one):
-            raise InputError(
-                f"{options.table} line {line}", f"angles {one}", f"joint1_deg to joint{joints}_deg"
-            )
-        angles.append(one)
-    return tabled(known.model, np.deg2rad(np.array(angles, dtype=float)))
+    return tabled(known.model, read_postures(options.table, len(known.model.robot.joints))[1])
 
 
 def _check_sizes(sizes: tuple[int, int, int], among: Candidates) -> None:
@@ -195,8 +183,8 @@ def _verdict(
     ]
     worst = int(np.argmax(promised.promised))
     said.append(
-        f"Promised are 95 % intervals of ± {100 * promised.promised.min():.2g} to"
-        f" {100 * promised.promised[worst]:.2g} %, the widest of {promised.name[worst]}."
+        f"The 95 % intervals that it promises are ± {100 * promised.promised.min():.2g} to"
+        f" {100 * promised.promised[worst]:.2g} %, the widest that of {promised.name[worst]}."
     )
     if not anew:
         gain = promised.now / promised.promised
@@ -217,12 +205,7 @@ def _notes(known: Known) -> tuple[str, ...]:
         said.append(
             "the paths in the study of the test are those of the fit's study: put it into the same folder"
         )
-    if known.gap > _WELL_ABOVE:
-        said.append(
-            f"the fit's gap is {known.gap:.3g}: something is missing from the model, for which this test is"
-            " not planned; see `identify discover`"
-        )
-    return tuple(said)
+    return *said, *of_gap(known.gap, "for which this test is not planned")
 
 
 def _study(path: Path, known: Known, posture_deg: Array, folder: Path) -> str:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from identify.core.thresholds import MISSING
 from identify.reports.outcome import Result
-
-_WELL_ABOVE = 2.0
-"""A gap from which something is missing rather than a little off."""
 
 
 def next_steps(found: Result, config: Path | None = None) -> list[str]:
@@ -31,11 +29,9 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
 def _after_fit(found: Result, config: Path | None) -> list[str]:
     data = found.data
     if config is not None and any("`identify discover " in sentence for sentence in data.verdict):
-        why = (
-            f"the gap of {data.gap:.3g} is well above 1" if data.gap > _WELL_ABOVE else "something is missing"
-        )
+        why = f"the gap of {data.gap:.3g} is well above 1" if data.gap > MISSING else "something is missing"
         return [f"identify discover {config}   ({why}: finds what the model lacks)"]
-    if data.converged and data.gap <= _WELL_ABOVE:
+    if data.converged and data.gap <= MISSING:
         return [
             f"identify map {found.path} --grid 2:-60:60:9   (the model over the workspace)",
             f"identify stability {found.path} --tool tool.yaml   (how deep it may cut: docs/machining.md)",

@@ -7,6 +7,7 @@ attribute `checksum` is over all of them (`identify.results.checksum`).
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -25,7 +26,7 @@ from identify.results.record import record_of
 
 LAYOUT = 1
 UNFINISHED = "unfinished"
-_ELSEWHERE = "choose another with `--out`"
+SUFFIXES = (".h5", ".hdf5")
 _A_RESULT = "a result file written by `identify fit`"
 _KINDS = {
     **{kind: analysis.holds for kind, analysis in OF_KIND.items()},
@@ -36,9 +37,24 @@ _KINDS = {
 T = TypeVar("T")
 
 
+def check_new(path: Path, what: str, inputs: Iterable[Path], beside: Iterable[Path] = ()) -> None:
+    """Raise an InputError where `path` is no place for a result (what: such as "a map"), or where it, a
+    report, or another file that is written beside it would take the place of an input.
+    """
+    if path.suffix not in SUFFIXES:
+        raise InputError(
+            str(path), f"suffix {path.suffix!r}: not a file for {what}", "a new file in .h5", atomic.ELSEWHERE
+        )
+    read = {one.resolve() for one in inputs}
+    for new in (path, path.with_suffix(".html"), path.with_suffix(".pdf"), *beside):
+        if new.resolve() in read:
+            found = f"not a file for {what}: an input, which would be overwritten"
+            raise InputError(str(new), found, "a new file", atomic.ELSEWHERE)
+
+
 def check_writable(path: Path) -> None:
     """Raise an InputError where a result cannot be written; what is at `path` stays."""
-    atomic.check_writable(path, _ELSEWHERE)
+    atomic.check_writable(path)
 
 
 def write(result: Any, path: Path) -> None:
@@ -52,7 +68,7 @@ def write(result: Any, path: Path) -> None:
         file.attrs[CHECKSUM] = checksum(tree_of(file))
         file.flush()
         image = file.id.get_file_image()
-    atomic.write_atomically(path, partial(Path.write_bytes, data=image), _ELSEWHERE)
+    atomic.write_atomically(path, partial(Path.write_bytes, data=image))
     binary_input.wrote(path)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
-from identify.core.thresholds import MISSING
+from identify.core.thresholds import MISSING, QUIET
 from identify.fitting.fit import Fit
 from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Uncertainty, at_bounds, inseparable
@@ -117,7 +117,7 @@ def _verdict(
         on = "" if np.isnan(gaps[1]) else f" and {gaps[1]:.2f} times on data that were not fitted"
         word = (
             "agrees with the data to within their noise"
-            if gaps[0] <= 1.15
+            if gaps[0] <= QUIET
             else "does not yet explain the data"
         )
         quality = f"The model {word}: the residual is {gaps[0]:.2f} times the noise{on}."

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,12 +19,11 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.model.nuisances.basis import WEIGHTED, Basis, basis, moved, reduced
 from identify.model.nuisances.inertia import CHANGES, changed, moments
-from identify.model.system import Factors, System
+from identify.model.system import Change, Factors, System, factored
 from identify.results.fit import StatedUncertainty
 from identify.robot.description import Link, Robot
 
 _ORIGIN = tuple(f"origin_{axis}" for axis in "xyz")
-_LEAST = 1e-12
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class Off:
     """Errors of what was told of a robot.
 
     of_parameters (f, u): rows of a root of the joint covariance that belong to the free parameters on their
-    search scale; links: as told; inertia (links, 10): the fitted changes, in the order of `CHANGES`, and
-    their stated deviations `inertia_std`; spread_inertia (links, 10, u), spread_origin (joints, 3, u): rows
-    of that root in SI units; angle_std, rad.
+    search scale; links: as told; inertia (links, 10): the fitted changes, in the order of `CHANGES`;
+    spread_inertia (links, 10, u), spread_origin (joints, 3, u): rows of that root in SI units; angle_std,
+    rad.
     """
 
     of_parameters: Array
@@ -42,6 +42,12 @@ class Off:
     spread_inertia: Array
     spread_origin: Array
     angle_std: float
+
+    @cached_property
+    def slopes(self) -> Array:
+        """(links, 10, 10): derivatives of the inertial parameters by the changes, see `moments`."""
+        pairs = zip(self.links, self.inertia, strict=True)
+        return np.array([moments(link, change)[1] for link, change in pairs]).reshape(-1, 10, 10)
 
 
 def corrected(robot: Robot, stated: StatedUncertainty, where: str) -> tuple[Robot, Off]:
@@ -109,8 +115,7 @@ def with_errors(
 def _of_inertia(off: Off, there: Basis) -> list[tuple[Array, Array]]:
     """Changes of M and K_g per unit of each change of each link, one after the other."""
     found = []
-    for number, (link, change) in enumerate(zip(off.links, off.inertia, strict=True)):
-        slopes = moments(link, change)[1]
+    for number, slopes in enumerate(off.slopes):
         mass = np.tensordot(slopes.T, there.mass[number], axes=1)
         weight = np.tensordot(slopes[:WEIGHTED].T, there.weight[number], axes=1)
         found += list(zip(mass, weight, strict=True))
@@ -119,16 +124,17 @@ def _of_inertia(off: Off, there: Basis) -> list[tuple[Array, Array]]:
 
 def _extended(factors: Factors, changes: Sequence[tuple[Array, Array]], first: int) -> Factors:
     """With columns that belong to owners from `first` on; each change of M and K is symmetric."""
-    vectors, power, owner = [factors.vectors], [factors.power], [factors.owner]
-    weight: list[Array] = []
-    for number, (mass, stiffness) in enumerate(changes, start=first):
-        for exponent, matrix in ((2, mass), (0, stiffness)):
-            values, directions = np.linalg.eigh(0.5 * (matrix + matrix.T))
-            kept = np.abs(values) > _LEAST * np.abs(values).max(initial=0.0)
-            vectors.append(directions[:, kept])
-            weight.append(np.asarray(values[kept]))
-            power.append(np.full(int(kept.sum()), exponent))
-            owner.append(np.full(int(kept.sum()), number))
-    columns = np.concatenate(vectors, axis=1)
-    weights = np.append(factors.weight, np.concatenate(weight)).astype(complex)
-    return Factors(columns, np.concatenate(power), weights, np.concatenate(owner))
+    more = factored(
+        (
+            Change(0.5 * (matrix + matrix.T), power, number)
+            for number, (mass, stiffness) in enumerate(changes, start=first)
+            for power, matrix in ((2, mass), (0, stiffness))
+        ),
+        len(factors.vectors),
+    )
+    return Factors(
+        np.concatenate([factors.vectors, more.vectors], axis=1),
+        np.concatenate([factors.power, more.power]),
+        np.concatenate([factors.weight, more.weight]).astype(complex),
+        np.concatenate([factors.owner, more.owner]),
+    )

@@ -66,7 +66,32 @@ class FittedModel:
         """(count, p): parameters drawn from their covariance, on the scale that they were fitted on and
         within their bounds.
         """
-        change = rng.standard_normal((count, self.spread.shape[1])) @ self.spread.T
+        return self._moved(rng.standard_normal((count, self.spread.shape[1])) @ self.spread.T)
+
+    def drawn_matrices(
+        self, system: System, posture: Array, count: int, rng: np.random.Generator, errors: Array
+    ) -> tuple[Array, Array, Array]:
+        """M, C, K (count, n, n) of a system at a posture (joints,), rad: with parameters and errors of what
+        was told drawn from their covariance, and relative errors of stiffnesses, of RMS errors (p,), as
+        `identify.vibration.misfit` has them: their real part, which is all that acts at rest.
+        """
+        factors, root = self.sensitivity(system, posture)
+        change, own = rng.standard_normal((count, root.shape[1])) @ root.T, len(self.values)
+        values = self._moved(change[:, :own])
+        if errors.any():
+            values = values * np.exp(errors / np.sqrt(2) * rng.standard_normal(values.shape))
+        found = list(system.matrices(values))
+        for power, matrix in ((0, 2), (2, 0)):
+            kept = (factors.owner >= own) & (factors.power == power)
+            amounts = change[:, factors.owner[kept]] * np.asarray(factors.weight[kept]).real
+            vectors = factors.vectors[:, kept]
+            found[matrix] = found[matrix] + (vectors * amounts[:, None, :]) @ vectors.T
+        return found[0], found[1], found[2]
+
+    def _moved(self, change: Array) -> Array:
+        """Parameters (count, p) at changes (count, p), on the scale that they were fitted on and within their
+        bounds.
+        """
         relative = np.divide(change, self.values, out=np.zeros_like(change), where=self.log)
         drawn = np.where(self.log, self.values * np.exp(np.clip(relative, -50, 50)), self.values + change)
         return np.where(np.any(self.spread, axis=1), np.clip(drawn, self.lower, self.upper), self.values)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import jinja2
 
+from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.text import listed
 from identify.measured.frf_records import FrfFileOptions
@@ -67,7 +68,7 @@ class Starter:
 def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None) -> Starter:
     """Write the config; InputError for a file that exists, which is kept, and for one that cannot be read."""
     if out.exists():
-        raise InputError(str(out), "the file exists", "a new file", "choose another with `--out`")
+        raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
     key = "dh" if robot.suffix in _TABLES else "urdf"
     described = read_robot(RobotSettings.model_validate({key: robot.resolve()}), Path())
     folder = out.resolve().parent
@@ -91,7 +92,7 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
         has_frf=bool(bands),
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
-    out.write_text(text, encoding="utf-8")
+    write_text(out, text)
     return Starter(out, [*_unfilled(text), *_points_to_write(points, entries)])
 
 

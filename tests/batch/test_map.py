@@ -154,6 +154,9 @@ def test_a_table_of_postures(at_once: None, model: Path, mapped: MapResult, tmp_
         table.write_text(text)
         with pytest.raises(InputError, match=match):
             run_map(model, MapOptions(postures=table), tmp_path / "t.h5")
+    with pytest.raises(InputError, match=r"postures\.csv: not a file for a map: an input"):
+        run_map(model, MapOptions(postures=table), table.with_suffix(".h5"))
+    assert table.read_text() == text, "the table stays"
 
 
 def test_a_part_that_is_there_is_kept(model: Path, tmp_path: Path) -> None:

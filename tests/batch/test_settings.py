@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from identify.batch.settings import posture_of, read_batch, read_table
+from identify.batch.posture_table import posture_of, read_postures, read_table
+from identify.batch.settings import read_batch
 from identify.batch.work import derived
 from identify.core.errors import InputError, InputErrors
 from tests.batch import planar
@@ -103,3 +105,23 @@ def test_tables(tmp_path: Path) -> None:
     path.write_text("name,joint1_deg\na\n")
     with pytest.raises(InputError, match=r"t\.csv line 2: 1 cells; expected 2"):
         read_table(path)
+
+
+def test_tables_of_postures_of_a_robot(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("joint2_deg,joint1_deg,name,f_n\n180,90,a,7\n0,-45,b,8\n")
+    names, postures, forces = read_postures(path, 2, ["f_n"])
+    assert names == ["a", "b"] and forces.tolist() == [[7], [8]]
+    assert postures == pytest.approx(np.pi * np.array([[0.5, 1], [-0.25, 0]]))
+    for text in (
+        "joint1_deg,joint3_deg\n1,2\n",
+        "joint1_deg,joint2_deg,joint3_deg\n1,2,3\n",
+        "joint1_deg,joint2_deg\n1,.inf\n",
+        "joint1_deg,joint2_deg\n1,true\n",
+        "name,joint1_deg\na,1\n",
+    ):
+        path.write_text(text)
+        with pytest.raises(
+            InputError, match=r"line 2.*expected numbers in the columns joint1_deg to joint2_deg"
+        ):
+            read_postures(path, 2)

@@ -102,6 +102,10 @@ def test_a_compensated_path_ends_where_it_was_wanted(fit: Path, tmp_path: Path) 
     rows = [[20.0, 50.0, 30.0, 100.0, 0.0, 0.0], [40.0, 60.0, -20.0, 0.0, 150.0, 0.0]]
     heads = "joint1_deg,joint2_deg,joint3_deg,fx_n,fy_n,fz_n"
     path.write_text("\n".join([heads, *(",".join(map(str, row)) for row in rows)]) + "\n")
+    before = path.read_text()
+    with pytest.raises(InputError, match=r"path\.csv: not a file for deflections: an input"):
+        run_deflection(fit, Load(path=path), tmp_path / "path.h5")
+    assert path.read_text() == before
     result, written = run_deflection(fit, Load(path=path), tmp_path / "d.h5")
     with written[1].open() as stream:
         table = list(csv.DictReader(stream))

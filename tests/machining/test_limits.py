@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.linalg import eigvals
 
 from identify.machining.engagement import Engagement
+from identify.machining.exact_limit import ExactLimit, exact_coupling, exact_limit
 from identify.machining.lobes import Limits, inverse_eigenvalues, mode_coupling, zeroth_order
 from identify.machining.materials import Coefficients
 from identify.machining.multi_frequency import multi_frequency
@@ -197,3 +200,99 @@ def test_modes_of_the_tool_are_added() -> None:
     added = both - arm.receptance(lines)
     assert added == pytest.approx(alone[:, None, None] * np.diag([1, 1, 0]), abs=1e-12)
     assert np.abs(alone).min() > 1e-8
+
+
+def _tip(structure: Structure, lines: np.ndarray) -> np.ndarray:
+    at = structure.receptance(np.abs(lines))
+    return np.where(lines[:, None, None] < 0, np.conj(at), at)
+
+
+@pytest.mark.parametrize(
+    ("swept", "rpm"), [((np.pi / 2, np.pi), 15000.0), ((0.0, np.pi), 12000.0), ((0.0, np.pi / 2), 6000.0)]
+)
+def test_the_exact_limit_is_that_of_a_simulation_with_a_vanishing_step(
+    swept: tuple[float, float], rpm: float
+) -> None:
+    structure, cut = _altintas(), _cut(3, *swept)
+    near = float(_zeroth(structure, cut, np.array([rpm])).depth[0])
+    domain = TimeDomain(structure, cut, 660.0)
+    first = domain.limit(rpm, near, 0.05)
+    exact = exact_limit(cut, partial(_tip, structure), 660.0, rpm, (first, domain.chatter_hz(rpm, first)))
+    k = cut.cutting
+    sketch = milling.Cut(cut.teeth, cut.entry, cut.exit, k.tangential, k.radial, k.axial)
+    matrices = structure.mass, structure.damping, structure.stiffness, structure.out
+    simulated, step = milling.exact_limit(*matrices, sketch, rpm, near)
+    assert exact is not None
+    assert exact.depth == pytest.approx(simulated, rel=1e-4 + 0.05 * step)
+    assert exact.remainder < 2e-3
+    assert exact.depth != pytest.approx(1.01 * simulated, rel=1e-4 + 0.05 * step)
+
+
+def test_the_slope_of_a_limit_is_that_of_another_structure() -> None:
+    """By refitted limits of a slightly stiffer and a more damped end mill."""
+    cut, rpm, hz = _cut(3, 0.0, np.pi / 2), 6000.0, 660.0
+
+    def end_mill(stiffness: float, damping: float) -> Structure:
+        return _structure([(0, 5.59e6 * stiffness, 603.0, 0.039), (1, 5.715e6, 666.0, 0.035 * damping)])
+
+    def limit(structure: Structure) -> ExactLimit:
+        found = exact_limit(cut, partial(_tip, structure), hz, rpm, (2.485e-3, 676.0))
+        assert found is not None
+        return found
+
+    here = limit(end_mill(1.0, 1.0))
+    for change in ((1e-3, 0.0), (0.0, 1e-3)):
+        up, down = (end_mill(1 + sign * change[0], 1 + sign * change[1]) for sign in (1, -1))
+        difference = (_tip(up, here.lines_hz) - _tip(down, here.lines_hz)) / 2
+        promised = float(np.sum(here.slope * difference).real)
+        assert (limit(up).depth - limit(down).depth) / 2 == pytest.approx(promised, rel=1e-3)
+        assert abs(promised) > 1e-5 * here.depth
+
+
+def test_a_helix_is_in_the_exact_limit() -> None:
+    structure = _altintas()
+    straight, helical = (
+        Engagement(3, 0.0, np.pi / 2, np.pi / 2, ALUMINIUM, lag_per_m=lag) for lag in (0.0, 300.0)
+    )
+    found = []
+    for cut in (straight, helical):
+        domain = TimeDomain(structure, cut, 660.0)
+        depth = domain.limit(6000.0, 2.4e-3, 0.05)
+        near = depth, domain.chatter_hz(6000.0, depth)
+        exact = exact_limit(cut, partial(_tip, structure), 660.0, 6000.0, near)
+        assert exact is not None
+        assert exact.depth == pytest.approx(depth, rel=0.01)
+        found.append(exact.depth)
+    assert found[1] != pytest.approx(found[0], rel=0.02)
+
+
+def test_the_limit_of_mode_coupling_is_refined() -> None:
+    structure = _structure([(0, 1.44e6, 15.0, 0.02), (1, 1.6e6, 16.0, 0.02)])
+    turn = np.array([[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    turned = Structure(structure.mass, structure.damping, structure.stiffness, turn @ structure.out)
+    cut = _cut(4, 0.0, np.pi, Coefficients(7e8, 3e8))
+    lines = turned.lines_hz(200)
+    near = mode_coupling(inverse_eigenvalues(cut.mean, turned.receptance(lines)), lines)
+    exact = exact_coupling(cut, partial(_tip, turned), (float(near.depth), float(near.chatter_hz)))
+    assert exact is not None
+    assert exact.depth == pytest.approx(float(near.depth), rel=0.01)
+    unstable = [
+        float(
+            np.linalg.eigvals(
+                np.block(
+                    [
+                        [np.zeros((2, 2)), np.eye(2)],
+                        [
+                            np.linalg.solve(
+                                turned.mass,
+                                part * exact.depth * turned.out.T @ cut.mean @ turned.out - turned.stiffness,
+                            ),
+                            -np.linalg.solve(turned.mass, turned.damping),
+                        ],
+                    ]
+                )
+            ).real.max()
+        )
+        for part in (1 - 1e-6, 1 + 1e-6)
+    ]
+    assert unstable[0] < 0 < unstable[1]

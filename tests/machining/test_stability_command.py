@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 import identify
 from identify.cli import app
 from identify.core.errors import InputError, InputErrors
+from identify.machining.mounted import mounted
 from identify.machining.place import posture_of
 from identify.machining.run import run_stability
 from identify.machining.semi_discretization import TimeDomain
-from identify.machining.stability import mounted
 from identify.machining.tool import read_tool
 from identify.results import file as result_file
 from identify.results.fit import FitResult

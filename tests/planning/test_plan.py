@@ -166,3 +166,14 @@ def test_a_plan_that_cannot_be_is_refused(fit: Path, tmp_path: Path, options: Pl
     with pytest.raises(InputError, match=said):
         run_plan(fit, options, tmp_path / "x.h5")
     assert not (tmp_path / "x.h5").exists()
+
+
+def test_a_plan_does_not_take_the_place_of_its_study(fit: Path, tmp_path: Path) -> None:
+    study = fit.parent / "study" / "study.yaml"
+    before = study.read_text()
+    options = PlanOptions(1, 1, 1, among=1, noise=FLOOR, resolution=1.0)
+    with pytest.raises(InputError, match=r"study\.yaml: not a file for a plan: an input"):
+        run_plan(study, options, study.with_suffix(".h5"))
+    assert study.read_text() == before
+    _, written = run_plan(study, options, tmp_path / "study.h5")
+    assert written[1] == tmp_path / "study.yaml" and written[1].exists()

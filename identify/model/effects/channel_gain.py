@@ -12,7 +12,15 @@ from identify.core.arrays import Array
 from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Term
-from identify.model.effects.measurement import MeasurementEffect, Mixing, Reading, find_channels, rows_of
+from identify.model.effects.measurement import (
+    MeasurementEffect,
+    Mixing,
+    OneChannel,
+    Reading,
+    find_channels,
+    rows_of,
+    single_channels,
+)
 from identify.model.effects.place import Place
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
@@ -23,11 +31,7 @@ class ChannelGain(MeasurementEffect):
     """One factor on one response channel, or on all of a point."""
 
     kind: Literal["channel-gain"] = "channel-gain"
-    channel: str | int = Field(
-        description=(
-            "channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels"
-        )
-    )
+    channel: OneChannel
     gain: Values = Field(Values(initial=1.0, bounds=(0.1, 10.0)), description="recorded over true")
 
     def sentence(self) -> str:
@@ -37,9 +41,7 @@ class ChannelGain(MeasurementEffect):
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The three translations of every point."""
-        for node in points:
-            for direction in (1, 2, 3):
-                yield cls(channel=str(Channel(node, direction)))
+        return (cls(channel=channel) for channel in single_channels(points))
 
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
         """What it reads."""

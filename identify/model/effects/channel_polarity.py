@@ -6,10 +6,17 @@ from collections.abc import Iterator, Mapping
 from typing import Literal, Self
 
 import numpy as np
-from pydantic import Field
 
 from identify.measured.channel import Channel
-from identify.model.effects.measurement import MeasurementEffect, Reading, constant, find_channels, rows_of
+from identify.model.effects.measurement import (
+    MeasurementEffect,
+    OneChannel,
+    Reading,
+    constant,
+    find_channels,
+    rows_of,
+    single_channels,
+)
 from identify.model.effects.place import Place
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -19,11 +26,7 @@ class ChannelPolarity(MeasurementEffect):
     """The sign of one response channel, or of all of a point."""
 
     kind: Literal["channel-polarity"] = "channel-polarity"
-    channel: str | int = Field(
-        description=(
-            "channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels"
-        )
-    )
+    channel: OneChannel
 
     def sentence(self) -> str:
         """For example: reversed polarity of channel 12:+Z."""
@@ -32,9 +35,7 @@ class ChannelPolarity(MeasurementEffect):
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """The three translations of every point."""
-        for node in points:
-            for direction in (1, 2, 3):
-                yield cls(channel=str(Channel(node, direction)))
+        return (cls(channel=channel) for channel in single_channels(points))
 
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
         """What it reads."""

@@ -7,11 +7,12 @@ model predicts into those that the instruments would have recorded, with exact d
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
@@ -112,6 +113,24 @@ def find_point(name: str | int, points: Mapping[int, Point], where: str) -> Poin
         problem,
         f"the node number or the name of one of {known or 'the points file, which is missing'}",
     )
+
+
+OneChannel = Annotated[
+    str | int,
+    Field(
+        description=(
+            "channel such as 12:+Z, whichever its sign, or a point by node number or name: all its channels"
+        )
+    ),
+]
+"""What an effect on one response channel, or on all of a point, is told."""
+
+
+def single_channels(points: Mapping[int, Point]) -> Iterator[str]:
+    """The three translations of every point."""
+    for node in points:
+        for direction in (1, 2, 3):
+            yield str(Channel(node, direction))
 
 
 def find_channels(

@@ -4,16 +4,16 @@
 DATA.banded.forEach(({id, x, log, panels}) => draw(`${id}`, () => {
   const count = panels.length, gap = 0.06, size = (1 - gap * (count - 1)) / count, named = new Set();
   const axis = row => row ? row + 1 : "";
-  const traces = panels.flatMap((panel, row) => panel.lines.flatMap((line, k) => {
-    const shade = PALETTE[k % PALETTE.length], common = {yaxis: `y${axis(row)}`, legendgroup: line.name};
+  const traces = panels.flatMap((panel, row) => panel.lines.flatMap(line => {
+    const shade = PALETTE[line.number % PALETTE.length], common = {yaxis: `y${axis(row)}`, legendgroup: line.name};
     const first = !named.has(line.name);
     named.add(line.name);
     const limit = {...common, x: line.x, mode: "lines", line: {width: 0, simplify: false}, showlegend: false, hoverinfo: "skip"};
     const band = line.low ? [{...limit, y: line.low}, {...limit, y: line.high, fill: "tonexty", fillcolor: `${shade}40`}] : [];
     return [...band, {
-      ...common, x: line.x, y: line.y, name: line.name, showlegend: first, mode: line.look === "points" ? "markers" : "lines",
-      line: {color: shade, width: 1.7, dash: {dash: "dash", level: "dot"}[line.look] || "solid", simplify: false},
-      marker: {color: shade, size: 7, symbol: "circle-open", line: {width: 1.5}}, hovertemplate: `%{x:.5g}: %{y:.4g}<extra>${line.name}</extra>`,
+      ...common, x: line.x, y: line.y, name: line.name, showlegend: first, mode: line.points ? "markers" : "lines",
+      line: {color: shade, width: 1.7, dash: line.dash.map(part => `${1.7 * part}px`).join() || "solid", simplify: false},
+      marker: {color: shade, size: 7, symbol: line.mark[1], line: {width: 1.5}}, hovertemplate: `%{x:.5g}: %{y:.4g}<extra>${line.name}</extra>`,
     }];
   }));
   const axes = Object.fromEntries(panels.map((panel, row) => {

@@ -10,11 +10,7 @@
   const rows = (names, reverse = true) => ({
     tickmode: "array", tickvals: names.map((_, i) => i), ticktext: names.map(short), range: reverse ? [names.length - 0.4, -0.6] : undefined, zeroline: false, showgrid: false, ticks: "", tickfont: {size: 11.5},
   });
-  // A logarithmic axis with 1, 2 and 5 of every decade written out.
-  const decades = (low, high, title) => ({
-    title: {text: title}, type: "log", tickmode: "array", range: [Math.log10(low), Math.log10(high)],
-    ...(ticks => ({tickvals: ticks, ticktext: ticks.map(String)}))([-2, -1, 0, 1, 2, 3, 4].flatMap(n => [1, 2, 5].map(t => Number((t * 10 ** n).toPrecision(1)))).filter(t => t >= low && t <= high)),
-  });
+  const decades = (low, high, title) => ({title: {text: title}, type: "log", range: [Math.log10(low), Math.log10(high)], ...writtenOut(low, high)});
   // Gaps from noise up, wide apart on a logarithmic axis.
   const gapAxis = (wide, values, room) => {
     const known = values.filter(v => v !== null), low = Math.min(1, ...known), high = Math.max(1, ...known);

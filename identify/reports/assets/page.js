@@ -71,7 +71,15 @@ function render(id) {
 // A logarithmic axis for these values: 1, 2, 5 over a few decades, powers of ten over many.
 function logAxis(values, title) {
   const known = values.filter(v => v > 0), few = Math.max(...known) < 1e3 * Math.min(...known);
-  return {title: {text: title}, type: "log", dtick: few ? "D2" : 1, exponentformat: few ? "none" : "power", ...(few || {tickfont: {size: 10.5}})};
+  if (few) return {title: {text: title}, type: "log", ...writtenOut(Math.min(...known), Math.max(...known))};
+  return {title: {text: title}, type: "log", dtick: 1, exponentformat: "power", tickfont: {size: 10.5}};
+}
+
+// Ticks at 1, 2 and 5 of every decade in and around a range, at more within a factor of five; written out.
+function writtenOut(low, high) {
+  const first = Math.floor(Math.log10(low)), decades = Math.ceil(Math.log10(high)) - first + 1;
+  const ticks = Array.from({length: decades}, (_, n) => (high < 5 * low ? [1, 1.5, 2, 3, 4, 5, 7] : [1, 2, 5]).map(t => Number(`${t}e${first + n}`))).flat();
+  return {tickmode: "array", tickvals: ticks, ticktext: ticks.map(t => t < 1 ? String(t) : t.toLocaleString("en"))};
 }
 
 function setTheme(name) {

@@ -18,20 +18,22 @@ if TYPE_CHECKING:
 
 SCRIPTS = ("banded.js",)
 _HEIGHT_IN = 2.3
+_DASHES = ((), (6, 2), (1, 1.5), (6, 1.5, 1, 1.5), (11, 2), (11, 1.5, 1, 1.5))
+"""Strokes and gaps of lines, over their width: told apart without colour, as in print."""
+_MARKS = (("o", "circle-open"), ("s", "square-open"), ("^", "triangle-up-open"), ("D", "diamond-open"))
+"""Of points, in print and on the page."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line: x, y (n,), with the limits of its band where it has one; look: line, dash, points, or level
-    for a horizontal one.
-    """
+    """One line, or points: x, y (n,), with the limits of its band where it has one."""
 
     name: str
     x: Array
     y: Array
     low: Array | None = None
     high: Array | None = None
-    look: str = "line"
+    points: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,11 +68,22 @@ class Plot:
                 "y": panel.y.head,
                 "log": panel.log,
                 "top": panel.top,
-                "lines": [vars(one) for one in panel.lines],
+                "lines": [vars(one) | self._style(one) for one in panel.lines],
             }
             for panel in self.panels
         ]
         return {"banded": [{"id": self.anchor, "x": self.x.head, "log": self.log_x, "panels": panels}]}
+
+    def _style(self, line: Line) -> dict[str, Any]:
+        """By which a line is known in all panels: number of its colour, dashes, and mark of points."""
+        named = {one.name: one.points for panel in self.panels for one in panel.lines}
+        alike = [name for name, points in named.items() if points == line.points]
+        number = alike.index(line.name)
+        return {
+            "number": list(named).index(line.name),
+            "dash": _DASHES[number % len(_DASHES)],
+            "mark": _MARKS[number % len(_MARKS)],
+        }
 
     def curves(self) -> list[Curves]:
         """The numbers behind it, a set per line."""
@@ -94,8 +107,8 @@ class Plot:
         rows = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
         handles: dict[str, Any] = {}
         for axes, panel in zip(rows, self.panels, strict=True):
-            for number, line in enumerate(panel.lines):
-                handles.setdefault(line.name, _drawn(axes, line, number))
+            for line in panel.lines:
+                handles.setdefault(line.name, _drawn(axes, line, **self._style(line)))
             axes.set_ylabel(panel.y.head)
             axes.set(xscale="log" if self.log_x else "linear", yscale="log" if panel.log else "linear")
             if panel.top is not None:
@@ -103,7 +116,8 @@ class Plot:
         rows[-1].set_xlabel(self.x.head)
         if self.log_x:
             _plain(rows[-1])
-        figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=4)
+        columns = len(handles) if len(handles) <= 4 else 3
+        figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=columns)
         return figure
 
 
@@ -111,7 +125,7 @@ def _limit(column: Column, which: str) -> Column:
     return Column(f"{column.heading}, 95 % {which}", column.unit)
 
 
-def _drawn(axes: Axes, line: Line, number: int) -> Any:
+def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: tuple[str, str]) -> Any:
     from identify.reports.kit.figures import PALETTE  # noqa: PLC0415
 
     color = PALETTE[number % len(PALETTE)]
@@ -120,15 +134,17 @@ def _drawn(axes: Axes, line: Line, number: int) -> Any:
         axes.fill_between(
             line.x, line.low, line.high, where=np.isfinite(y).tolist(), color=color, alpha=0.25, lw=0
         )
-    if line.look == "points":
-        return axes.plot(line.x, y, "o", mfc="none", ms=3.5, color=color)[0]
-    return axes.plot(line.x, y, color=color, ls={"dash": "--", "level": ":"}.get(line.look, "-"))[0]
+    if line.points:
+        return axes.plot(line.x, y, mark[0], mfc="none", ms=3.5, color=color)[0]
+    return axes.plot(line.x, y, color=color, ls=(0, dash) if dash else "-")[0]
 
 
 def _plain(axes: Axes) -> None:
     """Numbers as they are read, where a logarithmic axis has few decades."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: PLC0415
 
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    low, high = axes.get_xlim()
+    several = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 5 * low else (1.0, 2.0, 5.0)
+    axes.xaxis.set_major_locator(LogLocator(subs=several))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())

@@ -113,4 +113,4 @@ def write_picture(found: ShapeComparison, path: Path) -> None:
         raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(_PICTURES))
     figure = picture(found)
     save = partial(figure.savefig, format=path.suffix[1:].lower(), dpi=200)
-    write_atomically(path, save, "choose another with `--out`")
+    write_atomically(path, save)

@@ -44,7 +44,7 @@ def _promised(result: PlanResult) -> Plot:
     promised = result.promised
     place = np.arange(1.0, len(promised.name) + 1)
     lines = [
-        Line(name, place, 100 * half, look="points")
+        Line(name, place, 100 * half, points=True)
         for name, half in (
             ("promised", promised.promised),
             ("at random", promised.random),

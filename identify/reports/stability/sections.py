@@ -57,16 +57,16 @@ def _lobes(result: StabilityResult) -> Plot:
 
     lines = [
         Line("limit, with 95 % band", rpm, mm(limits.depth_m), mm(limits.low_95), mm(limits.high_95)),
-        Line("zeroth order", rpm, mm(limits.zeroth_order), look="dash"),
-        Line("multi-frequency", checks.rpm, mm(checks.multi_frequency), look="points"),
+        Line("zeroth order", rpm, mm(limits.zeroth_order)),
+        Line("multi-frequency", checks.rpm, mm(checks.multi_frequency), points=True),
     ]
     if np.isfinite(result.coupling[0]):
-        lines.append(Line("mode coupling", rpm, coupling, look="level"))
+        lines.append(Line("mode coupling", rpm, coupling))
     depth = Panel(Column("Depth of cut", "mm"), lines, top=top)
     chatter = Panel(Column("Chatter", "Hz"), [Line("frequency of chatter", rpm, limits.chatter_hz)])
     caption = (
         f"Above the line the cut of {result.tool} chatters, at the frequency below; bands of {result.draws}"
-        " draws of what the fit, the cut and the posture leave open."
+        " draws of what fit, model, cut and posture leave open."
     )
     return Plot("lobes-plot", Column("Spindle speed", "rpm"), [depth, chatter], caption, log_x=True)
 

@@ -1,0 +1,96 @@
+"""A tool on a fitted model at a posture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from identify.core.arrays import Array, Complex
+from identify.machining.engagement import Engagement
+from identify.machining.structure import Structure
+from identify.machining.tool import Tool
+from identify.machining.uncertain import UncertainTip, uncertain_tip
+from identify.model.frf import frf_by_solve
+from identify.robot.points import Point
+from identify.vibration.fitted_model import FittedModel
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """A tool on a fitted model at a posture (joints,), rad, with its axes (3, 3), as `Tool.axes` has them.
+
+    errors (p,): what the model does not explain, as `identify.vibration.misfit` has it.
+    """
+
+    model: FittedModel
+    tool: Tool
+    where: str
+    point: Point
+    posture: Array
+    axes: Array
+    tip_m: Array
+    speeds: int
+    draws: int
+    errors: Array
+
+    @property
+    def rpm(self) -> Array:
+        """Spindle speeds (speeds,), evenly in the logarithm."""
+        return np.geomspace(*self.tool.spindle_rpm, self.speeds)
+
+    @property
+    def cut(self) -> Engagement:
+        """The teeth in their cut."""
+        entry, leave = self.tool.engagement
+        lag = np.tan(np.radians(self.tool.helix_deg)) / self.tool.radius
+        lead = float(np.radians(self.tool.lead_angle_deg))
+        return Engagement(self.tool.teeth, entry, leave, lead, self.tool.cutting(self.where), float(lag))
+
+    @cached_property
+    def here(self) -> Structure:
+        """The structure at the fitted values, at its own posture."""
+        return self.structure(self.model.values)
+
+    def structure(self, values: Array) -> Structure:
+        """The structure at parameters (..., p)."""
+        system = self.model.system(self.posture)
+        out = self.axes @ system.base_jacobian(self.point.link, self.point.position)
+        return Structure(*system.matrices(values), out).with_modes(self.tool.modes)
+
+    @cached_property
+    def uncertain(self) -> UncertainTip:
+        """The tip with all that is uncertain of it."""
+        std = float(np.radians(self.tool.uncertainty.posture_deg))
+        return uncertain_tip(self.model, self.point, self.axes, self.posture, self.errors, std)
+
+    def tip(self, line_hz: Array) -> Complex:
+        """Receptance (lines, 3, 3), m/N, at lines of any sign."""
+        here = self.here
+        s = np.asarray(2j * np.pi * np.abs(line_hz), dtype=complex)
+        at = frf_by_solve(here.mass, here.damping, here.stiffness, s, here.out, here.out.T, 0)
+        return np.where(line_hz[:, None, None] < 0, np.conj(at), at)  # hysteresis turns with the sign
+
+    @property
+    def coefficients(self) -> float:
+        """Relative standard deviation of the cutting coefficients."""
+        return self.tool.uncertainty.coefficients
+
+
+def mounted(
+    model: FittedModel,
+    tool: Tool,
+    posture: Array,
+    where: str,
+    speeds: int = 61,
+    draws: int = 2000,
+    errors: Array | None = None,
+) -> Mounted:
+    """The tool on the model; InputError where it does not fit the robot."""
+    wrong = np.zeros(len(model.values)) if errors is None else errors
+    point = tool.point(model, where)
+    engine = model.system(posture).site.engine
+    axes = tool.axes(engine.axes(point.link), where=where)
+    tip_m = engine.position(point.link, point.position)
+    return Mounted(model, tool, where, point, posture, axes, tip_m, speeds, draws, wrong)
