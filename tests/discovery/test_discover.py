@@ -37,9 +37,15 @@ NODES = [5, 9, 12, 14]
 def hidden(folder: Path, case: str, seed: int) -> Path:
     """A small hammer test with something hidden: two postures, few points; its config."""
     arm = MAKES["compact"](seed).at_points(NODES)
-    spec = hide(TestSpec(arm=arm, seed=seed, postures=3, binary=True), case)
+    spec = hide(TestSpec(arm=arm, seed=seed, postures=3, binary=True, oversampling=8), case)
     generate(replace(spec, case=case), folder / case)
     return config_of(folder / case, folder, extra="starts: 5")
+
+
+@pytest.fixture(scope="module")
+def delayed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The config of a test whose responses are late."""
+    return hidden(tmp_path_factory.mktemp("delay"), "delay", 3)
 
 
 @pytest.fixture(scope="module")
@@ -150,18 +156,22 @@ def test_nothing_is_added_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert result.verdict[0].startswith("Nothing is missing")
 
 
-def test_without_validation_channels_are_left_out_instead(small_catalogue: None, tmp_path: Path) -> None:
-    config = hidden(tmp_path, "delay", 5)
-    config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", config.read_text()))
+def test_without_validation_channels_are_left_out_instead(
+    small_catalogue: None, delayed: Path, tmp_path: Path
+) -> None:
+    config = tmp_path / "delay.yaml"
+    config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", delayed.read_text()))
     result, _ = run_discover(config, tmp_path / "r.h5", {}, Story(), workers=1)
     assert result.added.sentence == ("time delay of all responses",)
     assert "left out" in result.elsewhere
     assert np.isfinite(result.steps["0"].gap_validation)
 
 
-def test_an_interrupted_run_goes_on_to_the_same_end(small_catalogue: None, tmp_path: Path) -> None:
+def test_an_interrupted_run_goes_on_to_the_same_end(
+    small_catalogue: None, delayed: Path, tmp_path: Path
+) -> None:
     """Interrupted halfway through the first screening."""
-    config, out, count = hidden(tmp_path, "delay", 3), tmp_path / "parts.h5", [0]
+    config, out, count = delayed, tmp_path / "parts.h5", [0]
     whole, _ = run_discover(
         config, tmp_path / "whole.h5", {}, Story(done=lambda number, total: count.append(number)), workers=1
     )
