@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent
 VENV = ROOT / ".venv"
-READY = VENV / "ready"
+READY, COMPILED = VENV / "ready", VENV / "compiled"
 _MADE_OF = ("requirements.lock", "pyproject.toml")
 _UV = "uv==0.13.8"
 _LEAST = (3, 11)
@@ -34,9 +34,13 @@ def run(name: str, *words: str) -> None:
         sys.exit(done.returncode)
 
 
+def _is_newer(one: Path, other: Path) -> bool:
+    return one.stat().st_mtime >= other.stat().st_mtime
+
+
 def ready() -> None:
     """An environment with the locked dependencies and this package, made anew where either has changed."""
-    if READY.exists() and all((ROOT / name).stat().st_mtime <= READY.stat().st_mtime for name in _MADE_OF):
+    if READY.exists() and all(_is_newer(READY, ROOT / name) for name in _MADE_OF):
         return
     if not program("python").exists():
         subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
@@ -45,6 +49,16 @@ def ready() -> None:
     run("python", *install, "--require-hashes", "-r", "requirements.lock")
     run("python", *install, "--no-deps", "--no-build-isolation", "-e", ".")
     READY.touch()
+
+
+def compiled() -> None:
+    """Bytecode of the libraries, where Python is told not to write it as it goes: each of the hundreds of
+    processes that the tests start would compile them anew.
+    """
+    if not sys.dont_write_bytecode or (COMPILED.exists() and _is_newer(COMPILED, READY)):
+        return
+    run("python", "-m", "compileall", "-q", "-j", "0", str(VENV / ("Lib" if os.name == "nt" else "lib")))
+    COMPILED.touch()
 
 
 def demo() -> None:
@@ -58,6 +72,7 @@ def demo() -> None:
 def test() -> None:
     """Style, types and tests."""
     ready()
+    compiled()
     run("ruff", "format", "--check", ".")
     run("ruff", "check", ".")
     run("mypy")
