@@ -6,9 +6,10 @@
   const STANDING = [{color: PALETTE[0], symbol: "circle"}, {color: PALETTE[4], symbol: "diamond"}, {color: PALETTE[7], symbol: "circle"}];
   const upright = (x, dash = "dot", shade = "muted") => ({type: "line", yref: "paper", x0: x, x1: x, y0: 0, y1: 1, line: {color: color(shade), dash, width: 1.2}});
   // A long name goes on in further lines: what is cut off would be the place.
-  const short = text => text.split(" ").reduce((lines, word) => (lines.at(-1) + word).length > 42 ? [...lines, word] : [...lines.slice(0, -1), `${lines.at(-1)} ${word}`.trim()], [""]).join("<br>");
-  const rows = (names, reverse = true) => ({
-    tickmode: "array", tickvals: names.map((_, i) => i), ticktext: names.map(short), range: reverse ? [names.length - 0.4, -0.6] : undefined, zeroline: false, showgrid: false, ticks: "", tickfont: {size: 11.5},
+  const short = (text, most = 42) => text.split(" ").reduce((lines, word) => (lines.at(-1) + word).length > most ? [...lines, word] : [...lines.slice(0, -1), `${lines.at(-1)} ${word}`.trim()], [""]).join("<br>");
+  const narrow = id => $(id).clientWidth < 560;  // a telephone: one panel above the other
+  const rows = (names, reverse = true, most = 42) => ({
+    tickmode: "array", tickvals: names.map((_, i) => i), ticktext: names.map(name => short(name, most)), range: reverse ? [names.length - 0.4, -0.6] : undefined, zeroline: false, showgrid: false, ticks: "", tickfont: {size: 11.5},
   });
   const decades = (low, high, title) => ({title: {text: title}, type: "log", range: [Math.log10(low), Math.log10(high)], ...writtenOut(low, high)});
   // Gaps from noise up, wide apart on a logarithmic axis.
@@ -31,23 +32,27 @@
     const o = step.options;
     if (!o.names.length) return;
     draw(`options-${k}`, () => {
-      const y = o.names.map((_, i) => i), stems = values => values.flatMap(v => v), tried = o.evidence.map(v => v !== null);
+      const tight = narrow(`options-${k}`), y = o.names.map((_, i) => i), stems = values => values.flatMap(v => v), tried = o.evidence.map(v => v !== null);
       const look = {color: o.standing.map(s => STANDING[s].color), symbol: o.standing.map(s => STANDING[s].symbol)};
       const high = Math.max(100, ...o.evidence.filter(v => v !== null)), worth = o.evidence.map(v => v === null ? null : Math.max(v, 1));
       return [[
         {x: stems(o.gap.map(v => [v, step.gap, null])), y: stems(y.map(i => [i, i, null])), mode: "lines", line: {color: color("line"), width: 5, simplify: false}, hoverinfo: "skip", showlegend: false},
         {x: o.gap, y, customdata: o.names, mode: "markers", name: "gap on fitted data", marker: {...look, size: 10}, showlegend: false, hovertemplate: "%{customdata}: gap %{x:.4g} on fitted data<extra></extra>"},
         {x: o.other, y, customdata: o.names, mode: "markers", name: "on other data", marker: {symbol: "circle-open", size: 15, color: color("ink"), line: {width: 1.4}}, hovertemplate: "%{customdata}: gap %{x:.4g} on other data<extra></extra>"},
-        {x: stems(worth.map(v => [1, v, null])), y: stems(y.map(i => [i, i, null])), xaxis: "x2", mode: "lines", line: {color: color("line"), width: 5, simplify: false}, hoverinfo: "skip", showlegend: false},
-        {x: worth, y, xaxis: "x2", customdata: o.evidence, mode: "markers", marker: {...look, size: 10}, showlegend: false, hovertemplate: "log odds %{customdata:.4g}<extra></extra>"},
-        {x: o.names.filter((_, i) => !tried[i]).map(() => 1), y: y.filter(i => !tried[i]), xaxis: "x2", mode: "text", text: y.map(() => "ruled out"), textposition: "middle right", textfont: {size: 11, color: color("muted")}, hoverinfo: "skip", showlegend: false},
+        {x: stems(worth.map(v => [1, v, null])), y: stems(y.map(i => [i, i, null])), xaxis: "x2", yaxis: tight ? "y2" : "y", mode: "lines", line: {color: color("line"), width: 5, simplify: false}, hoverinfo: "skip", showlegend: false},
+        {x: worth, y, xaxis: "x2", yaxis: tight ? "y2" : "y", customdata: o.evidence, mode: "markers", marker: {...look, size: 10}, showlegend: false, hovertemplate: "log odds %{customdata:.4g}<extra></extra>"},
+        {x: o.names.filter((_, i) => !tried[i]).map(() => 1), y: y.filter(i => !tried[i]), xaxis: "x2", yaxis: tight ? "y2" : "y", mode: "text", text: y.map(() => "ruled out"), textposition: "middle right", textfont: {size: 11, color: color("muted")}, hoverinfo: "skip", showlegend: false},
         ...o.standings.map((name, s) => ({x: [null], y: [0], mode: "markers", name, marker: {...STANDING[s], size: 10}, showlegend: o.standing.includes(s)})),
       ], {
-        height: 128 + 25 * y.length, margin: {l: 250, r: 16, t: 40, b: 48}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
-        xaxis: {...gapAxis(o.wide, [...o.gap, ...o.other, step.gap], 0.08), domain: [0, 0.56]},
-        xaxis2: {...(high > 1e3 ? {...logAxis([1, 1e4], "Log odds (–)"), dtick: Math.ceil(Math.log10(high) / 5), range: [-0.06, Math.log10(high) + 0.2]} : decades(0.87, 1.6 * high, "Log odds (–)")), domain: [0.62, 1]},
-        yaxis: {...rows(o.names), anchor: "x"},
-        shapes: [upright(1), upright(step.gap, "dash", "ink"), {...upright(DATA.convincing, "dot", "warn"), xref: "x2"}],
+        height: tight ? 290 + 116 * y.length : 128 + 25 * y.length, margin: {l: tight ? 130 : 250, r: 16, t: tight ? 120 : 40, b: 48}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
+        xaxis: {...gapAxis(o.wide, [...o.gap, ...o.other, step.gap], 0.08), domain: [0, tight ? 1 : 0.56], anchor: "y"},
+        xaxis2: {...(high > 1e3 ? {...logAxis([1, 1e4], "Log odds (–)"), dtick: Math.ceil(Math.log10(high) / 5), range: [-0.06, Math.log10(high) + 0.2]} : decades(0.87, 1.6 * high, "Log odds (–)")), domain: [tight ? 0 : 0.62, 1], anchor: tight ? "y2" : "y"},
+        yaxis: {...rows(o.names, true, tight ? 20 : 42), anchor: "x", domain: tight ? [0.58, 1] : [0, 1]},
+        ...(tight && {yaxis2: {...rows(o.names, true, 20), anchor: "x2", domain: [0, 0.42]}}),
+        shapes: [
+          {...upright(1), yref: "y domain"}, {...upright(step.gap, "dash", "ink"), yref: "y domain"},
+          {...upright(DATA.convincing, "dot", "warn"), xref: "x2", yref: tight ? "y2 domain" : "y domain"},
+        ],
       }];
     });
   });
@@ -60,8 +65,8 @@
       text: falls.end[side].map(v => v === null ? "" : v.toPrecision(4)), textposition: "outside", cliponaxis: false, textfont: {size: 11.5, color: color("ink")}, constraintext: "none",
       marker: {color: shade, opacity: falls.whole.map(whole => whole ? 1 : 0.5)}, customdata: falls.labels.map((label, i) => [label, falls.end[side][i]]), hovertemplate: "%{customdata[0]}: gap %{customdata[1]:.4g}",
     })), {
-      height: 120 + 52 * falls.labels.length, margin: {l: 250, r: 50, t: 40, b: 48}, barmode: "overlay", legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
-      xaxis: gapAxis(falls.wide, [...falls.begin.flat(), ...falls.end.flat()], 0.25), yaxis: rows(falls.labels), shapes: [upright(1)],
+      height: 120 + 52 * falls.labels.length, margin: {l: narrow("falls-plot") ? 130 : 250, r: 50, t: 40, b: 48}, barmode: "overlay", legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
+      xaxis: gapAxis(falls.wide, [...falls.begin.flat(), ...falls.end.flat()], 0.25), yaxis: rows(falls.labels, true, narrow("falls-plot") ? 20 : 42), shapes: [upright(1)],
     }];
   });
 

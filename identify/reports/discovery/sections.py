@@ -66,9 +66,9 @@ _PARTS = (
     " all that is above noise; those of bands, points, directions, impacts and measurements add up to 100 %."
 )
 _OPTIONS = (
-    "Left: the gap that each of the best candidates leaves on fitted data (dot) and on data that were not"
-    " fitted (circle); dashed: without it, dotted: noise. Right: log odds for it over the model without it;"
-    f" dotted: {CONVINCING:.0f}, above which it convinces."
+    "Gap: what each of the best candidates leaves on fitted data (dot) and on data that were not fitted"
+    " (circle); dashed: without it, dotted: noise. Log odds: for it over the model without it; dotted:"
+    f" {CONVINCING:.0f}, above which it convinces."
 )
 _FALLS = "Gap of each model, measured from noise (1), and what each addition does to it."
 _MAP = "One row per response channel, one column per band, all maps in the same colours: neutral is noise."
