@@ -29,8 +29,8 @@ _FINER, _CLOSE = 1.2, 1e-4
 
 @dataclass(frozen=True)
 class TimeDomain:
-    """A tool on its structure; highest_hz: the highest frequency that matters, which sets the step; coarse: of
-    a third of the steps, which finds the limit within some parts in a hundred.
+    """A tool on its structure; highest_hz: the highest frequency that matters, which sets the step; coarse:
+    of a third of the steps, which finds the limit within some parts in a hundred.
     """
 
     structure: Structure

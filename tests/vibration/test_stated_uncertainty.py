@@ -232,7 +232,7 @@ def test_draws_of_the_tip_spread_as_its_slopes_say(fits: tuple[FitResult, FitRes
     system = model.system(posture)
     out = system.base_jacobian(point.link, point.position)
     drawn = model.drawn_matrices(system, posture, 600, np.random.default_rng(1), none)
-    tip = uncertain_tip(model, point, np.eye(3), posture, none, 0.0)
+    tip = uncertain_tip(model, system, point, np.eye(3), posture, none)
     own, root = replace(tip, root=tip.root * (np.arange(len(tip.root)) < len(none))[:, None]), tip.root
     assert len(root) > len(none)
     for hz in (0.0, 40.0):
