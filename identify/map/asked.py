@@ -108,13 +108,15 @@ def _wanted(options: MapOptions, tool: Tool | None) -> Wanted | None:
         if options.force is None:
             raise InputError("--limit deflection", "no force", "`--force 100,0,-50`, N, in the base's axes")
         return Wanted(kind, force=tuple(parse_force(options.force).tolist()))
-    if kind == "frequency":
-        return Wanted(kind)
+    return _depth(options, tool) if kind == "depth" else Wanted(kind)
+
+
+def _depth(options: MapOptions, tool: Tool | None) -> Wanted:
     if tool is None:
         raise InputError("--limit depth", "no milling tool", "`--cutter tool.yaml`")
     if options.feeds < 1 or any(not np.isfinite(one) or one <= 0 for one in options.rpm):
         raise InputError("--rpm, --feeds", f"{options.rpm}, {options.feeds}", "numbers above 0")
-    return Wanted(kind, tool, options.rpm or (tool.spindle_rpm[1],), options.feeds)
+    return Wanted("depth", tool, options.rpm or (tool.spindle_rpm[1],), options.feeds)
 
 
 def _placed(
