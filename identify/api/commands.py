@@ -125,14 +125,16 @@ def map_postures(
     model: _Path | Result,
     *,
     grid: Sequence[str] = (),
+    rpm: Sequence[float] = (),
     report: bool = False,
     quiet: bool = True,
     **options: Any,
 ) -> Result:
     """A fitted model over postures; model: a result file or what `fit` returned; grid: axes such as
-    "2:-60:60:9" (joint, first, last, how many; degrees); options: those of `identify map` by name.
+    "2:-60:60:9" (joint, first, last, how many; degrees); rpm: spindle speeds of depth limits; options: those
+    of `identify map` by name.
     """
-    wanted = MapCommandOptions(grid=list(grid) or None, **_paths(options))
+    wanted = MapCommandOptions(grid=list(grid) or None, rpm=list(rpm) or None, **_paths(options))
     return _reported(run_map(_model(model), wanted, quiet), report)
 
 
@@ -204,12 +206,27 @@ def run_modes(data: Path, options: ModesOptions) -> Result:
 
 def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Result:
     """What `identify map` does."""
-    from identify.map.run import MapOptions, parse_grid
+    from identify.map.asked import MapOptions, parse_grid
     from identify.map.run import run_map as mapped
     from identify.reports.progress import batch_bar
 
     grids = tuple(parse_grid(text) for text in options.grid or ())
-    wanted = MapOptions(options.postures, grids, options.tool, options.band, options.lines, options.modes)
+    wanted = MapOptions(
+        options.postures,
+        grids,
+        options.tool,
+        options.band,
+        options.lines,
+        options.modes,
+        options.limit,
+        options.cutter,
+        tuple(options.rpm or ()),
+        options.feeds,
+        options.force,
+        options.workpiece,
+        options.turns,
+        options.spindle,
+    )
     with batch_bar(quiet) as progress:
         result, written = mapped(
             model,

@@ -214,6 +214,28 @@ class MapCommandOptions:
     ] = None
     lines: Annotated[int, typer.Option(help="frequencies over the band")] = 100
     modes: Annotated[int, typer.Option(min=1, help="how many modes")] = 6
+    limit: Annotated[
+        str | None, typer.Option(help="depth, deflection or frequency: its best and worst place")
+    ] = None
+    cutter: Annotated[
+        Path | None, typer.Option(help="YAML file of a milling tool, for depths and for a workpiece")
+    ] = None
+    rpm: Annotated[
+        list[float] | None,
+        typer.Option(help="spindle speed of depths; repeatable; default: the highest of the tool"),
+    ] = None
+    feeds: Annotated[int, typer.Option(min=1, help="feed directions about the spindle, of depths")] = 1
+    force: Annotated[str | None, typer.Option(help="FX,FY,FZ of deflections, N, along the base's axes")] = (
+        None
+    )
+    workpiece: Annotated[
+        str | None,
+        typer.Option(help="places of the tip in place of postures, m: 1.2:1.8:7,-0.4:0.4:5,0.8:0.8:1"),
+    ] = None
+    turns: Annotated[int, typer.Option(min=1, help="angles about the spindle at each place")] = 1
+    spindle: Annotated[
+        str | None, typer.Option(help="X,Y,Z from spindle to tip at the workpiece; default: as in the fit")
+    ] = None
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_map.h5")] = None
     workers: Workers = None
     cluster: Cluster = None

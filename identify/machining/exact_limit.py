@@ -121,24 +121,48 @@ def _parts(value: complex) -> Array:
 
 
 def exact_limit(
-    cut: Engagement, tip: Receptance, highest_hz: float, rpm: float, near: tuple[float, float]
+    cut: Engagement,
+    tip: Receptance,
+    highest_hz: float,
+    rpm: float,
+    near: tuple[float, float],
+    quick: bool = False,
 ) -> ExactLimit | None:
     """The limit at a spindle speed beside a depth, m, and the frequency of its chatter, Hz; None where there
-    is none.  highest_hz: the highest frequency that matters.
+    is none.  highest_hz: the highest frequency that matters; quick: without a look at more harmonics.
     """
     depth, hz = near
-    tooth_hz = cut.teeth * rpm / 60
-    folded = abs(hz - round(hz / tooth_hz) * tooth_hz)
-    most = int(np.ceil(highest_hz / tooth_hz)) + 3
-    # as many above half of the tooth frequency as below: there the eigenvalues of a flip are real
-    few, many = (Loop(cut, tip, tooth_hz, np.arange(-n - 1, n + 1)) for n in (most, 2 * most))
-    first = few.solved(folded, depth)
+    few, many = _loops(cut, tip, highest_hz, rpm)
+    first, tooth_hz = few.solved(_folded(hz, few.tooth_hz), depth), few.tooth_hz
+    if first is not None and quick:
+        return replace(first, chatter_hz=_unfolded(first, hz, tooth_hz), remainder=np.nan)
     found = None if first is None else many.solved(first.chatter_hz, first.depth)
     if first is None or found is None:
         return None
+    remainder = abs(first.depth / found.depth - 1)
+    return replace(found, chatter_hz=_unfolded(found, hz, tooth_hz), remainder=remainder)
+
+
+def _loops(cut: Engagement, tip: Receptance, highest_hz: float, rpm: float) -> tuple[Loop, Loop]:
+    """With harmonics that are enough for a part in a thousand, and with twice as many.
+
+    There are as many above half of the tooth frequency as below: there the eigenvalues of a flip are real.
+    """
+    tooth_hz = cut.teeth * rpm / 60
+    most = int(np.ceil(highest_hz / tooth_hz)) + 3
+    few, many = (Loop(cut, tip, tooth_hz, np.arange(-n - 1, n + 1)) for n in (most, 2 * most))
+    return few, many
+
+
+def _folded(hz: float, tooth_hz: float) -> float:
+    """Distance from the nearest harmonic of the teeth."""
+    return abs(hz - round(hz / tooth_hz) * tooth_hz)
+
+
+def _unfolded(found: ExactLimit, hz: float, tooth_hz: float) -> float:
+    """The frequency of a limit beside hz, where it was found folded."""
     nearest = round(hz / tooth_hz) * tooth_hz
-    chatter = float(nearest + np.copysign(found.chatter_hz, hz - nearest))
-    return replace(found, chatter_hz=chatter, remainder=abs(first.depth / found.depth - 1))
+    return float(nearest + np.copysign(found.chatter_hz, hz - nearest))
 
 
 def exact_coupling(cut: Engagement, tip: Receptance, near: tuple[float, float]) -> ExactLimit | None:

@@ -13,6 +13,7 @@ from identify.machining.structure import Structure
 from identify.machining.tool import Tool
 from identify.machining.uncertain import UncertainTip, uncertain_tip
 from identify.model.frf import frf_by_solve
+from identify.model.system import System
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel
 
@@ -25,6 +26,7 @@ class Mounted:
     """
 
     model: FittedModel
+    system: System
     tool: Tool
     where: str
     point: Point
@@ -55,15 +57,14 @@ class Mounted:
 
     def structure(self, values: Array) -> Structure:
         """The structure at parameters (..., p)."""
-        system = self.model.system(self.posture)
-        out = self.axes @ system.base_jacobian(self.point.link, self.point.position)
-        return Structure(*system.matrices(values), out).with_modes(self.tool.modes)
+        out = self.axes @ self.system.base_jacobian(self.point.link, self.point.position)
+        return Structure(*self.system.matrices(values), out).with_modes(self.tool.modes)
 
     @cached_property
     def uncertain(self) -> UncertainTip:
         """The tip with all that is uncertain of it."""
         std = float(np.radians(self.tool.uncertainty.posture_deg))
-        return uncertain_tip(self.model, self.point, self.axes, self.posture, self.errors, std)
+        return uncertain_tip(self.model, self.system, self.point, self.axes, self.posture, self.errors, std)
 
     def tip(self, line_hz: Array) -> Complex:
         """Receptance (lines, 3, 3), m/N, at lines of any sign."""
@@ -90,7 +91,8 @@ def mounted(
     """The tool on the model; InputError where it does not fit the robot."""
     wrong = np.zeros(len(model.values)) if errors is None else errors
     point = tool.point(model, where)
-    engine = model.system(posture).site.engine
+    system = model.system(posture)
+    engine = system.site.engine
     axes = tool.axes(engine.axes(point.link), where=where)
     tip_m = engine.position(point.link, point.position)
-    return Mounted(model, tool, where, point, posture, axes, tip_m, speeds, draws, wrong)
+    return Mounted(model, system, tool, where, point, posture, axes, tip_m, speeds, draws, wrong)

@@ -4,7 +4,8 @@ Four causes, independent of each other:
 
 - what the fit's data leave open of parameters, and of what was told of the robot (masses, lengths, joint
   angles), where that was said to be uncertain: exact sensitivities times a root of their joint covariance;
-- joint angles that the tool's file says are uncertain: differences over postures;
+- joint angles that the tool's file says are uncertain, by what they change of the mass matrix and of the
+  tip's motion; what they change of the gravity stiffness, itself a thousandth of the joints', is left out;
 - what the model does not explain (`identify.vibration.misfit`): relative errors of the stiffnesses, complex
   and independent from line to line.  The real part of c xi, xi circular with E|xi|^2 = tau^2, has the
   variance |c|^2 tau^2 / 2;
@@ -19,22 +20,18 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.machining.exact_limit import ExactLimit
-from identify.machining.structure import Structure
-from identify.model.frf import frf_and_gradient
-from identify.model.system import Factors
+from identify.model.frf import dynamic_stiffness, frf_and_gradient
+from identify.model.system import Factors, System
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel
-
-_TURN = 1e-4
-"""Turn of a joint for differences, rad."""
 
 
 @dataclass(frozen=True)
 class UncertainTip:
     """matrices M, C, K and out (3, n), along the tool's axes, with factors and a root (o, v) of the
     covariance of their owners; errors (p,): RMS relative errors of the first owners, the parameters, as
-    misfit; values (p,); turned: the structure with each joint turned forth and back, and angle_std, rad, of
-    each.
+    misfit; values (p,); turned_mass (j, n, n), turned_out (j, 3, n): changes of M and out per standard
+    deviation of each joint's angle.
     """
 
     matrices: tuple[Array, Array, Array]
@@ -43,8 +40,8 @@ class UncertainTip:
     root: Array
     values: Array
     errors: Array
-    turned: tuple[tuple[Structure, Structure], ...]
-    angle_std: float
+    turned_mass: Array
+    turned_out: Array
 
     def changes(self, line_hz: Array) -> tuple[Complex, Complex]:
         """Of the receptance at lines (l,), Hz, of any sign: per unit of each independent standard normal
@@ -55,15 +52,17 @@ class UncertainTip:
         _, by = frf_and_gradient(self.matrices, self.factors, s, self.out, self.out.T, 0, owners)
         wrong = np.flatnonzero(self.errors)
         own = by[..., wrong] * (self.values * self.errors)[wrong]
-        columns = np.concatenate([by @ self.root, self._by_angles(line_hz)], axis=-1)
+        columns = np.concatenate([by @ self.root, self._by_angles(s)], axis=-1)
         back = (line_hz < 0)[:, None, None, None]
         return np.where(back, np.conj(columns), columns), np.where(back, np.conj(own), own)
 
-    def _by_angles(self, line_hz: Array) -> Complex:
-        scale = self.angle_std / (2 * _TURN)
-        hz = np.abs(line_hz)
-        found = [scale * (up.receptance(hz) - down.receptance(hz)) for up, down in self.turned]
-        return np.stack(found, axis=-1) if found else np.zeros((len(hz), 3, 3, 0), dtype=complex)
+    def _by_angles(self, s: Complex) -> Complex:
+        """(l, 3, 3, j), per standard deviation of each joint's angle."""
+        z = dynamic_stiffness(*self.matrices, s)
+        moved = np.linalg.solve(z, np.broadcast_to(self.out.T.astype(complex), (len(s), *self.out.T.shape)))
+        turned = np.einsum("jan,lnb->labj", self.turned_out, moved)
+        inside = np.einsum("lna,jnm,lmb->labj", moved, self.turned_mass, moved)
+        return np.asarray(turned + np.swapaxes(turned, 1, 2) - s[:, None, None, None] ** 2 * inside)
 
     def half_band(self, line_hz: Array) -> Array:
         """(l, 3, 3): half the 95 % band of the receptance, of the size of its error."""
@@ -79,18 +78,22 @@ class UncertainTip:
 
 
 def uncertain_tip(
-    model: FittedModel, point: Point, axes: Array, posture: Array, errors: Array, angle_std: float
+    model: FittedModel,
+    system: System,
+    point: Point,
+    axes: Array,
+    posture: Array,
+    errors: Array,
+    angle_std: float = 0.0,
 ) -> UncertainTip:
-    """The tip at a posture (joints,), rad; axes (3, 3): of the tool, as rows; errors (p,): `misfit`."""
-    system = model.system(posture)
+    """The tip of a system at a posture (joints,), rad; axes (3, 3): of the tool, as rows; errors (p,):
+    `misfit`.
+    """
     factors, root = model.sensitivity(system, posture)
-
-    def at(other: Array) -> Structure:
-        there = model.system(other)
-        out = axes @ there.base_jacobian(point.link, point.position)
-        return Structure(*there.matrices(model.values), out)
-
-    steps = _TURN * np.eye(len(posture)) if angle_std > 0 else np.zeros((0, len(posture)))
+    shapes = system.site.shapes[:, system.free]
+    engine, joints = system.site.engine, range(1, 1 + len(posture) * (angle_std > 0))
+    turning = [engine.turning(joint, point.link, point.position) for joint in joints]
+    size = shapes.shape[1]
     return UncertainTip(
         system.matrices(model.values),
         factors,
@@ -98,6 +101,6 @@ def uncertain_tip(
         root,
         model.values,
         errors,
-        tuple((at(posture + step), at(posture - step)) for step in steps),
-        angle_std,
+        angle_std * np.array([shapes.T @ mass @ shapes for mass, _ in turning]).reshape(-1, size, size),
+        angle_std * np.array([axes @ motion @ shapes for _, motion in turning]).reshape(-1, 3, size),
     )

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from identify.core.arrays import Array
 from identify.model.frf import frf_and_gradient
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
+from identify.model.system import System
 from identify.results.map import PostureRows
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel
@@ -24,12 +25,22 @@ _Z_95 = 1.96
 
 
 def map_postures(
-    model: FittedModel, tool: Point, names: Sequence[str], postures: Array, line_hz: Array, modes: int
+    model: FittedModel,
+    tool: Point,
+    names: Sequence[str],
+    postures: Array,
+    line_hz: Array,
+    modes: int,
+    systems: Sequence[System] = (),
 ) -> PostureRows:
     """The model at postures (n, joints), rad, for a point, at frequencies (lines,), with the first `modes`
-    modes.
+    modes; systems: at these postures, where they are known.
     """
-    rows = [_at(model, tool, posture, line_hz, modes) for posture in postures]
+    there = systems or map(model.system, postures)
+    rows = [
+        _at(model, system, tool, posture, line_hz, modes)
+        for system, posture in zip(there, postures, strict=True)
+    ]
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     tool_m, frequency, damping, compliance, receptance, band = columns
     return PostureRows(
@@ -50,12 +61,11 @@ def map_postures(
 
 
 def _at(
-    model: FittedModel, tool: Point, posture: Array, line_hz: Array, modes: int
+    model: FittedModel, system: System, tool: Point, posture: Array, line_hz: Array, modes: int
 ) -> tuple[NDArray[Any], ...]:
     """Tool position (3,), frequencies and damping with limits (3, modes), compliance (3, 3), receptance and
     half band (lines, 3, 3).
     """
-    system = model.system(posture)
     matrices, (factors, spread) = system.matrices(model.values), model.sensitivity(system, posture)
     number, found = len(spread), complex_modes(*matrices)
     d_frequency, d_damping = frequency_and_damping_gradient(found, factors, number)

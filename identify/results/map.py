@@ -37,6 +37,30 @@ class PostureRows:
     peak_m_per_n: Array
 
 
+SAME = ("feed_deg",)
+"""Arrays of `LimitRows` that have no row a posture."""
+
+
+@dataclass(frozen=True)
+class LimitRows:
+    """A limit at n postures and in f feed directions, (n, f), with its 95 % limits; kind: depth, m, infinite
+    where there is none up to most; deflection, m; or frequency, Hz, of the first mode.
+
+    chatter_hz, rpm (n, f): of a depth, the frequency of the chatter and the spindle speed, NaN elsewhere;
+    feed_deg (f,): feeds, turned about the spindle from the tool's own; about: what it is the limit of.
+    """
+
+    kind: str
+    about: str
+    most: float
+    feed_deg: Array
+    value: Array
+    low_95: Array
+    high_95: Array
+    chatter_hz: Array
+    rpm: Array
+
+
 @dataclass(frozen=True)
 class MapPart:
     """Part of a map, as a worker leaves it; key says of which map."""
@@ -46,6 +70,7 @@ class MapPart:
     kind: str
     key: str
     rows: PostureRows
+    limit: LimitRows | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,3 +86,4 @@ class MapResult(Header):
     joints: Texts
     line_hz: Array
     rows: PostureRows
+    limit: LimitRows | None = None

@@ -19,6 +19,9 @@ scale.
 """
 
 
+_TURN = 1e-4
+"""Angle, rad, for the differences of mass matrices and motions: truncation 1e-9."""
+
 DRIVE_ARMATURE = 1.0
 """Inertia, kg m^2, of the rotor on a `drive`: without any, drive and rz could not both be moved."""
 
@@ -87,6 +90,36 @@ class Engine:
                 difference += sign * data.qfrc_bias
             columns.append(difference / 2)
         return np.array(columns).T
+
+    def turning(self, joint: int, frame: str, point: Array) -> tuple[Array, Array]:
+        """Derivatives by the angle of a joint (from 1), per rad: of M (n, n), and of the motion (3, n) of a
+        point (3,) of a frame along the base's axes.
+
+        The joint's coordinates turn with it, as at another posture.
+        """
+        names = self.mechanism.coordinates
+        first = names.index(f"joint{joint}.{AXES[0]}")
+        data, found = mujoco.MjData(self._model), []
+        body, pose = self.mechanism.frame(frame, "points")
+        inside = pose[:3, :3] @ point + pose[:3, 3]
+
+        def state(angle: float) -> tuple[Array, Array]:
+            data.qpos[first + AXES.index("rz")] = angle
+            mujoco.mj_fwdPosition(self._model, data)
+            world = data.xpos[body + 1] + data.xmat[body + 1].reshape(3, 3) @ inside
+            mass, linear = np.zeros((self._model.nv, self._model.nv)), np.zeros((3, self._model.nv))
+            mujoco.mj_fullM(self._model, data, mass)
+            mujoco.mj_jac(self._model, data, linear, None, world, body + 1)
+            return mass, linear
+
+        up, down, here = state(_TURN), state(-_TURN), state(0.0)
+        found = [(one - other) / (2 * _TURN) for one, other in zip(up, down, strict=True)]
+        turn = np.zeros(
+            (len(names), len(names))
+        )  # of the coordinates across the axis, tx with ty, rx with ry
+        for x in (first, first + AXES.index("rx")):
+            turn[x, x + 1], turn[x + 1, x] = -1.0, 1.0
+        return found[0] + turn.T @ here[0] + here[0] @ turn, found[1] + here[1] @ turn
 
     def weight_stiffness(self, frame: str, point: Array, where: str = "points") -> Array:
         """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's

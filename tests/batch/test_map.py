@@ -13,8 +13,9 @@ import pytest
 
 from identify.batch.executor import Executor, open_executor
 from identify.core.errors import InputError
+from identify.map.asked import MapOptions, parse_grid
 from identify.map.posture_map import map_postures
-from identify.map.run import PART, MapOptions, map_part, parse_grid, run_map
+from identify.map.run import PART, map_part, run_map
 from identify.model.modes import complex_modes
 from identify.results import file as result_file
 from identify.results import fit as results
@@ -160,8 +161,9 @@ def test_a_table_of_postures(at_once: None, model: Path, mapped: MapResult, tmp_
 
 
 def test_a_part_that_is_there_is_kept(model: Path, tmp_path: Path) -> None:
+    place = {"link": "link3", "position": [0.3, 0.0, 0.0]}
     arguments = {
-        "asked": {"model": str(model), "tool": None, "lines": [5.0, 6.0], "modes": 2},
+        "asked": {"model": str(model), "point": place, "lines": [5.0, 6.0], "modes": 2, "limit": None},
         "names": ["a"],
         "postures": [[0.0, 1.0, 0.3]],
         "out": str(tmp_path / "p.h5"),
@@ -184,7 +186,7 @@ def test_the_fitted_posture_gives_the_modes_of_the_fit(model: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        (MapOptions(), "neither or both"),
+        (MapOptions(), "none or several"),
         (MapOptions(grid=((9, 0.0, 1.0, 2),)), "a joint from 1 to 3"),
         (MapOptions(grid=((1, 0.0, 1.0, 2),), tool=77), "no point 77; expected one of 1, 2"),
         (MapOptions(grid=((1, 0.0, 1.0, 2),), band_hz=(9.0, 2.0)), "the lower frequency first"),

@@ -24,8 +24,9 @@ import numpy as np
 
 from identify.batch.index import BatchIndex, Entry
 from identify.batch.run import run_batch
+from identify.map.asked import MapOptions
 from identify.map.posture_map import map_postures
-from identify.map.run import MapOptions, run_map
+from identify.map.run import run_map
 from identify.results import file as result_file
 from identify.results.fit import FitResult
 from identify.vibration.fitted_model import fitted_model, tool_point

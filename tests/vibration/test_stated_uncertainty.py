@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from identify.core.errors import InputErrors
+from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.model.nuisances.inertia import changed, moments
@@ -222,3 +223,23 @@ def test_a_map_knows_the_slopes_of_what_was_told(fits: tuple[FitResult, FitResul
         assert slopes[:, first + 10 * link + change] == pytest.approx(
             difference, abs=1e-3 * np.abs(difference).max()
         )
+
+
+def test_draws_of_the_tip_spread_as_its_slopes_say(fits: tuple[FitResult, FitResult]) -> None:
+    """Compliance at rest and receptance between modes; with parameters alone they would be narrower."""
+    model = fitted_model(fits[0], "fit")
+    posture, point, none = model.posture + 0.2, tool_point(model, None), np.zeros(len(model.values))
+    system = model.system(posture)
+    out = system.base_jacobian(point.link, point.position)
+    drawn = model.drawn_matrices(system, posture, 600, np.random.default_rng(1), none)
+    tip = uncertain_tip(model, system, point, np.eye(3), posture, none)
+    own, root = replace(tip, root=tip.root * (np.arange(len(tip.root)) < len(none))[:, None]), tip.root
+    assert len(root) > len(none)
+    for hz in (0.0, 40.0):
+        z = drawn[2] + 2j * np.pi * hz * drawn[1] - (2 * np.pi * hz) ** 2 * drawn[0]
+        spread = out @ np.linalg.solve(z, np.broadcast_to(out.T, (600, *out.T.shape)))
+        scatter = 1.96 * np.sqrt(np.mean(np.abs(spread - spread.mean(axis=0)) ** 2, axis=0))
+        line = np.array([hz])
+        assert np.diagonal(scatter) == pytest.approx(np.diagonal(tip.half_band(line)[0]), rel=0.15)
+    bands = [np.diagonal(one.half_band(np.array([40.0]))[0]) for one in (tip, own)]
+    assert bands[1] != pytest.approx(bands[0], rel=0.05)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identify.core.arrays import Array
 from identify.reports.kit.cells import unit
 from identify.results.batch import BatchResult
-from identify.results.map import MapResult
+from identify.results.map import LimitRows, MapResult
 
 _LEAST_SPAN_DEG = 1.0
 _AXES = ("x", "y", "z")
@@ -172,8 +172,29 @@ def map_postures_of(result: MapResult) -> Postures:
         rows.name,
         rows.posture_deg,
         rows.tool_m,
-        (*_modes(rows.frequency_hz, rows.damping_ratio, limits), *_of_tool(result)),
+        (*_of_limit(result.limit), *_modes(rows.frequency_hz, rows.damping_ratio, limits), *_of_tool(result)),
     )
+
+
+_LIMITS = {"depth": ("depth limit", "mm", 1e3), "deflection": ("static deflection", "µm", 1e6)}
+
+
+def _of_limit(limit: LimitRows | None) -> Iterator[Quantity]:
+    """Depths, of the worst feed and of the best where there are several, and deflections; the frequency of
+    the first mode is among the modes.
+    """
+    if limit is None or limit.kind not in _LIMITS:
+        return
+    name, of, scale = _LIMITS[limit.kind]
+    value, low, high = (
+        scale * np.minimum(one, limit.most) for one in (limit.value, limit.low_95, limit.high_95)
+    )
+    rows = np.arange(len(value))
+    worst, best = np.argmin(value, axis=1), np.argmax(value, axis=1)
+    sides = ((worst, " of the worst feed"), (best, " of the best feed"))
+    for feed, said in sides if value.shape[1] > 1 else ((worst, ""),):
+        at = rows, feed
+        yield Quantity("limit", f"{name}{said}", of, value[at], low[at], high[at])
 
 
 def _of_tool(result: MapResult) -> Iterable[Quantity]:

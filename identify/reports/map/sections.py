@@ -36,10 +36,18 @@ _AXES = (("0", "x"), ("1", "y"), ("2", "z"))
 def report(result: MapResult) -> Report:
     """What is said of a map."""
     postures, rows = map_postures_of(result), _chosen(result, _FRFS)
-    data = {"postures": posture_data(postures, "frequency of mode 1"), "tool": _tool(result, rows)}
+    first = [one.name for one in postures.of("limit")] or ["frequency of mode 1"]
+    pictured = posture_data(postures, first[0])
+    if result.limit is not None:  # over the two sides of the workspace that the places spread over most
+        sides = np.argsort(-np.ptp(postures.tool_m, axis=0), kind="stable")[:2]
+        pictured["most"] = [len(postures.varied) + int(side) for side in sorted(sides)]
+    data = {"postures": pictured, "tool": _tool(result, rows)}
     every = Tabular(tables.posture_table(result), sort="postures", limit=20, rows=0)
+    limits = tables.limit_table(result)
+    ranked = () if limits is None else (Tabular(limits, sort="limits", limit=20, rows=20),)
     sections = [
         Section("postures", "Maps", _maps(postures), data=data, scripts=("postures.js",)),
+        *(Section("limits", "Best and worst places", [one]) for one in ranked),
         Section("frf", "Receptance of the tool", _receptance(result, len(rows)), "Tool FRFs"),
         Section("table", "Postures", [every]),
     ]
@@ -53,7 +61,12 @@ def report(result: MapResult) -> Report:
 def _maps(postures: Postures) -> list[Part]:
     parts = pictures("")
     if postures.varied:
-        shown = [*postures.of("frequency")[:1], *postures.of("damping")[:1], *postures.of("compliance")[:3]]
+        shown = [
+            *postures.of("limit"),
+            *postures.of("frequency")[:1],
+            *postures.of("damping")[:1],
+            *postures.of("compliance")[:3],
+        ]
         parts += maps(postures, shown)
     return [
         *parts,

@@ -15,6 +15,7 @@ def tiles(result: MapResult) -> tuple[tuple[str, str, str], ...]:
     first, peak = rows.frequency_hz[:, 0], 1e6 * rows.peak_m_per_n
     half = 50 * (rows.frequency_high_95[:, 0] - rows.frequency_low_95[:, 0]) / first
     return (
+        *_limit_tile(result),
         (
             "Postures",
             str(len(rows.name)),
@@ -32,6 +33,45 @@ def tiles(result: MapResult) -> tuple[tuple[str, str, str], ...]:
             f"of {result.tool}, along one of the base's axes",
         ),
     )
+
+
+def _limit_tile(result: MapResult) -> tuple[tuple[str, str, str], ...]:
+    """From the least to the largest of a limit."""
+    limit = result.limit
+    if limit is None or limit.kind == "frequency":
+        return ()
+    name, of, scale = ("Depth limit", "mm", 1e3) if limit.kind == "depth" else ("Deflection", "µm", 1e6)
+    shown = scale * np.minimum(limit.value, limit.most)
+    return ((name, f"{number(shown.min(), 3)} to {number(shown.max(), 3)} {of}", limit.about),)
+
+
+def limit_table(result: MapResult) -> Table | None:
+    """The limit at every posture and feed, the best first; None where none was asked for."""
+    limit, rows = result.limit, result.rows
+    if limit is None:
+        return None
+    scale, of = {"depth": (1e3, "mm"), "deflection": (1e6, "µm"), "frequency": (1.0, "Hz")}[limit.kind]
+    sign = 1 if limit.kind == "deflection" else -1
+    order = np.argsort(sign * limit.value, axis=None, kind="stable")
+    feeds, found = len(limit.feed_deg), []
+    for at in order:
+        row, feed = divmod(int(at), feeds)
+        values = (scale * one[row, feed] for one in (limit.value, limit.low_95, limit.high_95))
+        place = map(number, np.round(rows.tool_m[row], 6) + 0.0)
+        told = map(number, (limit.feed_deg[feed], limit.chatter_hz[row, feed], limit.rpm[row, feed]))
+        found.append((rows.name[row], *place, *map(number, values), *told))
+    heads = (
+        words("Posture"),
+        *(Column(f"Tip {axis}", "m") for axis in "xyz"),
+        Column("Limit", of),
+        Column("95 % low", of),
+        Column("95 % high", of),
+        Column("Feed turned by", "°"),
+        Column("Chatter", "Hz"),
+        Column("Speed", "rpm"),
+    )
+    note = f"Of {limit.about}, the best first. ∞: none up to the largest depth."
+    return Table("Limits", heads, tuple(found), note)
 
 
 def mode_table(result: MapResult) -> Table:

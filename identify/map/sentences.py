@@ -1,0 +1,82 @@
+"""What is said of a map."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identify.results.fit import FitResult
+from identify.results.map import LimitRows, PostureRows
+from identify.vibration.fit_notes import of_fit
+
+_NAMES = {"depth": "depth limit", "deflection": "static deflection", "frequency": "frequency of mode 1"}
+_HOLDS = {
+    "depth": "hold the misfit too, but know of no other lobe: see `identify stability` where it matters",
+    "deflection": "hold the misfit too",
+    "frequency": "do so as well",
+}
+
+
+def verdict(rows: PostureRows, limit: LimitRows | None, seconds: float, about: str) -> tuple[str, ...]:
+    """How many postures, what the modes do, where the tool is softest, and the best and the worst place."""
+    first, damping, peak = (
+        rows.frequency_hz[:, 0],
+        100 * rows.damping_ratio[:, 0],
+        rows.peak_m_per_n.max(axis=1),
+    )
+    weak = int(np.argmax(peak))
+    done = f"{len(rows.name)} postures were mapped in {seconds:.1f} s on {about}."
+    between = (
+        f"The first mode lies between {np.nanmin(first):.2f} and {np.nanmax(first):.2f} Hz, its damping"
+        f" between {np.nanmin(damping):.2g} "
+    )
+    angles = ", ".join(f"{angle:.4g}" for angle in rows.posture_deg[weak])
+    softest = (
+        f"The tool is most compliant at {rows.name[weak]} ({angles})°: {1e6 * peak[weak]:.3g} µm/N at a"
+        " resonance, along the softest axis of the base."
+    )
+    of_limit = () if limit is None else best_and_worst(rows, limit)
+    return done, *of_limit, f"{between}and {np.nanmax(damping):.2g} %.", softest
+
+
+def best_and_worst(rows: PostureRows, limit: LimitRows) -> tuple[str, ...]:
+    """Where a limit is best and where worst: depths and frequencies are the better the larger they are."""
+    value = np.where(np.isnan(limit.value), np.inf, limit.value)
+    order = np.argsort(value if limit.kind == "deflection" else -value, axis=None, kind="stable")
+    feeds = len(limit.feed_deg)
+    best, worst = (divmod(int(order[k]), feeds) for k in (0, -1))
+    said = [
+        f"The {_NAMES[limit.kind]} of {limit.about} is best at {_place(rows, limit, *best)}, and worst at"
+        f" {_place(rows, limit, *worst)}."
+    ]
+    if len(limit.feed_deg) > 1:
+        gain = value.max(axis=1) / value.min(axis=1)
+        said.append(
+            f"The best feed cuts {np.median(gain):.3g} times deeper than the worst at the median place."
+        )
+    return tuple(said)
+
+
+def _place(rows: PostureRows, limit: LimitRows, row: int, feed: int) -> str:
+    tip = ", ".join(f"{one:.3f}" for one in rows.tool_m[row])
+    turned = f", feed turned by {limit.feed_deg[feed]:.0f}°" if len(limit.feed_deg) > 1 else ""
+    return f"{rows.name[row]} (tip at {tip} m{turned}): {amount(limit, row, feed)}"
+
+
+def amount(limit: LimitRows, row: int, feed: int) -> str:
+    """A limit with its 95 % interval, in mm, µm or Hz."""
+    scale, unit = {"depth": (1e3, "mm"), "deflection": (1e6, "µm"), "frequency": (1.0, "Hz")}[limit.kind]
+    value, low, high = (scale * one[row, feed] for one in (limit.value, limit.low_95, limit.high_95))
+    if np.isinf(value):
+        return f"none up to {scale * limit.most:.3g} {unit}"
+    return f"{value:.4g} {unit} (95 % interval {low:.4g} to {high:.4g} {unit})"
+
+
+def notes(fit: FitResult, limit: LimitRows | None) -> tuple[str, ...]:
+    """What a reader must be warned of."""
+    said = (
+        *of_fit(fit),
+        "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them",
+    )
+    if limit is None:
+        return said
+    return (*said, f"those of the {_NAMES[limit.kind]} {_HOLDS[limit.kind]}")

@@ -1,0 +1,99 @@
+"""Postures that put a point of a robot to a place, in an attitude: the rigid robot, by least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.robot.description import Robot
+from identify.robot.pose import turned
+from identify.robot.posture import at_posture
+
+_ROUNDS, _CLOSE, _STEP = 60, 1e-9, 0.4
+"""Most steps of a search; squared error (m, rad) at which it ends; longest step, rad."""
+_DAMPING = 1e-4
+
+
+def placed(robot: Robot, posture: Array, frame: str, point: Array) -> tuple[Array, Array, Array]:
+    """At a posture (joints,), rad: place (3,), m, of a point (3,) of a link or frame, the axes (3, 3) of that
+    link as columns, and their motion (6, joints) by the joints, all in the base's axes.
+    """
+    mechanism = at_posture(robot, posture)
+    body, inside = mechanism.frame(frame, "reach")
+    pose, axes, origins = np.eye(4), [], []
+    carried = 0  # joints that carry the frame
+    for one in mechanism.bodies[: body + 1]:
+        pose = pose @ one.pose
+        if one.name != "base":
+            axes.append(pose[:3, 2])
+            origins.append(pose[:3, 3])
+            carried += 1
+    whole = pose @ inside
+    place = whole[:3, :3] @ point + whole[:3, 3]
+    motion = np.zeros((6, len(posture)))
+    for number in range(carried):
+        motion[:3, number] = np.cross(axes[number], place - origins[number])
+        motion[3:, number] = axes[number]
+    return place, whole[:3, :3], motion
+
+
+def reached(
+    robot: Robot, frame: str, point: Array, place: Array, axes: Array, starts: Sequence[Array]
+) -> Array | None:
+    """A posture (joints,), rad, within the joints' limits, with a point of a frame at a place (3,), m, and
+    the frame's axes (3, 3); of the first start from which one is found, or None.
+    """
+    for start in starts:
+        found = _search(robot, frame, point, place, axes, start)
+        if found is not None:
+            return found
+    return None
+
+
+def _search(robot: Robot, frame: str, point: Array, place: Array, axes: Array, start: Array) -> Array | None:
+    low, high = (np.array([getattr(joint, side) for joint in robot.joints]) for side in ("lower", "upper"))
+    posture = start.copy()
+    for _ in range(_ROUNDS):
+        at, now, motion = placed(robot, posture, frame, point)
+        error = np.concatenate([place - at, _turn(now, axes)])
+        if error @ error < _CLOSE**2:
+            return posture if np.all((low <= posture) & (posture <= high)) else None
+        inner = motion @ motion.T + _DAMPING * min(1.0, float(error @ error)) * np.eye(6)
+        step = motion.T @ np.linalg.lstsq(inner, error, rcond=1e-12)[0]
+        posture = posture + step * min(1.0, _STEP / max(float(np.abs(step).max()), 1e-12))
+        posture = np.where(np.isfinite(low + high), np.clip(posture, low, high), posture)
+    return None
+
+
+def _turn(now: Array, wanted: Array) -> Array:
+    """(3,), rad: the rotation vector, in the base's axes, that takes axes (3, 3) to others."""
+    turn = wanted @ now.T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine, cosine = float(np.linalg.norm(axis)) / 2, (float(np.trace(turn)) - 1) / 2
+    if sine < 1e-12:
+        return axis / 2 if cosine > 0 else np.pi * _half_turn(turn)
+    return np.asarray(axis / (2 * sine) * np.arctan2(sine, cosine))
+
+
+def _half_turn(turn: Array) -> Array:
+    """The axis of a rotation by 180 degrees."""
+    column = (turn + np.eye(3))[:, int(np.argmax(np.diagonal(turn)))]
+    return np.asarray(column / np.linalg.norm(column))
+
+
+def about(axis: Array, angle: float) -> Array:
+    """(3, 3): the rotation about an axis (3,) by an angle, rad."""
+    return np.asarray(turned(angle * axis / np.linalg.norm(axis))[:3, :3])
+
+
+def shortest(first: Array, second: Array) -> Array:
+    """(3, 3): the shortest rotation that takes one direction (3,) to another."""
+    a, b = first / np.linalg.norm(first), second / np.linalg.norm(second)
+    axis, cosine = np.cross(a, b), float(a @ b)
+    sine = float(np.linalg.norm(axis))
+    if sine > 1e-12:
+        return about(axis, float(np.arctan2(sine, cosine)))
+    across = np.eye(3)[int(np.argmin(np.abs(a)))]
+    return np.eye(3) if cosine > 0 else about(np.cross(a, across), np.pi)
