@@ -6,11 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.model.effects.rigid_body import rigid_body
+from identify.model.nuisances.inertia import moments
 from identify.robot.description import Link, Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point
@@ -45,6 +47,11 @@ class Basis:
     mass: Array
     weight: Array
     geometry: tuple[Geometry, ...]
+
+    @cached_property
+    def told(self) -> Array:
+        """Inertial parameters (links, 10) as told."""
+        return np.array([moments(link, np.zeros(10))[0] for link in self.links])
 
 
 def basis(
