@@ -73,9 +73,8 @@ def screened(
     asked = Known(known, off_bounds(problem, linear, before), anchor)
     places, looked = look(workers, model, asked, found, one, least)
     if not places and least == MATERIAL:
-        return [], workers.run(
-            [Task(known, (e,), before.values) for e in _without_place(problem, found)], one
-        )
+        left = _without_place(problem, found)
+        return [], workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
 
     def tried(ones: Sequence[Looked], how: Literal["quick", "brief"]) -> list[Trial]:
         tasks = [

@@ -154,7 +154,8 @@ class TrialRunner:
             return best_softly(problem, starts)
         if task.how == "brief":
             few = _fewer_channels(problem, task)
-            return best_softly(few, descend_softly(few, best_softly(few, starts)[0], thorough=False)[None])
+            values = descend_softly(few, best_softly(few, starts)[0], thorough=False)
+            return best_softly(problem, values[None])
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
