@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.explain.gain import record_gain
-from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
+from identify.explain.regression import Fit, RegressionProblem, aligned, solve
 from identify.explain.workbench import rms
 from identify.results.explain import PairTable
 
@@ -46,14 +46,14 @@ def cross_check(
 def _judged(
     one: RegressionProblem, other: RegressionProblem, start: Fit, fit: Fit
 ) -> tuple[list[float], list[float], list[float]]:
-    """RMS on the other record before and after, per joint, and the log odds for each effect, by leaving it
-    out.
+    """RMS on the other record before and after, per joint, and the part of its squares that each effect takes
+    away as it was fitted: with it and without, all else the same, so that nothing else is blamed for its
+    absence.
     """
     found = solve(one, fit.effects, fit.nonlinear, fit.weights)
-    odds = [
-        record_gain(other, without(one, found, effect.name), found, one).log_odds for effect in fit.effects
-    ]
-    return rms(other, start).tolist(), rms(other, aligned(other, found)).tolist(), odds
+    without = [found.replaced(effect, np.zeros(len(effect.coefficients))) for effect in fit.effects]
+    shares = [record_gain(other, less, found, one).explained for less in without]
+    return rms(other, start).tolist(), rms(other, aligned(other, found)).tolist(), shares
 
 
 def _single(problem: RegressionProblem) -> list[RegressionProblem]:

@@ -92,8 +92,8 @@ def notes(found: TargetResult) -> list[str]:
             f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
             " intervals hold only as far as the model does"
         )
-    for row, name in enumerate(found.pairs.effect):
-        against = np.flatnonzero(found.pairs.evidence[:, row] <= 0)
+    for name, share in zip(found.pairs.effect, found.pairs.share.T, strict=True):
+        against = np.flatnonzero(share <= 0)
         pairs = [f"{found.pairs.judge[n]} after {found.pairs.fitted[n]}" for n in against]
         if pairs:
             said.append(

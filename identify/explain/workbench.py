@@ -57,10 +57,10 @@ MotionStep = Step[MotionEffect, Fit]
 class HeldOut:
     """Gains are judged on a record that was not fitted; label: which stage of which target it is.
 
-    An effect that humbler ones may look like gains only what it gains over them, and every effect only what
-    it gains either way: fitted to the one record and judged by the other, and the reverse.  tried: names of
-    all effects that are looked for; each of them has its price, because the odds for one of n that nothing
-    speaks for are 1 to n before the data speak.
+    An effect that humbler ones may look like gains only what it gains over them, and none gains that loses
+    the other way: fitted to the judge and judged by the fitted record.  tried: names of all effects that are
+    looked for; each of them has its price, because the odds for one of n that nothing speaks for are 1 to n
+    before the data speak.
     """
 
     fitted: RegressionProblem
@@ -79,15 +79,18 @@ class HeldOut:
     def _gain(self, before: Fit, after: Fit) -> Gain:
         price = (len(after.effects) - len(before.effects)) * float(np.log(len(self.tried)))
         gain = record_gain(self.judge, before, after, self.fitted)
-        for other in self._further(before, after):
+        if gain.log_odds > price:
+            back = self._the_other_way(before, after)
+            lesser = _lesser(gain, back)
+            gain = lesser if back.log_odds <= 0 else replace(gain, explained=lesser.explained)
+        for other in self._humbler(before, after):
             if gain.log_odds <= price:
                 break
-            gain = min(gain, other(), key=lambda one: one.log_odds)
+            gain = _lesser(gain, other())
         return replace(gain, log_odds=gain.log_odds - price)
 
-    def _further(self, before: Fit, after: Fit) -> Iterator[Callable[[], Gain]]:
-        """What else an effect must gain: the other way round, and over what it may look like."""
-        yield partial(self._the_other_way, before, after)
+    def _humbler(self, before: Fit, after: Fit) -> Iterator[Callable[[], Gain]]:
+        """The gain over each of what new effects may look like."""
         there = {effect.name for effect in before.effects}
         new = [effect for effect in after.effects if effect.name not in there]
         for instead in (one for effect in new for one in effect.humbler(self.fitted.scene)):
@@ -103,8 +106,8 @@ class HeldOut:
 
     def _the_other_way(self, before: Fit, after: Fit) -> Gain:
         """The gain on the fitted record of both fitted to the judge, parameters inside the columns kept."""
-        turned = [solve(self.judge, fit.effects, fit.nonlinear, fit.weights) for fit in (before, after)]
-        return record_gain(self.fitted, *turned, self.judge)
+        first, last = (solve(self.judge, fit.effects, fit.nonlinear, fit.weights) for fit in (before, after))
+        return record_gain(self.fitted, first, last, self.judge)
 
 
 @dataclass(frozen=True)
@@ -302,6 +305,12 @@ def weights(problem: RegressionProblem, fit: Fit) -> Array:
 def reweighted(problem: RegressionProblem, fit: Fit) -> Fit:
     """The fit with joints weighted anew."""
     return solve(problem, fit.effects, fit.nonlinear, weights(problem, fit))
+
+
+def _lesser(one: Gain, other: Gain) -> Gain:
+    """The one with the lower odds, that explains as little as either."""
+    least = min(one, other, key=lambda gain: gain.log_odds)
+    return replace(least, explained=min(one.explained, other.explained))
 
 
 def _as_list(gain: Gain) -> list[float | bool | list[float]]:

@@ -32,7 +32,7 @@ def block_jackknife(jacobian: Array, residual: Array, blocks: Index, prior: Arra
     whole = parts.sum(axis=0) + np.diag(prior)
     left_out = np.linalg.inv(whole - parts)
     moved = np.einsum("bij,bj->bi", left_out, scores)
-    return moved.T @ moved, _freedom(left_out, parts, np.linalg.inv(whole))
+    return np.asarray(moved.T @ moved), _freedom(left_out, parts, np.linalg.inv(whole))
 
 
 def _freedom(left_out: Array, parts: Array, inverse: Array) -> Array:

@@ -108,7 +108,8 @@ class PairTable:
     """The effects found (e), fitted to one record and judged by another, for every pair of records (p).
 
     fitted, judge: names of the records; effect: names; rms_start, rms (p, joints): on the judge, before and
-    with them; evidence (p, e): log odds for each, all others staying.
+    with them; share (p, e): part of the judge's squares, over all joints that it touches, that each takes
+    away as it was fitted, all else the same.
     """
 
     fitted: Texts = ()
@@ -116,7 +117,7 @@ class PairTable:
     effect: Texts = ()
     rms_start: Array = field(default_factory=lambda: np.zeros((0, 0)))
     rms: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    evidence: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    share: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def explained(self) -> Array:

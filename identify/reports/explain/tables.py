@@ -217,13 +217,13 @@ def pair_table(found: TargetResult) -> Table:
     ]
     note = (
         "All effects found, fitted to one record alone and judged by another; shapes of waves and orders as"
-        " found. Not confirmed: effects without which the pair would do as well (log odds not above zero)."
+        " found. Not confirmed: effects whose share, as fitted, leaves the judge no better."
     )
     return Table(f"{title(found)}: every pair of records", columns, tuple(rows), note)
 
 
 def _unconfirmed(found: TargetResult, row: int) -> str:
-    loose = np.flatnonzero(found.pairs.evidence[row] <= 0)
+    loose = np.flatnonzero(found.pairs.share[row] <= 0)
     return "; ".join(found.words(found.pairs.effect[n]) for n in loose)
 
 
