@@ -46,7 +46,7 @@ def _freedom(left_out: Array, parts: Array, inverse: Array) -> Array:
         own = np.einsum("bj,bj->b", left_out[:, :, number], pulled)
         spread = np.diag(own) - pulled @ inverse @ pulled.T
         found.append(np.trace(spread) ** 2 / max(float((spread**2).sum()), 1e-300))
-    return np.maximum(np.array(found), _LEAST)
+    return np.asarray(np.maximum(np.array(found), _LEAST))
 
 
 def widening(freedom: Array) -> Array:
