@@ -92,19 +92,24 @@ def notes(found: TargetResult) -> list[str]:
             f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
             " intervals hold only as far as the model does"
         )
-    for name, share in zip(found.pairs.effect, found.pairs.share.T, strict=True):
-        against = np.flatnonzero(share <= 0)
-        pairs = [f"{found.pairs.judge[n]} after {found.pairs.fitted[n]}" for n in against]
-        if pairs:
-            said.append(
-                f"{found.words(name)}: not confirmed by {', '.join(pairs)} (fitted to the latter alone)"
-            )
+    said += _unconfirmed(found)
     moved = float(np.sqrt((found.body_errors**2).mean())) if len(found.body_errors) else 0.0
     if moved > _CLOSE:
         said.append(
             f"{found.target}: rigid bodies are moved {moved:.2g} times their stated uncertainty (RMS of"
             f" {len(found.body_errors)} combinations): give `uncertainty` as it is, or something else acts"
         )
+    return said
+
+
+def _unconfirmed(found: TargetResult) -> list[str]:
+    """Effects that a pair of records does not confirm."""
+    said = []
+    for name, share in zip(found.pairs.effect, found.pairs.share.T, strict=True):
+        pairs = [f"{found.pairs.judge[n]} after {found.pairs.fitted[n]}" for n in np.flatnonzero(share <= 0)]
+        if pairs:
+            listed = ", ".join(pairs)
+            said.append(f"{found.words(name)}: not confirmed by {listed} (fitted to the latter alone)")
     return said
 
 
