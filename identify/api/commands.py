@@ -262,12 +262,13 @@ def run_deflection(model: Path, options: DeflectionOptions) -> Result:
 
 def run_plan(model: Path, options: PlanCommandOptions) -> Result:
     """What `identify plan` does."""
-    from identify.planning.run import PlanOptions
+    from identify.planning.run import PlanOptions, angles_of
     from identify.planning.run import run_plan as planned
 
     size = options.postures, options.impacts, options.sensors, options.among
     noise = options.noise, options.resolution, options.seed
-    wanted = PlanOptions(*size, options.table, tuple(options.target or ()), options.anew, *noise)
+    place = options.cutter, angles_of(options.at)
+    wanted = PlanOptions(*size, options.table, tuple(options.target or ()), options.anew, *noise, *place)
     result, written = planned(model, wanted, options.out)
     return Result(result, tuple(written))
 

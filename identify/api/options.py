@@ -294,7 +294,16 @@ class PlanCommandOptions:
         Path | None, typer.Option(help="CSV of the postures of which to choose: joint1_deg, joint2_deg, ...")
     ] = None
     target: Annotated[
-        list[str] | None, typer.Option(help="what is to be known best; repeatable; default: all parameters")
+        list[str] | None,
+        typer.Option(
+            help="what is to be known best: a parameter, mode2.frequency, mode2.damping, or depth;"
+            " repeatable; default: all parameters"
+        ),
+    ] = None
+    cutter: Annotated[Path | None, typer.Option(help="YAML file of the milling tool of a depth")] = None
+    at: Annotated[
+        str | None,
+        typer.Option(help="posture of a mode or depth, degrees: 0,30,-60,0,45,0; default: the first"),
     ] = None
     anew: Annotated[bool, typer.Option("--anew", help="as if the data of the fit did not exist")] = False
     noise: Annotated[

@@ -18,6 +18,9 @@ _BLOCKS, _DRAWS = 20, 2000
 _SLOWEST = 0.1
 """Share of the samples, those at least speed, by which noise is told from waves over an angle."""
 
+_FIRST = 2
+"""Octaves begin at this power of two of half waves in the record."""
+
 
 def correlation_time(residual: Array, used: Mask) -> float:
     """Samples (at least 1) that one independent sample is worth, of one joint's residual (samples,): 1 + 2
@@ -66,13 +69,21 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
 
     Whittle's likelihood with a level of its own for every octave: half the number of samples in an octave
     times ln of the ratio of powers. A slow residual lives in the few samples of the low octaves, whatever the
-    sample rate.  Counted below or above the frequency that makes it largest, because an effect is slow or
-    fast, less the price of that choice, ln of the number of choices.  By the cosine transform, which has no
-    jump at the ends; samples that do not count are bridged by straight lines and lower the number.
+    sample rate; the lowest of them, of one, one and two samples, are taken together, because a level found
+    from one sample would hide any constant.  Counted below or above the frequency that makes it largest,
+    because an effect is slow or fast, less the price of that choice, ln of the number of choices.  By the
+    cosine transform, which has no jump at the ends; samples that do not count are bridged by straight lines
+    and lower the number, but for those before the first and after the last that counts, which are not there.
     """
+    first_used, last_used = np.flatnonzero(used)[[0, -1]]
+    if last_used - first_used + 1 < len(used):
+        inside, fall = slice(first_used, last_used + 1), np.zeros(len(used))
+        gain, fall[inside] = log_likelihood_gain(before[inside], after[inside], used[inside])
+        return gain, fall
     waves = [scipy.fft.dct(_bridged(residual, used), norm="ortho") for residual in (before, after)]
     powers = [wave**2 for wave in waves]
-    edges = [0, *(2 ** np.arange(int(np.log2(len(before))) + 1)), len(before)]
+    octaves = 2 ** np.arange(_FIRST, max(int(np.log2(len(before))) + 1, _FIRST + 1))
+    edges = [0, *octaves[octaves < len(before)].tolist(), len(before)]
     floor = 1e-12 * float(powers[0].sum())
     gains = (
         [

@@ -11,6 +11,7 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.core.correlated import covariance, white_level
+from identify.explain.cross_check import cross_check
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
@@ -71,6 +72,7 @@ def evaluated(
             tuple(effect.name for effect in effects), tuple(effect.sentence() for effect in effects)
         ),
         body_errors=found.fit.body_errors,
+        pairs=cross_check(fitted, judge, tests, start, found.fit),
         tests={test.name: Unseen(rms(test, start), rms(test, aligned(test, found.fit))) for test in tests},
     )
 

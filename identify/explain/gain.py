@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.correlated import effective_samples, log_likelihood_gain, mean_above_zero
 from identify.explain.regression import Fit, RegressionProblem, aligned, strain
 from identify.fitting.selection.gain import Gain
@@ -16,15 +17,23 @@ _CHANCE = 0.05
 """Chance of no mean gain from which on a gain is not confirmed: it is not spread over the record."""
 
 
-def record_gain(problem: RegressionProblem, before: Fit, after: Fit) -> Gain:
+def record_gain(
+    problem: RegressionProblem, before: Fit, after: Fit, fitted: RegressionProblem | None = None
+) -> Gain:
     """The gain of `after` over `before` on a record that neither was fitted to.
+
+    fitted: the record that they were fitted to, which knows errors of bodies only so far: on the other one
+    they may be what suits it, at a price, for either fit (see `_with_own_bodies`), so that what they may do
+    is nobody's gain.
 
     Log odds are the natural logarithm of the likelihood ratio of correlated residuals; explained are the
     parts of each joint's sum of squares that go, and their sum; the chance that the mean gain is none comes
     from blocks.  Parameters need no price of their own; a phase that is turned to the record's own beginning
     does (Schwarz 1978).
     """
-    old, new = aligned(problem, before).residual(problem), aligned(problem, after).residual(problem)
+    (old, price), (new, other_price) = (
+        _with_own_bodies(problem, aligned(problem, fit), fitted) for fit in (before, after)
+    )
     size = np.abs(old).max(axis=0)
     touch = _TOUCH if problem.bodies is None else _MOVED
     touched = [
@@ -48,7 +57,30 @@ def record_gain(problem: RegressionProblem, before: Fit, after: Fit) -> Gain:
         chance = mean_above_zero(gain[problem.mask[:, touched].any(axis=1)])
     relief, part = _relief(problem, before, after)
     explained = float(np.nansum(parts)) + part
-    return Gain(float(log_odds) + relief, explained, chance < _CHANCE, True, parts, chance)
+    return Gain(
+        float(log_odds) + price - other_price + relief, explained, chance < _CHANCE, True, parts, chance
+    )
+
+
+def _with_own_bodies(
+    problem: RegressionProblem, fit: Fit, fitted: RegressionProblem | None
+) -> tuple[Array, float]:
+    """What a fit leaves of a record (samples, joints) where errors of bodies may differ from those that the
+    fitted record gave, and the price of that in log odds.
+
+    What the fitted record knows of them, B'W^2 B + 1 with the fit's own weights W, is the prior of the other:
+    the predictive likelihood of linear models (Bernardo and Smith 2000, section 5.1) but for its
+    determinants, which are the same for both fits.
+    """
+    residual = fit.residual(problem)
+    if fitted is None or fitted.bodies is None or problem.bodies is None:
+        return residual, 0.0
+    known = (fitted.bodies * fit.weights[:, None])[fitted.mask]
+    rows = (problem.bodies * fit.weights[:, None])[problem.mask]
+    precision = known.T @ known + np.eye(known.shape[1])
+    moved = np.linalg.solve(rows.T @ rows + precision, rows.T @ (residual * fit.weights)[problem.mask])
+    left = np.where(problem.mask, residual - problem.bodies @ moved, 0.0)
+    return left, float(moved @ precision @ moved) / 2
 
 
 def _relief(problem: RegressionProblem, before: Fit, after: Fit) -> tuple[float, float]:

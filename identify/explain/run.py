@@ -257,11 +257,13 @@ def _torque_explained(
     """
     first = [effect for effect in tried if not effect.of_load]
     fit, steps = grow(RecordWorkbench(pair.fitted, pair.judge, first, "torque", memory), story)
+    examined = frozenset[str]()
     for number in range(1, _ROUNDS + 1):
         before, pair = fit, _with_loads(pair, fit)
         label = f"torque, loads {number}"
-        fit, more = grow(RecordWorkbench(pair.fitted, pair.judge, tried, label, memory, before), story)
-        steps += more
+        bench = RecordWorkbench(pair.fitted, pair.judge, tried, label, memory, before, examined)
+        fit, more = grow(bench, story)
+        steps, examined = steps + more, frozenset(effect.name for effect in fit.effects)
         moved = any(effect.in_gear for effect in before.effects + fit.effects)
         if not (moved and any(effect.of_load for effect in fit.effects)):
             break
@@ -277,7 +279,8 @@ def _explained(
     tried = candidates(target, pair.fitted.scene, study.effects)
     first, steps = grow(RecordWorkbench(pair.fitted, pair.judge, tried, target, memory), story)
     pair = pair.each(partial(curved, fit=first))
-    bench = RecordWorkbench(pair.fitted, pair.judge, tried, f"{target}, second order", memory, first)
+    label, examined = f"{target}, second order", frozenset(effect.name for effect in first.effects)
+    bench = RecordWorkbench(pair.fitted, pair.judge, tried, label, memory, first, examined)
     fit, more = grow(bench, story)
     found = conclude(bench, fit, [*steps, *more])
     return evaluated(target, pair.fitted, pair.judge, pair.tests, found, tried)

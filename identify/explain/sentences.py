@@ -45,6 +45,7 @@ def verdict(found: TargetResult, judge: str) -> tuple[str, ...]:
     return (
         said + f"{taken} % of its squares explained.",
         *(_of_test(found, name) for name in found.tests),
+        *_of_pairs(found),
         f"In order of evidence: {effects}.",
     )
 
@@ -60,6 +61,14 @@ def _of_test(found: TargetResult, name: str) -> str:
         )
     )
     return f"On record {name}, on which nothing depended: from {before} to {after} {unit}, {taken} %."
+
+
+def _of_pairs(found: TargetResult) -> list[str]:
+    """What the worst pair of records says."""
+    if not len(found.pairs.fitted):
+        return []
+    least = ", ".join(f"{100 * value:.3g}" for value in found.pairs.explained.min(axis=0))
+    return [f"Fitted to any one record and judged by any other, the same effects explain at least {least} %."]
 
 
 def notes(found: TargetResult) -> list[str]:
@@ -83,12 +92,24 @@ def notes(found: TargetResult) -> list[str]:
             f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
             " intervals hold only as far as the model does"
         )
+    said += _unconfirmed(found)
     moved = float(np.sqrt((found.body_errors**2).mean())) if len(found.body_errors) else 0.0
     if moved > _CLOSE:
         said.append(
             f"{found.target}: rigid bodies are moved {moved:.2g} times their stated uncertainty (RMS of"
             f" {len(found.body_errors)} combinations): give `uncertainty` as it is, or something else acts"
         )
+    return said
+
+
+def _unconfirmed(found: TargetResult) -> list[str]:
+    """Effects that a pair of records does not confirm."""
+    said = []
+    for name, share in zip(found.pairs.effect, found.pairs.share.T, strict=True):
+        pairs = [f"{found.pairs.judge[n]} after {found.pairs.fitted[n]}" for n in np.flatnonzero(share <= 0)]
+        if pairs:
+            listed = ", ".join(pairs)
+            said.append(f"{found.words(name)}: not confirmed by {listed} (fitted to the latter alone)")
     return said
 
 

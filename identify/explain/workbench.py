@@ -9,8 +9,9 @@ one joint are tried, because each of two large effects can hide the other.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -44,9 +45,8 @@ _SETTLE = 3
 """How often joints are weighted anew at first: errors of bodies are held to what is stated the more, the more
 is left.
 """
-_PAIR = Rule(log_odds=7.0, explained=0.2)
-"""A pair needs further evidence, because there are some hundred pairs to choose from, and must explain a good
-part of what is left: only large effects hide each other."""
+_PAIR = Rule(explained=0.2)
+"""A pair must explain a good part of what is left: only large effects hide each other."""
 
 MotionAttempt = Attempt[MotionEffect, Fit]
 MotionOption = Option[MotionEffect, Fit]
@@ -57,8 +57,10 @@ MotionStep = Step[MotionEffect, Fit]
 class HeldOut:
     """Gains are judged on a record that was not fitted; label: which stage of which target it is.
 
-    An effect that humbler ones may look like gains only what it gains over them; tried: names of all effects
-    that are looked for.
+    An effect that humbler ones may look like gains only what it gains over them, and none gains that loses
+    the other way: fitted to the judge and judged by the fitted record.  tried: names of all effects that are
+    looked for; each of them has its price, because the odds for one of n that nothing speaks for are 1 to n
+    before the data speak.
     """
 
     fitted: RegressionProblem
@@ -75,16 +77,37 @@ class HeldOut:
         return Gain(log_odds, explained, confirmed, True, np.array(parts), chance)
 
     def _gain(self, before: Fit, after: Fit) -> Gain:
-        gain = record_gain(self.judge, before, after)
+        price = (len(after.effects) - len(before.effects)) * float(np.log(len(self.tried)))
+        gain = record_gain(self.judge, before, after, self.fitted)
+        if gain.log_odds > price:
+            back = self._the_other_way(before, after)
+            lesser = _lesser(gain, back)
+            gain = lesser if back.log_odds <= 0 else replace(gain, explained=lesser.explained)
+        for other in self._humbler(before, after):
+            if gain.log_odds <= price:
+                break
+            gain = _lesser(gain, other())
+        return replace(gain, log_odds=gain.log_odds - price)
+
+    def _humbler(self, before: Fit, after: Fit) -> Iterator[Callable[[], Gain]]:
+        """The gain over each of what new effects may look like."""
         there = {effect.name for effect in before.effects}
         new = [effect for effect in after.effects if effect.name not in there]
         for instead in (one for effect in new for one in effect.humbler(self.fitted.scene)):
             more = [one for one in instead if one.name not in there and one.name in self.tried]
             if more:
-                nonlinear = [*before.nonlinear, *(np.zeros(0) for _ in more)]
-                other = solve(self.fitted, [*before.effects, *more], nonlinear, before.weights)
-                gain = min(gain, record_gain(self.judge, other, after), key=lambda one: one.log_odds)
-        return gain
+                yield partial(self._beyond, before, more, after)
+
+    def _beyond(self, before: Fit, more: Sequence[MotionEffect], after: Fit) -> Gain:
+        """What a fit gains over further effects beside `before`."""
+        nonlinear = [*before.nonlinear, *(np.zeros(0) for _ in more)]
+        other = solve(self.fitted, [*before.effects, *more], nonlinear, before.weights)
+        return record_gain(self.judge, other, after, self.fitted)
+
+    def _the_other_way(self, before: Fit, after: Fit) -> Gain:
+        """The gain on the fitted record of both fitted to the judge, parameters inside the columns kept."""
+        first, last = (solve(self.judge, fit.effects, fit.nonlinear, fit.weights) for fit in (before, after))
+        return record_gain(self.fitted, first, last, self.judge)
 
 
 @dataclass(frozen=True)
@@ -92,7 +115,8 @@ class RecordWorkbench:
     """One target of two records (`identify.fitting.selection.workbench.Workbench`).
 
     effects: all that may be tried; begun: a fit to begin with, as when the loads became known better, as far
-    as it still holds; label: what tells this stage of the run from others in the memory.
+    as it still holds; label: what tells this stage of the run from others in the memory; examined: names of
+    effects which, together, an earlier stage has found no better ones for.
     """
 
     fitted: RegressionProblem
@@ -101,6 +125,7 @@ class RecordWorkbench:
     label: str
     memory: Memory = field(default_factory=Memory)
     begun: Fit | None = None
+    examined: frozenset[str] = frozenset()
 
     @property
     def policy(self) -> Policy:
@@ -213,6 +238,13 @@ class RecordWorkbench:
         held = {effect.needs for effect in model.effects}
         return [effect for effect in model.effects if effect.name not in held]
 
+    def stand_ins(self, model: Fit, effect: MotionEffect) -> Sequence[MotionEffect]:
+        """All but harmonics, which nothing else looks like, where that has not been looked at."""
+        known = {one.name for one in model.effects} == self.examined
+        if known or effect.harmonic or effect not in self.removable(model):
+            return []
+        return [one for one in self.effects if not one.harmonic]
+
     def implausible(self, model: Fit, effect: MotionEffect) -> bool:
         """Whether its sign, or what it found, cannot be."""
         return not effect.possible(model.of(effect))
@@ -273,6 +305,12 @@ def weights(problem: RegressionProblem, fit: Fit) -> Array:
 def reweighted(problem: RegressionProblem, fit: Fit) -> Fit:
     """The fit with joints weighted anew."""
     return solve(problem, fit.effects, fit.nonlinear, weights(problem, fit))
+
+
+def _lesser(one: Gain, other: Gain) -> Gain:
+    """The one with the lower odds, that explains as little as either."""
+    least = min(one, other, key=lambda gain: gain.log_odds)
+    return replace(least, explained=min(one.explained, other.explained))
 
 
 def _as_list(gain: Gain) -> list[float | bool | list[float]]:

@@ -87,6 +87,17 @@ def sandwich(
     return _uncertainty(information, covariance, bread, count, scale, values, notes)
 
 
+def of_covariance(
+    information: Array, covariance: Array, count: int, scale: Scale, values: Array
+) -> Uncertainty:
+    """Uncertainty from J'J and a covariance (free, free) on the search scale that was found otherwise; never
+    less than independent residuals would have.
+    """
+    lower, upper = scale.bounds()
+    bread = np.asarray(np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2)), dtype=np.float64)
+    return _uncertainty(information, covariance.copy(), bread, count, scale, values, ())
+
+
 def _uncertainty(
     information: Array,
     covariance: Array,

@@ -7,17 +7,15 @@ finds, with bands from their exact slopes; one crossing alone, so that a band do
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.machining.engagement import Engagement
-from identify.machining.exact_limit import exact_limit
-from identify.machining.lobes import crossings, inverse_eigenvalues
+from identify.machining.bands import UNKNOWN
 from identify.machining.mounted import Mounted
-from identify.machining.semi_discretization import TimeDomain
+from identify.machining.one_limit import limit_at
 from identify.machining.tool import Tool
 from identify.machining.uncertain import uncertain_tip
 from identify.model.system import System
@@ -27,7 +25,7 @@ from identify.robot.reach import about
 from identify.vibration.fitted_model import FittedModel
 
 KINDS = {"depth": "m", "deflection": "m", "frequency": "Hz"}
-_LINES, _Z_95 = 200, 1.96
+_Z_95 = 1.96
 
 
 @dataclass(frozen=True)
@@ -133,33 +131,11 @@ def _depths(
 
 
 def _depth(on: Mounted, rpm: float) -> list[float]:
-    structure, cut, most = on.here, on.cut, on.tool.max_depth_mm / 1e3
-    line_hz = structure.lines_hz(_LINES)
-    inverse = inverse_eigenvalues(cut.mean, structure.receptance(line_hz))
-    near = crossings(inverse, line_hz, cut.teeth, np.array([rpm]), 1)
-    guess, highest = float(near.depth[0, 0]), float(near.chatter_hz[0, 0])
-    guess = guess if np.isfinite(guess) else most
-    highest = highest if np.isfinite(highest) else float(line_hz.max() / 3)
-    depth, hz = _searched(on, cut, highest, rpm, guess)
+    depth, hz, exact = limit_at(on, rpm)
     if not np.isfinite(depth):
         return [np.inf, np.inf, np.inf, np.nan, rpm]
-    exact = exact_limit(cut, on.tip, highest, rpm, (depth, hz), quick=True)
-    if exact is None:  # with all steps, and no band
-        domain = TimeDomain(structure, cut, highest)
-        return [domain.limit(rpm, depth, most), 0.0, np.inf, hz, rpm]
+    if exact is None:
+        return [depth, *(depth * part for part in UNKNOWN), hz, rpm]
     change, misfit = on.uncertain.relative(exact)
     half = _Z_95 * float(np.linalg.norm([*change, misfit, on.coefficients]))
-    return [exact.depth, exact.depth * np.exp(-half), exact.depth * np.exp(half), exact.chatter_hz, rpm]
-
-
-def _searched(on: Mounted, cut: Engagement, highest: float, rpm: float, guess: float) -> tuple[float, float]:
-    """Depth, m, and frequency of chatter, Hz, about."""
-    structure = on.here
-    if not structure.real:  # viscous, of the same size at that frequency, to find the limit in time
-        damping = structure.stiffness.imag / (2 * np.pi * highest)
-        structure = replace(
-            structure, damping=structure.damping + damping, stiffness=structure.stiffness.real
-        )
-    domain = TimeDomain(structure, cut, highest, coarse=True)
-    depth = domain.limit(rpm, guess, on.tool.max_depth_mm / 1e3)
-    return depth, domain.chatter_hz(rpm, depth) if np.isfinite(depth) else np.nan
+    return [depth, depth * np.exp(-half), depth * np.exp(half), hz, rpm]

@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.core.config import Settings
-from identify.model.laws.friction import EXPONENTIAL, stribeck_decay
+from identify.model.laws.friction import EXPONENTIAL, Smoothing, smooth_sign, stribeck_decay
 from identify.motion.numbers import Number, quantity
+
+_ITERATIONS = 8
+"""Of Newton's method for the velocity at which a drive creeps."""
 
 
 class FrictionSettings(Settings):
@@ -22,6 +26,11 @@ class FrictionSettings(Settings):
     creep_velocity: Number = quantity(
         "rad/s", "below this, sgn(v) is a slope: what a joint that sticks still creeps", 1e-4, least=1e-9
     )
+    smoothing: Smoothing = Field(
+        "root",
+        description="how sgn(v) passes through zero over the creep velocity v_c: `root`,"
+        " v / sqrt(v^2 + v_c^2), or `tanh`, tanh(v / v_c)",
+    )
 
 
 @dataclass
@@ -31,14 +40,16 @@ class FrictionDamper:
 
     numbers: coefficients by name, (lanes, joints); viscous: further viscous friction, N m s/rad; inertia:
     what a drive's own push must accelerate, kg m^2; step_s.  A drive's own step, a v + h F(v) = p with p as
-    the last pass shows it, is solved in closed form, because friction over the last velocity takes many
-    passes where a drive sticks or breaks loose.
+    the last pass shows it, is solved, because friction over the last velocity takes many passes where a drive
+    sticks or breaks loose: in closed form for true dry friction, whose root is then smoothed; for a
+    hyperbolic tangent, which is steep where a root creeps, from there by Newton's method.
     """
 
     numbers: dict[str, Array]
     viscous: Array
     inertia: Array
     step_s: float
+    smoothing: Smoothing = "root"
     _last: Array | None = field(default=None, init=False)
 
     def __call__(self, velocity: Array) -> Array:
@@ -48,9 +59,34 @@ class FrictionDamper:
             pushed = (self.inertia + self.step_s * self._last) * velocity
             free = np.maximum(np.abs(pushed) - self.step_s * self._dry(velocity), 0.0)
             velocity = np.sign(pushed) * free / (self.inertia + self.step_s * viscous)
-        speed = np.sqrt(velocity**2 + self.numbers["friction.creep_velocity"] ** 2)
-        self._last = np.asarray(self._dry(velocity) / speed + viscous)
+            if self.smoothing == "tanh":
+                velocity = self._creeping(np.abs(pushed), np.abs(velocity), viscous) * np.sign(pushed)
+        self._last = np.asarray(self._dry(velocity) / self._over_sign(velocity) + viscous)
         return self._last
+
+    def _creeping(self, pushed: Array, slipping: Array, viscous: Array) -> Array:
+        """The speed at which a drive pushed by `pushed` moves a step later; slipping: that of true dry
+        friction.
+
+        The step's equation rises with speed and bends down, so that Newton's method from below never passes
+        its root: from where it slips, or from rest, whichever is faster.
+        """
+        creep, dry = self.numbers["friction.creep_velocity"], self._dry(slipping)
+        mass = self.inertia + self.step_s * viscous
+        speed = np.maximum(slipping, pushed / (mass + self.step_s * dry / creep))
+        for _ in range(_ITERATIONS):
+            sign = smooth_sign(speed, creep, "tanh")
+            excess = mass * speed + self.step_s * dry * sign - pushed
+            speed = speed - excess / (mass + self.step_s * dry * (1 - sign**2) / creep)
+        return np.asarray(np.maximum(speed, 0.0))
+
+    def _over_sign(self, velocity: Array) -> Array:
+        """The velocity over its smooth sign, rad/s."""
+        creep = self.numbers["friction.creep_velocity"]
+        if self.smoothing == "root":
+            return np.asarray(np.sqrt(velocity**2 + creep**2))
+        speed = np.maximum(np.abs(velocity), 1e-6 * creep)
+        return np.asarray(speed / smooth_sign(speed, creep, self.smoothing))
 
     def _dry(self, velocity: Array) -> Array:
         decay = stribeck_decay(velocity, self.numbers["friction.stribeck_velocity"], EXPONENTIAL)

@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
+from identify.model.laws.friction import Smoothing
 from identify.model.system import build_site, list_parameters
 from identify.motion.controller import ControlLaw
 from identify.motion.gear import gear_spring
@@ -71,7 +72,15 @@ class MotionProblem:
     @cached_property
     def continuous(self) -> MotionProblem:
         """The same with encoders that do not count."""
-        study = self.file.study.model_copy(update={"encoder_counts": None})
+        return self._with(encoder_counts=None)
+
+    def with_smoothing(self, smoothing: Smoothing) -> MotionProblem:
+        """The same with dry friction smoothed otherwise."""
+        friction = self.file.study.friction.model_copy(update={"smoothing": smoothing})
+        return self._with(friction=friction)
+
+    def _with(self, **changed: object) -> MotionProblem:
+        study = self.file.study.model_copy(update=changed)
         return replace(self, file=self.file.model_copy(update={"study": study}))
 
     def passive(self, values: Array, numbers: Mapping[str, Array]) -> Passive:
@@ -130,6 +139,7 @@ class MotionProblem:
             numbers,
             np.array([joint, coordinate]),
             self.resolution,
+            study.friction.smoothing,
         )
 
     def law(self, numbers: Mapping[str, Array]) -> ControlLaw:

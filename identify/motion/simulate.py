@@ -14,6 +14,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Index
 from identify.core.interruption import check
+from identify.model.laws.friction import Smoothing
 from identify.model.laws.gear import GearSpring
 from identify.motion.controller import ControlLaw, Sample
 from identify.motion.friction import FrictionDamper
@@ -49,6 +50,8 @@ class Plant:
     numbers: dict[str, Array]
     wound: Index
     resolution: Array
+    smoothing: Smoothing = "root"
+    """Of the sign in dry friction."""
 
     @cached_property
     def rubs(self) -> bool:
@@ -169,7 +172,9 @@ def _step(plant: Plant, lanes: Lanes, state: Array, command: Array, inertia: Arr
         joint, wound = plant.wound
         lanes.force[:, wound] += on_windup[:, joint]
     if plant.rubs:
-        damper = FrictionDamper(numbers, ratio**2 * numbers["motor.viscous"], inertia, lanes.step_s)
+        damper = FrictionDamper(
+            numbers, ratio**2 * numbers["motor.viscous"], inertia, lanes.step_s, plant.smoothing
+        )
 
         def rubbing(velocity: Array) -> Array:
             dampers = np.zeros_like(velocity)

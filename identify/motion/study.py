@@ -16,6 +16,7 @@ from identify.fitting.plan import StageSettings, as_list
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
 from identify.model.effects.springs import Springs
+from identify.model.laws.friction import Smoothing
 from identify.motion.command import Move
 from identify.motion.controller import Controller, parse_controller
 from identify.motion.excitation import Excitation
@@ -103,9 +104,19 @@ class MotionCandidate(Settings):
         description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}",
     )
 
+    smoothing: Smoothing | None = Field(
+        None,
+        description="with friction.coulomb among the numbers: how its sign passes through zero, beside other"
+        " candidates with the same numbers; default: as `friction.smoothing` says",
+    )
+
     def sentence(self) -> str:
         """What it is, as the study says."""
         return self.name
+
+    def instead_of(self, other: MotionCandidate) -> bool:
+        """Whether only one of the two can be added, because they set the same numbers free."""
+        return self.numbers.keys() == other.numbers.keys()
 
 
 class MotionStudy(Settings):

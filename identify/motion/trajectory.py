@@ -12,14 +12,17 @@ import numpy as np
 from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
+from identify.fitting.jackknife import block_jackknife, widening
 from identify.fitting.objective import Objective
-from identify.fitting.uncertainty import Uncertainty, sandwich
+from identify.fitting.uncertainty import Uncertainty, of_covariance
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import PreparedRecord
 from identify.motion.simulate import SimulatedMotion
 
-_BLOCK = 60
-"""Numbers whose scores are summed before they are squared: some tens of samples of all joints."""
+_BLOCK = 20
+"""Samples of a record that are one block of the jackknife: longer than residuals are correlated, and many to
+a move.
+"""
 _LANES = 200
 """Lanes that move side by side at most: enough to spread the cost of a step, little enough to stay in the
 cache.
@@ -115,6 +118,18 @@ class TrajectoryObjective(Objective):
                 found.append(residual[:, np.isfinite(measured)])
         return np.concatenate(found, axis=1)
 
+    @property
+    def blocks(self) -> Index:
+        """(count,): the block of time of each number, all signals of a record together."""
+        found, first = list[Index](), 0
+        for record in self.records:
+            [samples] = {len(measured) for measured in self._measured(record)}
+            block = first + np.minimum(np.arange(samples) // _BLOCK, max(samples // _BLOCK - 1, 0))
+            for measured in self._measured(record):
+                found.append(np.broadcast_to(block[:, None], measured.shape)[np.isfinite(measured)])
+            first = int(block[-1]) + 1
+        return np.unique(np.concatenate(found), return_inverse=True)[1]
+
     def _measured(self, record: PreparedRecord) -> list[Array]:
         return [signal for quantity, signal in _signals(record).items() if quantity in self.noise]
 
@@ -207,11 +222,13 @@ def trajectory_trust(
     """What the records say about the free parameters at values (parameters,); seen: residuals and derivatives
     there.
 
-    The variance of the scores is that of sums over blocks of time, so that residuals that are correlated over
-    samples widen the intervals.
+    By the jackknife over blocks of time, so that residuals that are correlated over samples, or that the
+    model leaves in one part of a move, widen the intervals, and the more, the fewer blocks a value hangs on.
     """
     residuals, slopes = seen
     root = np.sqrt(objective.count)
     e, j = root * residuals, root * slopes * scale.slope(scale.to_x(values))
-    scores = np.add.reduceat(j * e[:, None], np.arange(0, len(e), _BLOCK), axis=0)
-    return sandwich(j.T @ j, scores.T @ scores, objective.count, scale, values)
+    lower, upper = scale.bounds()
+    matrix, freedom = block_jackknife(j, e, objective.blocks, (4 / (upper - lower)) ** 2)
+    wider = widening(freedom)
+    return of_covariance(j.T @ j, matrix * np.outer(wider, wider), objective.count, scale, values)

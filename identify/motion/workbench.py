@@ -57,8 +57,9 @@ class MotionWorkbench:
         return model.added
 
     def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
-        """Those of the study that the model does not have."""
-        return [one for one in self.problem.file.study.candidates if one not in model.added]
+        """Those of the study that the model does not have, nor another one in their place."""
+        known = self.problem.file.study.candidates
+        return [one for one in known if not any(one.instead_of(other) for other in model.added)]
 
     def screen(self, model: FittedMotion, effects: Sequence[MotionCandidate], story: Story) -> list[Trial]:
         """Each fitted beside the model's effects."""
@@ -103,6 +104,13 @@ class MotionWorkbench:
         """All that were added."""
         return model.added
 
+    def stand_ins(self, model: FittedMotion, effect: MotionCandidate) -> Sequence[MotionCandidate]:
+        """All that there are, for one with many parameters, which can stand for many things."""
+        if self.size(model, effect) < self.policy.many:
+            return []
+        [without] = self.leave_out(model, [effect])
+        return self.candidates(without)
+
     def implausible(self, model: FittedMotion, effect: MotionCandidate) -> bool:
         """Never: bounds keep values where they can be."""
         return False
@@ -135,9 +143,10 @@ class MotionWorkbench:
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
         numbers = {where: number for effect in effects for where, number in effect.numbers.items()}
         names = [parameter.name for parameter in model.problem.parameters]
-        return with_numbers(
-            self.problem, numbers, dict(zip(names, map(float, model.fit.values), strict=True))
-        )
+        begun = self.problem
+        for smoothing in (effect.smoothing for effect in effects if effect.smoothing is not None):
+            begun = begun.with_smoothing(smoothing)
+        return with_numbers(begun, numbers, dict(zip(names, map(float, model.fit.values), strict=True)))
 
 
 def _others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:

@@ -18,10 +18,12 @@ from identify.core.config_paths import relocated
 from identify.core.errors import InputError
 from identify.core.yaml_input import round_trip
 from identify.fitting.resume import held
+from identify.machining.tool import read_tool
 from identify.planning.candidates import Candidates, candidates, tabled
 from identify.planning.design import Criterion, Design, best_design, random_choice, total
 from identify.planning.information import Measurable, measurable
 from identify.planning.known import Known, known_of
+from identify.planning.targets import Target, targets_of
 from identify.results import file as result_file
 from identify.results.plan import PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
@@ -34,8 +36,9 @@ _Z_95 = 1.96
 @dataclass(frozen=True)
 class PlanOptions:
     """Size of the test, how many postures it is chosen from (or a table of them), what it is for: parameters
-    by name (default: all), and whether the data of the fit count (anew: they do not); noise: floor of an
-    accelerance, m/s^2/N, and resolution, Hz, by default those of the fit's FRFs.
+    by name (default: all), modes (`mode2.frequency`) or `depth`, the limit of a cutter (file of a tool), both
+    at a posture at_deg (default: the first), and whether the data of the fit count (anew: they do not);
+    noise: floor of an accelerance, m/s^2/N, and resolution, Hz, by default those of the fit's FRFs.
     """
 
     postures: int = 3
@@ -48,6 +51,18 @@ class PlanOptions:
     noise: float | None = None
     resolution: float | None = None
     seed: int = 1
+    cutter: Path | None = None
+    at_deg: tuple[float, ...] = ()
+
+
+def angles_of(text: str | None) -> tuple[float, ...]:
+    """Angles in degrees of a text such as `0,30,-60,0,45,0`; none of None; InputError for another text."""
+    if text is None:
+        return ()
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise InputError("--at", repr(text), "angles in degrees such as 0,30,-60,0,45,0") from error
 
 
 def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tuple[PlanResult, list[Path]]:
@@ -63,17 +78,17 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
     path = out or (Path("reports") if of_study else model.parent) / f"{model.stem}_plan.h5"
     study = path.with_suffix(".yaml")
     result_file.check_new(path, "a plan", [model, *filter(None, [options.table])], [study])
-    targets = _targets(known, options.target)
+    targets = _targets(known, options)
     with held(path), threadpool_limits(1):
         among = _among(known, options)
         sizes = (options.postures, options.impacts, options.sensors)
         _check_sizes(sizes, among)
         found = measurable(known.model, among, known.free, known.step, known.noise, known.band)
         before = known.bounds if options.anew or not known.information.any() else known.information
-        criterion = Criterion(before, targets)
+        criterion = Criterion(before, _rows(known, targets))
         rng = np.random.default_rng(options.seed)
         design = best_design(found.information, sizes, criterion, rng)
-        judged = _promised(known, found, design, sizes, criterion, rng)
+        judged = _promised(known, found, design, sizes, criterion, targets, rng)
         result = _result(model, known, options, among, found, design, judged, path.parent)
         result = replace(result, seconds=time.perf_counter() - begun)
         result_file.write(result, path)
@@ -81,12 +96,21 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
     return result, [path, study]
 
 
-def _targets(known: Known, names: tuple[str, ...]) -> Array | None:
-    """Rows of the identity for the named parameters; None where none is; InputError for an unknown one."""
-    for name in names:
-        if name not in known.names:
-            raise InputError("--target", f"no free parameter {name!r}", "one of " + ", ".join(known.names))
-    return np.eye(len(known.names))[[known.names.index(name) for name in names]] if names else None
+def _targets(known: Known, options: PlanOptions) -> list[Target]:
+    """What the test is for; empty: all parameters; InputError for an unknown one."""
+    joints = len(known.model.robot.joints)
+    if options.at_deg and len(options.at_deg) != joints:
+        raise InputError("--at", f"{len(options.at_deg)} angles", f"{joints}, in degrees")
+    posture = np.radians(options.at_deg) if options.at_deg else known.model.posture
+    tool = None if options.cutter is None else read_tool(options.cutter).study
+    return targets_of(known, options.target, tool, posture)
+
+
+def _rows(known: Known, targets: list[Target]) -> Array | None:
+    """(t, p): derivatives by the search scale, relative to the value where it is no parameter."""
+    own = np.eye(len(known.names))
+    rows = [own[known.names.index(t.name)] if t.name in known.names else t.relative for t in targets]
+    return np.array(rows) if rows else None
 
 
 def _among(known: Known, options: PlanOptions) -> Candidates:
@@ -108,23 +132,31 @@ def _promised(
     design: Design,
     sizes: tuple[int, int, int],
     criterion: Criterion,
+    targets: list[Target],
     rng: np.random.Generator,
 ) -> tuple[PromisedTable, float]:
-    """Intervals of the planned test and of random ones, and the median of the ratio."""
+    """Intervals of the planned test and of random ones, of targets that are no parameters first, and the
+    median of the ratio.
+    """
+    others = [target for target in targets if target.name not in known.names]
+    own = known.model.values[known.free]
+    rows = np.array([*(one.relative for one in others), *np.diag(known.step / np.abs(own))])
 
     def half(information: Array) -> Array:
-        std = np.sqrt(np.diagonal(np.linalg.inv(information + criterion.before), axis1=-2, axis2=-1))
-        return np.asarray(_Z_95 * std * known.step / np.abs(known.model.values[known.free]))
+        covariance = np.linalg.inv(information + criterion.before)
+        return np.asarray(_Z_95 * np.sqrt(np.einsum("tp,pq,tq->t", rows, covariance, rows)))
 
     chosen = half(total(found.information, design.chosen))
-    others = np.array(
+    drawn = np.array(
         [half(total(found.information, random_choice(found.information, sizes, rng))) for _ in range(_RANDOM)]
     )
-    judged = np.ones(len(chosen), bool) if criterion.targets is None else criterion.targets.any(axis=0)
-    ratio = float(np.median(others[:, judged] / chosen[judged]))
+    names = (*(one.name for one in others), *known.names)
+    judged = np.array([not targets or name in {one.name for one in targets} for name in names])
+    ratio = float(np.median(drawn[:, judged] / chosen[judged]))
+    units = (*(one.unit for one in others), *known.units)
+    values = np.array([*(one.value for one in others), *own])
     now = half(np.zeros_like(criterion.before))
-    values = known.model.values[known.free]
-    return PromisedTable(known.names, known.units, values, now, chosen, np.median(others, axis=0)), ratio
+    return PromisedTable(names, units, values, now, chosen, np.median(drawn, axis=0)), ratio
 
 
 def _result(

@@ -104,6 +104,28 @@ class Unseen:
 
 
 @dataclass(frozen=True)
+class PairTable:
+    """The effects found (e), fitted to one record and judged by another, for every pair of records (p).
+
+    fitted, judge: names of the records; effect: names; rms_start, rms (p, joints): on the judge, before and
+    with them; share (p, e): part of the judge's squares, over all joints that it touches, that each takes
+    away as it was fitted, all else the same.
+    """
+
+    fitted: Texts = ()
+    judge: Texts = ()
+    effect: Texts = ()
+    rms_start: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    rms: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    share: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def explained(self) -> Array:
+        """Part of the judge's sum of squares that the effects take away, (p, joints)."""
+        return 1 - (self.rms / self.rms_start) ** 2
+
+
+@dataclass(frozen=True)
 class Glossary:
     """What the names of all effects that were tried mean, in words (n)."""
 
@@ -115,7 +137,8 @@ class Glossary:
 class TargetResult:
     """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect;
     tried: number of candidates; tests: by name, the records that nothing depended on;
-    body_errors (k,): combinations of errors of stated bodies, in stated standard deviations.
+    body_errors (k,): combinations of errors of stated bodies, in stated standard deviations; pairs: every
+    record judged by every other one.
     """
 
     target: str
@@ -135,6 +158,7 @@ class TargetResult:
     tests: dict[str, Unseen] = field(default_factory=dict)
     glossary: Glossary = field(default_factory=Glossary)
     body_errors: Array = field(default_factory=lambda: np.zeros(0))
+    pairs: PairTable = field(default_factory=PairTable)
 
     def words(self, names: str) -> str:
         """One name, or a list of them, in a few words; as they are where an older file does not say."""

@@ -12,6 +12,9 @@ from identify.core.arrays import Array
 from identify.robot.description import Link, Robot, merge
 from identify.robot.engine_motion import MovingArm
 
+_SMALL = 0.01
+"""Part of a shift that is tried, so that what it leaves is still a body."""
+
 
 class RigidArm:
     """A rigid robot at a recorded motion: position, velocity, acceleration, each (samples, joints), rad,
@@ -40,6 +43,19 @@ class RigidArm:
         without mass or inertia.
         """
         return self.added(link, _moment(direction, 1.0)) / 2 - self.added(link, _moment(direction, -1.0)) / 2
+
+    def shifted(self, link: str, shift: Array) -> Array:
+        """(samples, joints): torque that a small shift (3,), m, of a link's centre of mass adds, to first
+        order; its inertia about the centre stays.
+        """
+        old = self.robot.link(link)
+        cross = np.outer(old.centre, shift)
+        carried = old.mass * (2 * (old.centre @ shift) * np.eye(3) - cross - cross.T)
+        there, back = (
+            self.added(link, Link("shift", old.mass, part * shift, part * carried))
+            for part in (_SMALL, -_SMALL)
+        )
+        return np.asarray((there - back) / (2 * _SMALL))
 
     def inertia(self, link: str, axis: Array) -> Array:
         """(samples, joints): torque per kg m^2 about an axis (3,), unit, through the origin of the link's

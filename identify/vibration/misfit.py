@@ -4,13 +4,15 @@ A model that lacks something has no one stiffness that is right everywhere: each
 its own.  So the residual of a FRF is taken as noise and the effect of a relative error xi_j of every
 stiffness k_j,
 
-    H - H_fit = noise + sum_j (dH / d ln k_j) xi_j,    E|noise|^2 = 2 sigma^2,   E|xi_j|^2 = tau_j^2,
+    H - H_fit = noise + sum_j (dH / d ln k_j) xi_j,    E|noise|^2 = 2 theta sigma^2,  E|xi_j|^2 = tau_j^2,
 
 xi complex (its imaginary part is damping), of mean zero, anew at every line.  The tau_j are variance
-components: |H - H_fit|^2 has the mean 2 sigma^2 + sum_j |dH / d ln k_j|^2 tau_j^2, linear in tau_j^2, which
-are found by scoring, weighted least squares with the weights of the last step (for powers that are
-exponential, as those of complex normal errors are, that is maximum likelihood; McCullagh and Nelder 1989,
-chapter 8).  The same errors then act at a tool and a posture that were not measured.
+components: |H - H_fit|^2 has the mean 2 theta sigma^2 + sum_j |dH / d ln k_j|^2 tau_j^2, linear in tau_j^2
+and in theta, by which the noise is more or less than was stated (what is spread as noise is in the fit's own
+covariance already, and is no misfit).  They are found by scoring, weighted least squares with the weights of
+the last step (for powers that are exponential, as those of complex normal errors are, that is maximum
+likelihood; McCullagh and Nelder 1989, chapter 8).  The same errors then act at a tool and a posture that were
+not measured.
 """
 
 from __future__ import annotations
@@ -57,24 +59,30 @@ def misfit(result: FitResult, model: FittedModel) -> Array:
 
 
 def components(power: Array, noise: Array, slope: Array, fitted: int) -> Array:
-    """tau^2 (p,), of relative errors, from |residual|^2 (c,), what noise has of it (c,), and |dH / d ln k|^2
-    (c, p); fitted: how many real numbers the fit took from the residual.
+    """tau^2 (p,), of relative errors, from |residual|^2 (c,), what the stated noise has of it (c,), and
+    |dH / d ln k|^2 (c, p); fitted: how many real numbers the fit took from the residual.
     """
     if not power.size:
         return np.zeros(slope.shape[1])
-    left = max(1.0 - fitted / (2 * power.size), _LEAST)
-    mean = noise + power.mean() * _LEAST
-    if not noise.any():
-        mean = np.full(power.shape, power.mean())
-    found = np.zeros(slope.shape[1])
-    size = np.sqrt(np.maximum(np.mean((slope / mean[:, None]) ** 2, axis=0), np.finfo(float).tiny))
+    if noise.any():
+        columns = np.concatenate([noise[:, None], slope], axis=1)
+        return _scored(power, noise, columns, fitted)[1:]
+    return _scored(power, np.full(power.shape, power.mean()), slope, fitted)
+
+
+def _scored(power: Array, mean: Array, columns: Array, fitted: int) -> Array:
+    """(p,) >= 0, with which columns (c, p) have the mean of powers (c,); mean (c,): the first guess of it."""
+    left, least = max(1.0 - fitted / (2 * power.size), _LEAST), power.mean() * _LEAST
+    mean = mean + least
+    size = np.sqrt(np.maximum(np.mean((columns / mean[:, None]) ** 2, axis=0), np.finfo(float).tiny))
+    found = np.zeros(columns.shape[1])
     for _ in range(_ROUNDS):
-        rows = slope / (size * mean[:, None])
-        # the normal equations have as many rows as there are stiffnesses
-        product, score = rows.T @ rows, rows.T @ ((power / left - noise) / mean)
+        rows = columns / (size * mean[:, None])
+        # the normal equations have as many rows as there are components
+        product, score = rows.T @ rows, rows.T @ (power / left / mean)
         root = np.linalg.cholesky(product + _LEAST * np.trace(product) * np.eye(len(product)))
         found = nnls(root.T, np.linalg.solve(root, score))[0] / size
-        mean = noise + slope @ found + power.mean() * _LEAST
+        mean = columns @ found + least
     return np.asarray(found)
 
 

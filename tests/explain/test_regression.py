@@ -88,4 +88,4 @@ def test_a_phase_that_is_turned_to_a_record_has_the_price_of_a_parameter() -> No
         )
         evidence.append(record_gain(made, without, with_it).log_odds)
     assert evidence[0] > 100
-    assert evidence[0] - evidence[1] == pytest.approx(np.log(len(scene.time_s)) / 2, abs=0.7)
+    assert evidence[0] - evidence[1] == pytest.approx(np.log(len(scene.time_s)) / 2, abs=0.9)

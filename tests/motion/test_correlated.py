@@ -57,6 +57,17 @@ def test_a_gain_counts_where_it_is_in_frequency() -> None:
     assert log_likelihood_gain(fast, fast + 0.05 * slow, ALL)[0] < 3
 
 
+def test_a_constant_is_evidence_and_ends_that_do_not_count_are_not_there() -> None:
+    """Six standard deviations of the mean of coloured noise; a margin with anything in it, left out."""
+    noise = coloured(np.random.default_rng(5), (3000, 1), 0.05, 0.9)[:, 0]
+    used = (np.arange(3000) >= 500) & (np.arange(3000) < 2500)
+    odd = np.where(used, 0.0, 7.0)
+    for residual, mask in ((noise, ALL[:3000]), (noise + odd, used)):
+        assert log_likelihood_gain(residual + 0.03, residual, mask)[0] > 1
+        assert log_likelihood_gain(residual, residual - 0.03, mask)[0] < 0
+        assert not log_likelihood_gain(residual + 0.03, residual, mask)[1][~mask].any()
+
+
 def test_a_gain_in_one_place_may_be_luck() -> None:
     values = np.zeros(1000)
     values[:50] = 1.0

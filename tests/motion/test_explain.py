@@ -11,7 +11,7 @@ import pytest
 
 from identify.explain.run import run_explain
 from identify.explain.sentences import notes
-from identify.results.explain import ExplainResult, TargetResult
+from identify.results.explain import ExplainResult, PairTable, TargetResult
 from tests.motion.hidden_drive import RATE, RATIO, Array, Hidden, Motion, only, study
 
 
@@ -267,6 +267,7 @@ def test_records_that_disagree_are_warned_of_but_for_the_phase_of_a_harmonic(
             at_edge=np.zeros(1, dtype=bool),
         ),
         body_errors=np.zeros(0),
+        pairs=PairTable(),
         words=lambda name: name,
     )
     assert any("disagree" in note for note in notes(cast(TargetResult, found))) is warned

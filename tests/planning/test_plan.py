@@ -4,6 +4,7 @@ promised intervals against refits.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -15,10 +16,16 @@ import identify
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.core.yaml_input import parse_yaml
+from identify.machining.mounted import mounted
+from identify.machining.one_limit import limit_at
+from identify.machining.tool import read_tool
+from identify.model.modes import complex_modes
 from identify.planning.candidates import Candidates
 from identify.planning.design import Criterion, best_design, total
 from identify.planning.information import TestNoise, measurable
+from identify.planning.known import known_of
 from identify.planning.run import PlanOptions, run_plan
+from identify.planning.targets import targets_of
 from identify.results import file as result_file
 from identify.results.fit import FitResult
 from identify.results.plan import PlanResult
@@ -177,3 +184,47 @@ def test_a_plan_does_not_take_the_place_of_its_study(fit: Path, tmp_path: Path) 
     assert study.read_text() == before
     _, written = run_plan(study, options, tmp_path / "study.h5")
     assert written[1] == tmp_path / "study.yaml" and written[1].exists()
+
+
+def test_targets_are_slopes_of_modes_and_depths(fit: Path, tmp_path: Path) -> None:
+    """By differences of the model with other parameters."""
+    known = known_of(fit, None, None)
+    tool = read_tool(fit.with_name("tool.yaml")).study
+    posture = planar.postures(3)[2]
+    names = ("mode2.frequency", "mode1.damping", "depth", "joint2.rz.stiffness")
+    found = targets_of(known, names, tool, posture)
+
+    def values(model: FittedModel) -> list[float]:
+        modes = complex_modes(*model.system(posture).matrices(model.values))
+        on = mounted(model, tool, posture, "tool")
+        return [modes.frequency_hz[1], modes.damping_ratio[0], limit_at(on, tool.spindle_rpm[1])[0]]
+
+    assert [one.value for one in found[:3]] == pytest.approx(values(known.model), rel=1e-9)
+    for number, free in enumerate(known.free):
+        change = 1e-4 * np.eye(len(known.model.values))[free] * known.step[number]
+        up, down = (
+            np.array(values(replace(known.model, values=known.model.values + sign * change)))
+            for sign in (1, -1)
+        )
+        slopes = [one.row[number] for one in found[:3]]
+        scale = np.array([np.abs(one.row).max() for one in found[:3]])
+        assert np.all(np.abs((up - down) / 2e-4 - slopes) < 0.01 * scale)
+    assert np.flatnonzero(found[3].row).tolist() == [known.names.index("joint2.rz.stiffness")]
+
+
+def test_a_plan_for_a_depth_beats_one_for_all_parameters(fit: Path, tmp_path: Path) -> None:
+    tool = fit.with_name("tool.yaml")
+    size = PlanOptions(postures=2, impacts=1, sensors=1, among=8, anew=True)
+    own, _ = run_plan(fit, replace(size, target=("depth",), cutter=tool), tmp_path / "a.h5")
+    assert own.promised.name[0] == "depth limit at 9,000 rpm"
+    assert own.random_ratio > 1.2
+    assert own.promised.random[0] / own.promised.promised[0] == pytest.approx(own.random_ratio, rel=0.3)
+    every, _ = run_plan(fit, size, tmp_path / "b.h5")
+    rows = [*every.promised.name]
+    assert "depth limit at 9,000 rpm" not in rows
+    with pytest.raises(InputError, match=r"--cutter tool\.yaml"):
+        run_plan(fit, replace(size, target=("depth",)), tmp_path / "x.h5")
+    with pytest.raises(InputError, match="no mode 9"):
+        run_plan(fit, replace(size, target=("mode9.frequency",)), tmp_path / "x.h5")
+    with pytest.raises(InputError, match="--at: 2 angles; expected 3"):
+        run_plan(fit, replace(size, target=("mode1.frequency",), at_deg=(1.0, 2.0)), tmp_path / "x.h5")

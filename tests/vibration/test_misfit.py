@@ -55,7 +55,7 @@ def test_errors_of_stiffnesses_are_found_beside_noise(fit: FitResult, model: Fit
     names = [parameter.name for parameter in model.system(model.posture).parameters]
     own = [names.index(f"joint{n}.rz.stiffness") for n in (1, 2, 3)]
     found = misfit(_altered(fit, [0.0, 0.05, 0.0], 1.0), model)
-    assert found[own[1]] == pytest.approx(0.05, rel=0.15)
+    assert found[own[1]] == pytest.approx(0.05, rel=0.25)
     assert found[[own[0], own[2]]].max() < 0.01
     both = misfit(_altered(fit, [0.1, 0.05, 0.1], 1.0), model)
     assert both[own] == pytest.approx([0.1, 0.05, 0.1], rel=0.35)
@@ -65,7 +65,8 @@ def test_errors_of_stiffnesses_are_found_beside_noise(fit: FitResult, model: Fit
 def test_noise_alone_is_no_misfit(fit: FitResult, model: FittedModel) -> None:
     assert misfit(_altered(fit, [0.0, 0.0, 0.0], 1.0), model).max() < 0.005
     assert misfit(fit, model).max() < 0.005
-    assert misfit(_altered(fit, [0.0, 0.0, 0.0], 3.0), model).max() > 0.01, "more than was stated is"
+    assert misfit(_altered(fit, [0.0, 0.0, 0.0], 3.0), model).max() < 0.015, "that is in the covariance"
+    assert misfit(_altered(fit, [0.0, 0.1, 0.0], 3.0), model).max() > 0.07
 
 
 def test_components_are_linear_in_powers() -> None:
@@ -77,4 +78,6 @@ def test_components_are_linear_in_powers() -> None:
     assert components(power, noise, slope, 20000) == pytest.approx(
         components(2 * power, noise, slope, 0), rel=1e-6
     ), "half of what was measured went into the fit"
+    assert components(power, noise / 2, slope, 0) == pytest.approx([0.5, 0.1], rel=0.1), "noise understated"
+    assert components(power - noise, 0 * noise, slope, 0) == pytest.approx([0.5, 0.1], rel=0.15)
     assert not components(np.zeros(0), np.zeros(0), np.zeros((0, 2)), 3).any()

@@ -134,11 +134,16 @@ class LinkInertia(_OfLink):
         return f"inertia of link {self.axis} about its joint other than stated"
 
     def expected_size(self, scene: RecordedMotion) -> Array:
-        """Some times the stated uncertainty of mass and inertia, about the joint axis."""
+        """Some times the stated uncertainty of mass, centre and inertia, about the joint axis."""
         joint, link = scene.arm.robot.joints[self.axis - 1], scene.arm.robot.links[self.axis]
         along = joint.mount[:3, :3].T @ joint.axis
-        off = link.mass * float(np.sum(np.cross(along, link.centre) ** 2))
-        reach = np.hypot(scene.stated.inertia * (along @ link.inertia @ along), scene.stated.mass * off)
+        arm = float(np.linalg.norm(np.cross(along, link.centre)))
+        parts = (
+            scene.stated.inertia * float(along @ link.inertia @ along),
+            scene.stated.mass * link.mass * arm**2,
+            scene.stated.centre * 2 * link.mass * arm * float(np.linalg.norm(link.centre)),
+        )
+        reach = float(np.linalg.norm(parts))
         return np.full(1, 1 / (BEYOND * reach) if reach > 0 else 0.0)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
+from identify.explain.effects.rigid_body import LinkInertia
 from identify.explain.recorded_motion import RecordedMotion
 
 
@@ -19,6 +21,12 @@ class RotorInertia(MotionEffect):
     def sentence(self) -> str:
         """What this instance is."""
         return f"inertia of the rotor of joint {self.axis} beyond what is known"
+
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A wrong inertia of the link that the joint moves, which asks for a torque with its acceleration
+        too.
+        """
+        return ((LinkInertia(self.axis),),)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Acceleration of the motor."""

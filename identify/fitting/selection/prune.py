@@ -49,27 +49,32 @@ def prune(bench: Workbench[E, M], model: M, story: Story) -> tuple[M, list[E]]:
 def exchange(
     bench: Workbench[E, M], options: Sequence[Option[E, M]], model: M, story: Story
 ) -> tuple[list[Option[E, M]], M]:
-    """The added effects after each that can stand for many things has been looked for anew beside the others.
+    """The added effects after each that can stand for something else has been looked for anew beside the
+    others.
 
     The first effect that was found had to explain what the later ones now do; with them, something simpler
     may take its place (sequential replacement: Miller, Subset Selection in Regression, 2002, section 3.4).
+    What was replaced once does not come back, or two effects could take turns.
     """
-    options, number = list(options), 0
-    while len(options) > 1 and number < len(options):
-        effect, number = options[number].effect, number + 1
-        if bench.size(model, effect) < bench.policy.many:
+    options, number, replaced = list(options), 0, list[E]()
+    while len(effects := bench.added(model)) > 1 and number < len(effects):
+        effect, number = effects[number], number + 1
+        instead = bench.stand_ins(model, effect)
+        if not instead:
             continue
         [without] = bench.leave_out(model, [effect])
-        step = turn(bench, without, story)
+        others = [one for one in bench.candidates(without) if one not in instead and one != effect]
+        step = turn(bench, without, story, [*replaced, *others])
         best = step.best
         if best is None or best.effect == effect or step.criterion.gain(model, best.model).log_odds <= 0:
             continue
         story.steps.append(step)
         found = step.found[-1].model
         story.say(f"{best.effect.sentence()} in place of {effect.sentence()}: {bench.standing(found)}.")
-        options = [*options[: number - 1], *options[number:], *step.found]
+        options = [*(option for option in options if option.effect != effect), *step.found]
         model, _ = prune(bench, bench.settled(found), story)
         options, number = still_there(bench, options, model), 0
+        replaced.append(effect)
     return options, model
 
 

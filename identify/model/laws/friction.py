@@ -9,12 +9,24 @@ single joints use; delta = 2 is the bell of Armstrong-Helouvry, Dupont and Canud
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from identify.core.arrays import Array
 
 EXPONENTIAL, BELL = 1, 2
 """delta of Nagoya Eq. 11, and of Armstrong-Helouvry and others."""
+
+Smoothing = Literal["root", "tanh"]
+"""How sgn(v) passes through zero: v / sqrt(v^2 + v_c^2), or tanh(v / v_c)."""
+
+
+def smooth_sign(velocity: Array, creep_velocity: Array, smoothing: Smoothing) -> Array:
+    """sgn(v) with a slope of 1 / v_c at zero, v_c the creep velocity, rad/s."""
+    if smoothing == "tanh":
+        return np.asarray(np.tanh(velocity / creep_velocity))
+    return np.asarray(velocity / np.sqrt(velocity**2 + creep_velocity**2))
 
 
 def stribeck_decay(velocity: Array, stribeck_velocity: Array | float, delta: int) -> Array:

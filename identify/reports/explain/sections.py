@@ -81,6 +81,9 @@ def _tables(found: TargetResult) -> list[Part]:
         parts.append(Tabular(effects, True, f"{found.target}-effects", terminal=brief, on=EVERYWHERE))
         read = zip(found.effects.name, found.effects.reading, strict=True)
         parts += [Text(f"{found.words(name)}: {reading}", on=TERMINAL) for name, reading in read if reading]
+    if found.effects.name and found.pairs.fitted:
+        parts.append(Heading("Every pair of records"))
+        parts.append(Tabular(tables.pair_table(found), on=EVERYWHERE))
     for table in (tables.step_table(found), tables.value_table(found), tables.bound_table(found)):
         if table.rows:
             parts.append(Fold(table.title, [Tabular(table)]))

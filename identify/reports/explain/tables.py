@@ -194,5 +194,38 @@ def bound_table(found: TargetResult) -> Table:
     return Table(f"{title(found)}: tried and not found", columns, tuple(rows), note)
 
 
+def pair_table(found: TargetResult) -> Table:
+    """A row per pair of records: what is left, and which effects that pair does not confirm."""
+    factor, unit = scale(found)
+    p = found.pairs
+    columns = (
+        words("Fitted to"),
+        words("Judged by"),
+        *(Column(f"RMS joint {joint}", unit) for joint in found.joints),
+        *(Column(f"Explained {joint}", "%") for joint in found.joints),
+        words("Not confirmed"),
+    )
+    rows = [
+        (
+            p.fitted[row],
+            p.judge[row],
+            *(number(factor * value, 3) for value in p.rms[row]),
+            *(number(100 * value, 3) for value in p.explained[row]),
+            _unconfirmed(found, row) or NONE,
+        )
+        for row in range(len(p.fitted))
+    ]
+    note = (
+        "All effects found, fitted to one record alone and judged by another; shapes of waves and orders as"
+        " found. Not confirmed: effects whose share, as fitted, leaves the judge no better."
+    )
+    return Table(f"{title(found)}: every pair of records", columns, tuple(rows), note)
+
+
+def _unconfirmed(found: TargetResult, row: int) -> str:
+    loose = np.flatnonzero(found.pairs.share[row] <= 0)
+    return "; ".join(found.words(found.pairs.effect[n]) for n in loose)
+
+
 def _interval(low: float, high: float) -> str:
     return f"{number(low, 3)} to {number(high, 3)}" if np.isfinite([low, high]).all() else NONE

@@ -1,0 +1,39 @@
+"""The depth limit at one spindle speed, quickly: searched for with coarse steps, then exact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from identify.machining.exact_limit import ExactLimit, exact_limit
+from identify.machining.lobes import crossings, inverse_eigenvalues
+from identify.machining.mounted import Mounted
+from identify.machining.semi_discretization import TimeDomain
+
+_LINES = 200
+
+
+def limit_at(on: Mounted, rpm: float) -> tuple[float, float, ExactLimit | None]:
+    """Depth, m, and frequency of chatter, Hz, infinite and NaN where there is none up to the largest depth;
+    and the exact limit, None where the one found is not exact.
+    """
+    structure, cut, most = on.here, on.cut, on.tool.max_depth_mm / 1e3
+    line_hz = structure.lines_hz(_LINES)
+    inverse = inverse_eigenvalues(cut.mean, structure.receptance(line_hz))
+    near = crossings(inverse, line_hz, cut.teeth, np.array([rpm]), 1)
+    guess, highest = float(near.depth[0, 0]), float(near.chatter_hz[0, 0])
+    guess = guess if np.isfinite(guess) else most
+    highest = highest if np.isfinite(highest) else float(line_hz.max() / 3)
+    if not structure.real:  # viscous, of the same size at that frequency, to find the limit in time
+        damping = structure.damping + structure.stiffness.imag / (2 * np.pi * highest)
+        structure = replace(structure, damping=damping, stiffness=structure.stiffness.real)
+    domain = TimeDomain(structure, cut, highest, coarse=True)
+    depth = domain.limit(rpm, guess, most)
+    if not np.isfinite(depth):
+        return np.inf, np.nan, None
+    hz = domain.chatter_hz(rpm, depth)
+    exact = exact_limit(cut, on.tip, highest, rpm, (depth, hz), quick=True)
+    if exact is None:
+        return replace(domain, coarse=False).limit(rpm, depth, most), hz, None
+    return exact.depth, exact.chatter_hz, exact
