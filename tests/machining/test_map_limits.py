@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,15 @@ from identify.map.sentences import best_and_worst
 from identify.reports.map.tables import limit_table
 from identify.results.map import LimitRows, MapResult, PostureRows
 from tests.batch import planar
+from tests.batch.conftest import in_this_process
 from tests.machining.planar_fit import TOOL
+
+
+@pytest.fixture(autouse=True)
+def at_once() -> Iterator[None]:
+    """Maps run in this process."""
+    with in_this_process():
+        yield
 
 
 @pytest.fixture(scope="module")
