@@ -81,8 +81,7 @@ def sandwich(
     """Uncertainty from J'J and the variance of the scores J'e, both (free, free) on the search scale, of
     `count` residuals at values.
     """
-    lower, upper = scale.bounds()
-    bread = np.asarray(np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2)), dtype=np.float64)
+    bread = _bread(information, scale)
     covariance = bread @ variance @ bread
     return _uncertainty(information, covariance, bread, count, scale, values, notes)
 
@@ -93,9 +92,14 @@ def of_covariance(
     """Uncertainty from J'J and a covariance (free, free) on the search scale that was found otherwise; never
     less than independent residuals would have.
     """
-    lower, upper = scale.bounds()
-    bread = np.asarray(np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2)), dtype=np.float64)
+    bread = _bread(information, scale)
     return _uncertainty(information, covariance.copy(), bread, count, scale, values, ())
+
+
+def _bread(information: Array, scale: Scale) -> Array:
+    """(J'J + P)^-1, with P what the bounds alone say."""
+    lower, upper = scale.bounds()
+    return np.asarray(np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2)), dtype=np.float64)
 
 
 def _uncertainty(
