@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Literal
@@ -75,6 +75,20 @@ def screened(
     if not places and least == MATERIAL:
         left = _without_place(problem, found)
         return [], workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
+    return places, _refitted(workers, model, asked, found, before, (places, looked), one)
+
+
+def _refitted(
+    workers: Workers,
+    model: Problem,
+    asked: Known,
+    found: Sequence[Effect],
+    before: Trial,
+    look_at: tuple[Sequence[PlaceFit], Sequence[Looked]],
+    one: Callable[[], None],
+) -> list[Trial]:
+    """What a look at places leaves of the candidates, best first; model has the known linear effects."""
+    (places, looked), known, anchor = look_at, before.task.effects, asked.anchor
 
     def tried(ones: Sequence[Looked], how: Literal["quick", "brief"]) -> list[Trial]:
         tasks = [
@@ -83,19 +97,19 @@ def screened(
         ]
         return workers.run(tasks, one)
 
-    placed = [one for one in looked if not np.isnan(one.gap) and not one.effect.of_amplitude]
+    placed = [o for o in looked if not np.isnan(o.gap) and not o.effect.of_amplitude]
     quick = tried(placed[:_REFITTED], "quick")
     # A dynamic stiffness per level shows where friction acts, not how strong it is: the impact does.
     others = [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
-    others += [one for one in looked if np.isnan(one.gap)]
+    others += [o for o in looked if np.isnan(o.gap)]
     if min((trial.gap for trial in quick), default=np.inf) > _SETTLED:
         others += _not_seen(found, [*placed[:_REFITTED], *others])
     quick += _again(workers, tried(others, "brief"), quick)
     best = min((trial.gap for trial in quick), default=np.inf)
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
         quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
-    rest = [_guessed(before, one, anchor) for one in placed[_REFITTED:]]
-    return places, [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
+    rest = [_guessed(before, o, anchor) for o in placed[_REFITTED:]]
+    return [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
 
 
 def off_bounds(problem: Problem, effects: Sequence[Effect], before: Trial) -> Mapping[str, float]:
