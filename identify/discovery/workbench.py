@@ -138,10 +138,10 @@ class ImpactWorkbench:
         """All that were added."""
         return self.added(model)
 
-    def stand_ins(self, model: Trial, effect: Effect) -> Sequence[Effect]:
+    def stand_ins(self, model: Trial, effect: Effect) -> Sequence[Effect] | None:
         """All that there are, for one with many parameters, which can stand for many things."""
         if self.size(model, effect) < self.policy.many:
-            return []
+            return None
         [without] = self.leave_out(model, [effect])
         return self.candidates(without)
 

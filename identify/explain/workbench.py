@@ -238,11 +238,11 @@ class RecordWorkbench:
         held = {effect.needs for effect in model.effects}
         return [effect for effect in model.effects if effect.name not in held]
 
-    def stand_ins(self, model: Fit, effect: MotionEffect) -> Sequence[MotionEffect]:
+    def stand_ins(self, model: Fit, effect: MotionEffect) -> Sequence[MotionEffect] | None:
         """All but harmonics, which nothing else looks like, where that has not been looked at."""
         known = {one.name for one in model.effects} == self.examined
         if known or effect.harmonic or effect not in self.removable(model):
-            return []
+            return None
         return [one for one in self.effects if not one.harmonic]
 
     def implausible(self, model: Fit, effect: MotionEffect) -> bool:

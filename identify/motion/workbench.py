@@ -104,10 +104,10 @@ class MotionWorkbench:
         """All that were added."""
         return model.added
 
-    def stand_ins(self, model: FittedMotion, effect: MotionCandidate) -> Sequence[MotionCandidate]:
+    def stand_ins(self, model: FittedMotion, effect: MotionCandidate) -> Sequence[MotionCandidate] | None:
         """All that there are, for one with many parameters, which can stand for many things."""
         if self.size(model, effect) < self.policy.many:
-            return []
+            return None
         [without] = self.leave_out(model, [effect])
         return self.candidates(without)
 

@@ -60,7 +60,7 @@ def exchange(
     while len(effects := bench.added(model)) > 1 and number < len(effects):
         effect, number = effects[number], number + 1
         instead = bench.stand_ins(model, effect)
-        if not instead:
+        if instead is None:
             continue
         [without] = bench.leave_out(model, [effect])
         others = [one for one in bench.candidates(without) if one not in instead and one != effect]

@@ -128,10 +128,8 @@ class Workbench(Protocol[E, M]):
     def removable(self, model: M) -> Sequence[E]:
         """Added effects that no other one needs."""
 
-    def stand_ins(self, model: M, effect: E) -> Sequence[E]:
-        """What might do what an effect of a model does, and is looked for anew at the end; none where it
-        cannot stand for anything else.
-        """
+    def stand_ins(self, model: M, effect: E) -> Sequence[E] | None:
+        """What might do what an effect of a model does, looked for anew at the end; None: nothing is."""
 
     def implausible(self, model: M, effect: E) -> bool:
         """Whether an effect has values that it cannot have."""
