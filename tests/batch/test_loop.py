@@ -145,11 +145,11 @@ def test_the_index_of_many_jobs_is_written_now_and_then(
     now, written = [0.0], []
     monkeypatch.setattr(index_module.time, "monotonic", lambda: now[0])
 
-    def slowly(path: Path, fill: object, fix: str) -> None:
+    def slowly(path: Path, text: str, fix: str) -> None:
         written.append(path)
         now[0] += 0.05
 
-    monkeypatch.setattr(index_module, "write_atomically", slowly)
+    monkeypatch.setattr(index_module, "write_text", slowly)
     index = BatchIndex(
         tmp_path / "index.json", {"batch": "many"}, {f"j{n}": Entry() for n in range(1000)}, began=0.0
     )

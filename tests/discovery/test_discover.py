@@ -157,7 +157,7 @@ def test_nothing_is_added_where_nothing_is_hidden(tmp_path: Path) -> None:
 
 
 def test_without_validation_channels_are_left_out_instead(
-    small_catalogue: None, delayed: Path, tmp_path: Path
+    faults_of_instruments: None, delayed: Path, tmp_path: Path
 ) -> None:
     config = tmp_path / "delay.yaml"
     config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", delayed.read_text()))
@@ -168,7 +168,7 @@ def test_without_validation_channels_are_left_out_instead(
 
 
 def test_an_interrupted_run_goes_on_to_the_same_end(
-    small_catalogue: None, delayed: Path, tmp_path: Path
+    faults_of_instruments: None, delayed: Path, tmp_path: Path
 ) -> None:
     """Interrupted halfway through the first screening."""
     config, out, count = delayed, tmp_path / "parts.h5", [0]
