@@ -13,6 +13,7 @@ with the lead angle k, 90 degrees for an end mill (Altintas 2001, J. Manuf. Sci.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -42,28 +43,32 @@ class Engagement:
         """Angle between two teeth, rad."""
         return 2 * np.pi / self.teeth
 
+    @cached_property
+    def _sides(self) -> tuple[Array, Array]:
+        """f and n as matrices (3, 3) times u = (sin phi, cos phi, 1)."""
+        s, c = np.sin(self.lead), 0.0 if self.lead > np.pi / 2 - 1e-9 else np.cos(self.lead)
+        k = self.cutting
+        chip = np.diag([s, s, -c])
+        along = k.axial * np.diag([-c, -c, -s])
+        across = k.tangential * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        return across - k.radial * chip + along, chip
+
     def factors(self, phi: Array) -> Array:
         """f n' (..., 3, 3), N/m^2, of one tooth at angles phi (...,), rad, as if it were in the cut."""
-        sin, cos, zero = np.sin(phi), np.cos(phi), np.zeros_like(phi)
-        s, c = np.sin(self.lead), 0.0 if self.lead > np.pi / 2 - 1e-9 else np.cos(self.lead)
-        chip = np.stack([s * sin, s * cos, zero - c], axis=-1)
-        k = self.cutting
-        force = (
-            k.tangential * np.stack([-cos, sin, zero], axis=-1)
-            + k.radial * np.stack([-s * sin, -s * cos, zero + c], axis=-1)
-            + k.axial * np.stack([-c * sin, -c * cos, zero - s], axis=-1)
-        )
-        return np.asarray(force[..., :, None] * chip[..., None, :])
+        force, chip = self._sides
+        u = np.stack([np.sin(phi), np.cos(phi), np.ones_like(phi)], axis=-1)
+        return np.asarray((u @ force.T)[..., :, None] * (u @ chip.T)[..., None, :])
 
     def integral(self, low: Array, high: Array) -> Array:
         """(..., 3, 3): integral of `factors` over the part of [low, high] (...,), rad, that is in the cut.
 
         The angles lie within one turn of the cut.
         """
-        begin, end = np.clip(low, self.entry, self.exit), np.clip(high, self.entry, self.exit)
-        half = (end - begin)[..., None] / 2
-        phi = (begin + end)[..., None] / 2 + half * _NODES
-        return np.asarray(np.einsum("...k,...kij->...ij", half * _WEIGHTS, self.factors(phi)))
+        force, chip = self._sides
+        squares = _squares(np.clip(high, self.entry, self.exit)) - _squares(
+            np.clip(low, self.entry, self.exit)
+        )
+        return np.asarray(force @ squares @ chip.T)
 
     @property
     def mean(self) -> Array:
@@ -104,3 +109,14 @@ class Engagement:
         low = edges[:-1, None, None] + around[:, None] - slices
         whole = self.integral(low, low + self.pitch / count)
         return np.asarray(whole.sum(axis=1).mean(axis=1) / (self.pitch / count))
+
+
+def _squares(phi: Array) -> Array:
+    """(..., 3, 3): antiderivative of u u', u = (sin phi, cos phi, 1)."""
+    sin, cos = np.sin(phi), np.cos(phi)
+    rows = [
+        [(phi - sin * cos) / 2, sin**2 / 2, -cos],
+        [sin**2 / 2, (phi + sin * cos) / 2, sin],
+        [-cos, sin, phi],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

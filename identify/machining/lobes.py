@@ -52,12 +52,11 @@ def _continuous(values: Complex) -> Complex:
     moved = np.abs(values[..., 1:, None, :] - values[..., :-1, :][..., orders])
     best = np.argmin(moved.sum(axis=-1), axis=-1)  # the order of the line before that is nearest to this one
     flat = best.reshape(-1, best.shape[-1])
-    chosen = np.empty((len(flat), flat.shape[1] + 1, count), dtype=int)
-    chosen[:, 0] = np.arange(count)
+    chosen = np.tile(np.arange(count), (len(flat), flat.shape[1] + 1, 1))
     inverse = np.argsort(orders, axis=1)
-    for line in range(flat.shape[1]):
-        # place of branch b at this line: where its place at the line before went
-        chosen[:, line + 1] = np.take_along_axis(inverse[flat[:, line]], chosen[:, line], axis=1)
+    for row, line in np.argwhere(flat):
+        # from here on, a branch is where its place at the line before went; order 0 leaves it where it is
+        chosen[row, line + 1 :] = inverse[flat[row, line]][chosen[row, line]]
     return np.take_along_axis(values, chosen.reshape(*values.shape[:-1], count), axis=-1)
 
 
