@@ -15,6 +15,7 @@ from identify.batch.homogeneity import Homogeneity, holm, homogeneity
 from identify.batch.index import BatchIndex
 from identify.batch.verdict import notes, verdict
 from identify.core.arrays import Array
+from identify.core.thresholds import SIGMAS_95
 from identify.fitting.tables import scale_of
 from identify.results import file as result_file
 from identify.results import fit as results
@@ -245,6 +246,6 @@ def _mean(found: Homogeneity | None, log: bool) -> tuple[float, float, float]:
     """The mean of the postures and its 95 % limits, in the unit of the parameter."""
     if found is None:
         return float("nan"), float("nan"), float("nan")
-    ends = found.mean + 1.96 * found.mean_std * np.array([0.0, -1.0, 1.0])
+    ends = found.mean + SIGMAS_95 * found.mean_std * np.array([0.0, -1.0, 1.0])
     low = np.exp(ends) if log else ends
     return float(low[0]), float(low[1]), float(low[2])

@@ -141,3 +141,11 @@ class Scale:
         """Lower and upper bounds of x, each (free,)."""
         lower, upper = (np.array([getattr(p, side) for p in self.parameters]) for side in ("lower", "upper"))
         return self.to_x(lower), self.to_x(upper)
+
+    def prior_information(self) -> Array:
+        """(free,): what is known of x before any data, per its unit squared: bounds are a 95 % interval, and
+        nuisances have their own standard deviation, one.
+        """
+        lower, upper = self.bounds()
+        nuisance = [p.nuisance for p in self.parameters if p.free]
+        return np.where(nuisance, 1.0, (4 / (upper - lower)) ** 2)

@@ -1,4 +1,4 @@
-"""Thresholds that several analyses share."""
+"""Thresholds and quantiles that several analyses share."""
 
 from __future__ import annotations
 
@@ -10,6 +10,18 @@ section 3.2.
 
 MISSING = 2.0
 """Gap above which something is missing from a model, whatever is said of its parameters."""
+
+
+PERCENTILES_95 = (2.5, 97.5)
+"""Of draws, the ends of a 95 % interval."""
+
+
+SIGMAS_95 = 1.96
+"""Standard deviations of a normal distribution on each side of a two-sided 95 % interval."""
+
+
+SIGMAS_95_ONE_SIDED = 1.645
+"""The same where a bound leaves one side only."""
 
 
 QUIET = 1.15

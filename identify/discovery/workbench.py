@@ -138,12 +138,13 @@ class ImpactWorkbench:
         """All that were added."""
         return self.added(model)
 
-    def stand_ins(self, model: Trial, effect: Effect) -> Sequence[Effect] | None:
-        """All that there are, for one with many parameters, which can stand for many things."""
-        if self.size(model, effect) < self.policy.many:
-            return None
-        [without] = self.leave_out(model, [effect])
-        return self.candidates(without)
+    def replaceable(self, model: Trial, effect: Effect) -> bool:
+        """One with many parameters, which can stand for many things."""
+        return self.size(model, effect) >= self.policy.many
+
+    def can_replace(self, effect: Effect) -> bool:
+        """Always."""
+        return True
 
     def implausible(self, model: Trial, effect: Effect) -> bool:
         """Never: bounds keep values where they can be."""

@@ -238,12 +238,14 @@ class RecordWorkbench:
         held = {effect.needs for effect in model.effects}
         return [effect for effect in model.effects if effect.name not in held]
 
-    def stand_ins(self, model: Fit, effect: MotionEffect) -> Sequence[MotionEffect] | None:
-        """All but harmonics, which nothing else looks like, where that has not been looked at."""
+    def replaceable(self, model: Fit, effect: MotionEffect) -> bool:
+        """All but harmonics and what others need, where that has not been looked at."""
         known = {one.name for one in model.effects} == self.examined
-        if known or effect.harmonic or effect not in self.removable(model):
-            return None
-        return [one for one in self.effects if not one.harmonic]
+        return not known and self.can_replace(effect) and effect in self.removable(model)
+
+    def can_replace(self, effect: MotionEffect) -> bool:
+        """All but harmonics, which nothing else looks like."""
+        return not effect.harmonic
 
     def implausible(self, model: Fit, effect: MotionEffect) -> bool:
         """Whether its sign, or what it found, cannot be."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.parameters import Scale
+from identify.core.thresholds import SIGMAS_95, SIGMAS_95_ONE_SIDED
 
 _DETERMINED = np.log(2) / 2
 """Standard deviation of ln value up to which the 95 % interval stays within a factor of two: the parameter is
@@ -98,8 +99,7 @@ def of_covariance(
 
 def _bread(information: Array, scale: Scale) -> Array:
     """(J'J + P)^-1, with P what the bounds alone say."""
-    lower, upper = scale.bounds()
-    return np.asarray(np.linalg.inv(information + np.diag((4 / (upper - lower)) ** 2)), dtype=np.float64)
+    return np.asarray(np.linalg.inv(information + np.diag(scale.prior_information())), dtype=np.float64)
 
 
 def _uncertainty(
@@ -123,7 +123,7 @@ def _uncertainty(
     covariance *= np.outer(widening, widening)
     std = np.sqrt(np.diag(covariance))
     status = _with_bounds(statuses(scale, values, std), x, lower, upper)
-    reach = np.where([one in BOUNDS for one in status], _ONE_SIDED, _TWO_SIDED) * std
+    reach = np.where([one in BOUNDS for one in status], SIGMAS_95_ONE_SIDED, SIGMAS_95) * std
     limits = [scale.to_values(np.clip(x + sign * reach, lower, upper))[scale.free] for sign in (-1, 1)]
     squares, directions = np.linalg.eigh(information)
     return Uncertainty(
@@ -155,10 +155,9 @@ def joint_uncertainty(
     each in units of its standard deviation.  noise gives, for some combinations (c, u) of the scores J'e,
     their variance (c, c).  scale, values: those of the parameters.
     """
-    lower, upper = scale.bounds()
     whole = information.copy()
     own = np.flatnonzero(~errors)
-    whole[own, own] += (4 / (upper - lower)) ** 2
+    whole[own, own] += scale.prior_information()
     whole[errors, errors] += 1.0
     bread = np.asarray(np.linalg.inv(whole), dtype=np.float64)
     from_noise, stated = noise(bread[own]), bread[np.ix_(own, np.flatnonzero(errors))]

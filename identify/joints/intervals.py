@@ -12,13 +12,14 @@ import scipy
 
 from identify.core.arrays import Array, Mask
 from identify.core.correlated import covariance
+from identify.core.thresholds import SIGMAS_95
 from identify.results.joints import JointValues
 
 _RANK = 1e-8
 """Singular value of a Jacobian with columns of length 1 below which a direction counts as not there."""
 _BLIND = 1e-4
 """Part in such a direction from which a value is not determined."""
-_SURE = np.log(2) / 2 * 1.96
+_SURE = np.log(2) / 2 * SIGMAS_95
 """Half interval over value up to which a value counts as determined, as in `identify.fitting.uncertainty`."""
 DETERMINED, WEAK, ZERO, BLIND = "determined", "weak", "not told from zero", "not determined"
 

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.thresholds import PERCENTILES_95
 from identify.machining.exact_limit import ExactLimit
 from identify.machining.uncertain import UncertainTip
 
 _SEED = 1
-_BAND = (2.5, 97.5)
 UNKNOWN = (0.0, np.inf)
 
 
@@ -32,15 +31,13 @@ def relative_band(
         return UNKNOWN
     least = min(one.depth for one in crossings)
     rng = np.random.default_rng(_SEED)
+    moves = [tip.relative(one) for one in crossings]
+    shared = rng.standard_normal((draws, len(moves[0][0])))
     found = np.full(draws, np.inf)
-    shared: Array | None = None
-    for one in crossings:
-        change, misfit = tip.relative(one)
-        if shared is None:
-            shared = rng.standard_normal((draws, len(change)))
+    for one, (change, misfit) in zip(crossings, moves, strict=True):
         log = shared @ change + misfit * rng.standard_normal(draws)
         with np.errstate(over="ignore"):
             found = np.minimum(found, one.depth / least * np.exp(log))
     found = found * np.exp(coefficients * rng.standard_normal(draws))
-    low, high = np.percentile(found, _BAND)
+    low, high = np.percentile(found, PERCENTILES_95)
     return min(float(low), 1.0), max(float(high), 1.0)

@@ -13,6 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.interruption import check
+from identify.core.thresholds import PERCENTILES_95, SIGMAS_95
 from identify.model.frf import frf
 from identify.model.modes import complex_modes
 from identify.model.system import System
@@ -21,7 +22,6 @@ from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel
 
 _SEED = 1
-_BAND = (2.5, 97.5)
 _LINES, _DRAWN = 400, 60
 
 
@@ -65,11 +65,11 @@ def _row(on: Loaded, posture: Array, force: Array) -> dict[str, Array]:
     here = on.compliance(system, system.matrices(on.model.values)[2])
     drawn = on.compliance(system, on.drawn(system, posture)[2])
     moved, spread = here @ force, drawn @ force
-    low, high = np.percentile(spread, _BAND, axis=0)
-    size_low, size_high = np.percentile(np.linalg.norm(spread, axis=1), _BAND)
+    low, high = np.percentile(spread, PERCENTILES_95, axis=0)
+    size_low, size_high = np.percentile(np.linalg.norm(spread, axis=1), PERCENTILES_95)
     principal, directions = np.linalg.eigh((here + here.T) / 2)
     along = np.einsum("ik,dij,jk->dk", directions, drawn, directions)
-    least, most = np.percentile(along, _BAND, axis=0)
+    least, most = np.percentile(along, PERCENTILES_95, axis=0)
     return {
         "tip_m": tip,
         "deflection_m": moved,
@@ -118,4 +118,4 @@ def dynamic_deflection(on: Loaded, posture: Array, force: Array) -> DynamicDefle
     mass, damping, stiffness = (one[:_DRAWN] for one in on.drawn(system, posture))
     many = np.broadcast_to(s, (len(stiffness), len(s)))
     drawn = np.abs(frf(mass, damping, stiffness, many, out, pushed, 0)[..., 0])
-    return DynamicDeflection(line_hz, here, 1.96 * np.sqrt(np.mean((drawn - here) ** 2, axis=0)))
+    return DynamicDeflection(line_hz, here, SIGMAS_95 * np.sqrt(np.mean((drawn - here) ** 2, axis=0)))

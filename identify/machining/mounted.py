@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.machining.engagement import Engagement
-from identify.machining.structure import Structure
+from identify.machining.structure import Structure, on_both_sides
 from identify.machining.tool import Tool
 from identify.machining.uncertain import UncertainTip, uncertain_tip
 from identify.model.frf import frf_by_solve
@@ -69,9 +69,8 @@ class Mounted:
     def tip(self, line_hz: Array) -> Complex:
         """Receptance (lines, 3, 3), m/N, at lines of any sign."""
         here = self.here
-        s = np.asarray(2j * np.pi * np.abs(line_hz), dtype=complex)
-        at = frf_by_solve(here.mass, here.damping, here.stiffness, s, here.out, here.out.T, 0)
-        return np.where(line_hz[:, None, None] < 0, np.conj(at), at)  # hysteresis turns with the sign
+        matrices = here.mass, here.damping, here.stiffness
+        return on_both_sides(lambda s: frf_by_solve(*matrices, s, here.out, here.out.T, 0), line_hz)
 
     @property
     def coefficients(self) -> float:

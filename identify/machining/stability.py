@@ -64,13 +64,13 @@ def limits(on: Mounted, found: Limits) -> tuple[DepthLimits, LimitChecks]:
     rpm, zeroth = on.rpm, found.depth[:, 0]
     highest = _highest_hz(structure, found)
     some = slice(None, None, _EVERY)
-    real = structure.real
-    several = _several(on, cut, highest, rpm[some] if real else rpm)
-    first = several
-    if real:
+    if structure.real:
         first = _in_time(TimeDomain(structure, cut, highest), rpm, zeroth, most)
-    in_time = first.depth[some] if real else None
-    compared = LimitChecks(rpm[some], zeroth[some], several.depth if real else several.depth[some], in_time)
+        several = _several(on, cut, highest, rpm[some]).depth
+        compared = LimitChecks(rpm[some], zeroth[some], several, first.depth[some])
+    else:
+        first = _several(on, cut, highest, rpm)
+        compared = LimitChecks(rpm[some], zeroth[some], first.depth[some], None)
     rows = [_exact(on, highest, number, first, found) for number in range(len(rpm))]
     depth, low, high, chatter = np.array(rows).T
     free = depth > most

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,6 +76,15 @@ class Structure:
         even = np.geomspace(0.05 * hz.min(), 3 * hz.max(), count)
         every = np.concatenate([[0.0], even, near[(near > 0) & (near < 3 * hz.max())]])
         return np.unique(every)
+
+
+def on_both_sides(at: Callable[[Complex], Complex], line_hz: Array) -> Complex:
+    """What is known at s on the positive axis, at lines (l,) of any sign, Hz: conjugate at negative ones, as
+    hysteresis turns with the sign.
+    """
+    found = at(np.asarray(2j * np.pi * np.abs(line_hz), dtype=complex))
+    negative = (line_hz < 0).reshape(-1, *[1] * (found.ndim - 1))
+    return np.where(negative, np.conj(found), found)
 
 
 def _block(of: Array, value: float) -> Array:

@@ -18,8 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex
+from identify.core.arrays import Array, Complex, Index
+from identify.core.thresholds import SIGMAS_95
 from identify.machining.exact_limit import ExactLimit
+from identify.machining.structure import on_both_sides
 from identify.model.frf import dynamic_stiffness, frf_and_gradient
 from identify.model.system import Factors, System
 from identify.robot.points import Point
@@ -47,17 +49,24 @@ class UncertainTip:
         """Of the receptance at lines (l,), Hz, of any sign: per unit of each independent standard normal
         number c, (l, 3, 3, c), and RMS by the misfit of each stiffness (l, 3, 3, m).
         """
-        s = np.asarray(2j * np.pi * np.abs(line_hz), dtype=complex)
-        owners = np.arange(len(self.root))
-        _, by = frf_and_gradient(self.matrices, self.factors, s, self.out, self.out.T, 0, owners)
+        by = self.slopes(line_hz, np.arange(len(self.root)))
         wrong = np.flatnonzero(self.errors)
         own = by[..., wrong] * (self.values * self.errors)[wrong]
-        columns = np.concatenate([by @ self.root, self._by_angles(s)], axis=-1)
-        back = (line_hz < 0)[:, None, None, None]
-        return np.where(back, np.conj(columns), columns), np.where(back, np.conj(own), own)
+        return np.concatenate([by @ self.root, self._by_angles(line_hz)], axis=-1), own
 
-    def _by_angles(self, s: Complex) -> Complex:
+    def slopes(self, line_hz: Array, owners: Index) -> Complex:
+        """(l, 3, 3, o): derivatives of the receptance, m/N, at lines of any sign, Hz."""
+
+        def at(s: Complex) -> Complex:
+            return frf_and_gradient(self.matrices, self.factors, s, self.out, self.out.T, 0, owners)[1]
+
+        return on_both_sides(at, line_hz)
+
+    def _by_angles(self, line_hz: Array) -> Complex:
         """(l, 3, 3, j), per standard deviation of each joint's angle."""
+        return on_both_sides(self._by_angles_at, line_hz)
+
+    def _by_angles_at(self, s: Complex) -> Complex:
         z = dynamic_stiffness(*self.matrices, s)
         moved = np.linalg.solve(z, np.broadcast_to(self.out.T.astype(complex), (len(s), *self.out.T.shape)))
         turned = np.einsum("jan,lnb->labj", self.turned_out, moved)
@@ -67,7 +76,7 @@ class UncertainTip:
     def half_band(self, line_hz: Array) -> Array:
         """(l, 3, 3): half the 95 % band of the receptance, of the size of its error."""
         columns, own = self.changes(line_hz)
-        return np.asarray(1.96 * np.linalg.norm(np.concatenate([columns, own], axis=-1), axis=-1))
+        return np.asarray(SIGMAS_95 * np.linalg.norm(np.concatenate([columns, own], axis=-1), axis=-1))
 
     def relative(self, limit: ExactLimit) -> tuple[Array, float]:
         """What a limit changes, relative to it: per unit of each number (c,), and RMS by the misfit."""

@@ -84,6 +84,7 @@ def asked_of(fitted: FittedModel, options: MapOptions) -> Asked:
     point = tool_point(fitted, options.tool) if tool is None else tool.point(fitted, where)
     wanted = _wanted(options, tool)
     notes: tuple[str, ...] = ()
+    _one_source(options)
     if options.workpiece is None:
         names, postures = _postures(fitted, options)
     else:
@@ -122,8 +123,6 @@ def _depth(options: MapOptions, tool: Tool | None) -> Wanted:
 def _placed(
     fitted: FittedModel, options: MapOptions, tool: Tool | None, point: Point
 ) -> tuple[list[str], Array, tuple[str, ...]]:
-    if options.postures is not None or options.grid:
-        _postures(fitted, options)  # refuses
     if tool is None:
         raise InputError("--workpiece", "no milling tool, whose tip goes there", "`--cutter tool.yaml`")
     if options.turns < 1:
@@ -137,8 +136,7 @@ def _placed(
     return names, postures, (said,) if missed else ()
 
 
-def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Array]:
-    """Names and postures (n, joints), rad, of the table or the grid."""
+def _one_source(options: MapOptions) -> None:
     given = [options.postures is not None, bool(options.grid), options.workpiece is not None]
     if sum(given) != 1:
         raise InputError(
@@ -146,6 +144,10 @@ def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Arra
             "none or several of a table, a grid and a workpiece",
             "`--postures table.csv`, `--grid 2:-60:60:9`, or `--workpiece`",
         )
+
+
+def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Array]:
+    """Names and postures (n, joints), rad, of the table or the grid."""
     joints = len(fitted.robot.joints)
     if options.postures is not None:
         return read_postures(options.postures, joints)[:2]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.thresholds import SIGMAS_95
 from identify.machining.bands import UNKNOWN
 from identify.machining.mounted import Mounted
 from identify.machining.one_limit import limit_at
@@ -25,7 +26,6 @@ from identify.robot.reach import about
 from identify.vibration.fitted_model import FittedModel
 
 KINDS = {"depth": "m", "deflection": "m", "frequency": "Hz"}
-_Z_95 = 1.96
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _deflection(
     columns, own = (
         np.einsum("i,ijc,j->c", moved / size, one[0], force).real for one in tip.changes(np.zeros(1))
     )
-    half = _Z_95 * float(np.hypot(np.linalg.norm(columns), np.linalg.norm(own) / np.sqrt(2))) / size
+    half = SIGMAS_95 * float(np.hypot(np.linalg.norm(columns), np.linalg.norm(own) / np.sqrt(2))) / size
     return [size, size * np.exp(-half), size * np.exp(half), np.nan, np.nan]
 
 
@@ -137,5 +137,5 @@ def _depth(on: Mounted, rpm: float) -> list[float]:
     if exact is None:
         return [depth, *(depth * part for part in UNKNOWN), hz, rpm]
     change, misfit = on.uncertain.relative(exact)
-    half = _Z_95 * float(np.linalg.norm([*change, misfit, on.coefficients]))
+    half = SIGMAS_95 * float(np.linalg.norm([*change, misfit, on.coefficients]))
     return [depth, depth * np.exp(-half), depth * np.exp(half), hz, rpm]

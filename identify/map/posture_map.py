@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array
+from identify.core.thresholds import SIGMAS_95
 from identify.model.frf import frf_and_gradient
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.model.system import System
 from identify.results.map import PostureRows
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel
-
-_Z_95 = 1.96
 
 
 def map_postures(
@@ -78,7 +77,7 @@ def _at(
         _limits(found.damping_ratio, d_damping @ spread, modes),
         (out @ np.linalg.solve(matrices[2], out.T)).real,
         h,
-        _Z_95 * np.linalg.norm(gradient @ spread, axis=-1),
+        SIGMAS_95 * np.linalg.norm(gradient @ spread, axis=-1),
     )
 
 
@@ -88,7 +87,8 @@ def _limits(values: Array, change: Array, count: int) -> Array:
     """
     table = np.full((3, count), np.nan)
     shown = min(count, len(values))
-    values, reach = values[:shown], _Z_95 * np.linalg.norm(change[:shown], axis=1) / np.abs(values[:shown])
+    values = values[:shown]
+    reach = SIGMAS_95 * np.linalg.norm(change[:shown], axis=1) / np.abs(values)
     with np.errstate(over="ignore"):
         table[:, :shown] = values, values * np.exp(-reach), values * np.exp(reach)
     return table

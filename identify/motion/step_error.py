@@ -10,6 +10,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
+from identify.core.thresholds import SIGMAS_95
 from identify.fitting.uncertainty import Uncertainty
 from identify.motion.trajectory import TrajectoryObjective
 
@@ -17,8 +18,6 @@ _PART = 0.25
 """Shift of a value, over half its 95 % interval, from which the step is not good enough: from there on fewer
 than 92 of 100 intervals hold the truth.
 """
-_TWO_SIDED = 1.96
-"""Half a 95 % interval over its standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +70,8 @@ def step_error(
     finer = TrajectoryObjective(objective.problem.halved, objective.records, objective.noise)
     error = (residuals - finer.smooth(values)) / (1 - 0.5**order)
     j = slopes * scale.slope(scale.to_x(values))
-    lower, upper = scale.bounds()
-    prior = (4 / (upper - lower)) ** 2 / objective.count
+    prior = scale.prior_information() / objective.count
     moved = np.linalg.solve(j.T @ j + np.diag(prior), j.T @ error)
     names = tuple(scale.parameters[number].name for number in scale.free)
     step_s = objective.problem.step_s
-    return StepError(step_s, float(np.sqrt(np.sum(error**2))), names, moved / (_TWO_SIDED * trusted.std))
+    return StepError(step_s, float(np.sqrt(np.sum(error**2))), names, moved / (SIGMAS_95 * trusted.std))

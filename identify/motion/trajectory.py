@@ -228,7 +228,6 @@ def trajectory_trust(
     residuals, slopes = seen
     root = np.sqrt(objective.count)
     e, j = root * residuals, root * slopes * scale.slope(scale.to_x(values))
-    lower, upper = scale.bounds()
-    matrix, freedom = block_jackknife(j, e, objective.blocks, (4 / (upper - lower)) ** 2)
+    matrix, freedom = block_jackknife(j, e, objective.blocks, scale.prior_information())
     wider = widening(freedom)
     return of_covariance(j.T @ j, matrix * np.outer(wider, wider), objective.count, scale, values)

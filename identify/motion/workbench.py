@@ -104,12 +104,13 @@ class MotionWorkbench:
         """All that were added."""
         return model.added
 
-    def stand_ins(self, model: FittedMotion, effect: MotionCandidate) -> Sequence[MotionCandidate] | None:
-        """All that there are, for one with many parameters, which can stand for many things."""
-        if self.size(model, effect) < self.policy.many:
-            return None
-        [without] = self.leave_out(model, [effect])
-        return self.candidates(without)
+    def replaceable(self, model: FittedMotion, effect: MotionCandidate) -> bool:
+        """One with many parameters, which can stand for many things."""
+        return self.size(model, effect) >= self.policy.many
+
+    def can_replace(self, effect: MotionCandidate) -> bool:
+        """Always."""
+        return True
 
     def implausible(self, model: FittedMotion, effect: MotionCandidate) -> bool:
         """Never: bounds keep values where they can be."""

@@ -78,7 +78,7 @@ def _of_study(path: Path, noise: float | None, resolution: float | None) -> Know
     log, scale = np.array([one.log for one in parameters]), Scale(tuple(parameters))
     spread = np.zeros((len(parameters), 1))
     model = FittedModel(robot, points, effects, values, spread, log, lower, upper, posture, study.band_hz)
-    free, (low, high) = scale.free, scale.bounds()
+    free = scale.free
     return Known(
         study.name,
         model,
@@ -87,7 +87,7 @@ def _of_study(path: Path, noise: float | None, resolution: float | None) -> Know
         free,
         scale.slope(scale.to_x(values)),
         np.zeros((len(free), len(free))),
-        np.diag((4 / (high - low)) ** 2),
+        np.diag(scale.prior_information()),
         TestNoise(noise),
         np.array([*study.band_hz, resolution]),
         0.0,
@@ -103,7 +103,7 @@ def _of_fit(path: Path, noise: float | None, resolution: float | None) -> Known:
     table, scale = fit.parameters, scale_of(fit.parameters)
     rows = [k for k, row in enumerate(scale.free) if table.name[row] in own]
     named = tuple(table.name[scale.free[k]] for k in rows)
-    std, (low, high) = table.std[scale.free[rows]], scale.bounds()
+    std = table.std[scale.free[rows]]
     covariance = std[:, None] * fit.correlation[np.ix_(rows, rows)] * std
     frfs = [one.frf for one in fit.measurements.values() if one.frf is not None]
     if not (named and frfs):
@@ -118,7 +118,7 @@ def _of_fit(path: Path, noise: float | None, resolution: float | None) -> Known:
         np.array([own.index(name) for name in named]),
         scale.slope(scale.to_x(table.value))[rows],
         np.asarray(np.linalg.inv(covariance)),
-        np.diag((4 / (high - low)[rows]) ** 2),
+        np.diag(scale.prior_information()[rows]),
         TestNoise(_floor(frfs) if noise is None else noise),
         np.array([line_hz[0], line_hz[-1], apart]),
         fit.gap,

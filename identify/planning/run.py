@@ -16,6 +16,7 @@ from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.config_paths import relocated
 from identify.core.errors import InputError
+from identify.core.thresholds import SIGMAS_95
 from identify.core.yaml_input import round_trip
 from identify.fitting.resume import held
 from identify.machining.tool import read_tool
@@ -30,7 +31,6 @@ from identify.results.provenance import provenance, sha256
 from identify.vibration.fit_notes import of_gap
 
 _RANDOM = 200
-_Z_95 = 1.96
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def _promised(
 
     def half(information: Array) -> Array:
         covariance = np.linalg.inv(information + criterion.before)
-        return np.asarray(_Z_95 * np.sqrt(np.einsum("tp,pq,tq->t", rows, covariance, rows)))
+        return np.asarray(SIGMAS_95 * np.sqrt(np.einsum("tp,pq,tq->t", rows, covariance, rows)))
 
     chosen = half(total(found.information, design.chosen))
     drawn = np.array(

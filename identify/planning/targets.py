@@ -12,7 +12,6 @@ from identify.core.errors import InputError
 from identify.machining.mounted import mounted
 from identify.machining.one_limit import limit_at
 from identify.machining.tool import Tool
-from identify.model.frf import frf_and_gradient
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.planning.known import Known
 
@@ -79,9 +78,6 @@ def _of_depth(known: Known, tool: Tool | None, posture: Array) -> Target:
     if exact is None:
         found = "no limit there" if np.isinf(depth) else "a limit without slopes"
         raise InputError("--target depth", f"{found}, at {rpm:,.0f} rpm", "a cut that chatters")
-    s = np.asarray(2j * np.pi * np.abs(exact.lines_hz), dtype=complex)
-    out, matrices = on.uncertain.out, on.uncertain.matrices
-    _, by = frf_and_gradient(matrices, on.system.factors, s, out, out.T, 0, known.free)
-    by = np.where((exact.lines_hz < 0)[:, None, None, None], np.conj(by), by)
+    by = on.uncertain.slopes(exact.lines_hz, known.free)
     row = np.einsum("lij,lijp->p", exact.slope, by).real * known.step
     return Target(f"depth limit at {rpm:,.0f} rpm", "m", depth, row)

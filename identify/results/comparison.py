@@ -12,6 +12,7 @@ import numpy as np
 from identify.core.arrays import Texts
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
+from identify.core.thresholds import SIGMAS_95
 from identify.results.discovery import DiscoveryResult
 from identify.results.file import kind_of, read
 from identify.results.fit import FitResult
@@ -73,7 +74,7 @@ def differing(a: FitResult, b: FitResult) -> list[str]:
     """Parameters that are free in both, whose difference is outside 1.96 standard deviations of both
     together.
     """
-    return [name for name, apart in apart_in_std(a, b).items() if apart > 1.96]
+    return [name for name, apart in apart_in_std(a, b).items() if apart > SIGMAS_95]
 
 
 def apart_in_std(a: FitResult, b: FitResult) -> dict[str, float]:

@@ -15,8 +15,6 @@ from identify.results.fit import FrfComparison
 from identify.results.header import Header
 from identify.results.tables import Geometry
 
-NORMAL_95 = 1.96
-"""Standard deviations of a 95 % interval."""
 FAILED_REBUILD = 0.5
 """Error of the rebuilt FRFs (RMS over all) beyond which an analysis has failed."""
 

@@ -99,7 +99,7 @@ class Engine:
         """
         names = self.mechanism.coordinates
         first = names.index(f"joint{joint}.{AXES[0]}")
-        data, found = mujoco.MjData(self._model), []
+        data = mujoco.MjData(self._model)
         body, pose = self.mechanism.frame(frame, "points")
         inside = pose[:3, :3] @ point + pose[:3, 3]
 
@@ -113,13 +113,12 @@ class Engine:
             return mass, linear
 
         up, down, here = state(_TURN), state(-_TURN), state(0.0)
-        found = [(one - other) / (2 * _TURN) for one, other in zip(up, down, strict=True)]
-        turn = np.zeros(
-            (len(names), len(names))
-        )  # of the coordinates across the axis, tx with ty, rx with ry
+        mass, motion = ((one - other) / (2 * _TURN) for one, other in zip(up, down, strict=True))
+        # the coordinates across the axis turn too: tx with ty, rx with ry
+        turn = np.zeros((len(names), len(names)))
         for x in (first, first + AXES.index("rx")):
             turn[x, x + 1], turn[x + 1, x] = -1.0, 1.0
-        return found[0] + turn.T @ here[0] + here[0] @ turn, found[1] + here[1] @ turn
+        return mass + turn.T @ here[0] + here[0] @ turn, motion + here[1] @ turn
 
     def weight_stiffness(self, frame: str, point: Array, where: str = "points") -> Array:
         """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's

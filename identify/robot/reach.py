@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 
 from identify.core.arrays import Array
 from identify.robot.description import Robot
@@ -69,18 +70,7 @@ def _search(robot: Robot, frame: str, point: Array, place: Array, axes: Array, s
 
 def _turn(now: Array, wanted: Array) -> Array:
     """(3,), rad: the rotation vector, in the base's axes, that takes axes (3, 3) to others."""
-    turn = wanted @ now.T
-    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    sine, cosine = float(np.linalg.norm(axis)) / 2, (float(np.trace(turn)) - 1) / 2
-    if sine < 1e-12:
-        return axis / 2 if cosine > 0 else np.pi * _half_turn(turn)
-    return np.asarray(axis / (2 * sine) * np.arctan2(sine, cosine))
-
-
-def _half_turn(turn: Array) -> Array:
-    """The axis of a rotation by 180 degrees."""
-    column = (turn + np.eye(3))[:, int(np.argmax(np.diagonal(turn)))]
-    return np.asarray(column / np.linalg.norm(column))
+    return np.asarray(scipy.spatial.transform.Rotation.from_matrix(wanted @ now.T).as_rotvec())
 
 
 def about(axis: Array, angle: float) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
-from identify.core.thresholds import MISSING, QUIET
+from identify.core.thresholds import MISSING, QUIET, SIGMAS_95
 from identify.fitting.fit import Fit
 from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Uncertainty, at_bounds, inseparable
@@ -259,7 +259,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty) ->
     numbers, root = covariance_root(problem, trusted, fit.values)
     fitted, gradient = target.gradient_pairs(fit.values, numbers)
     measured, difference = target.measured, fitted - target.measured
-    band = 1.96 * np.linalg.norm(gradient @ root, axis=-1)
+    band = SIGMAS_95 * np.linalg.norm(gradient @ root, axis=-1)
     known = target.noise is not None
     return results.FrfComparison(
         quantity=target.data.quantity,

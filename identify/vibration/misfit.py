@@ -22,13 +22,13 @@ from scipy.optimize import nnls
 
 from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
+from identify.measured.frf_set import POWER
 from identify.model.frf import frf_and_gradient
 from identify.model.system import System
 from identify.results.fit import FitResult, FrfComparison
 from identify.vibration.costs.target import channel_rows
 from identify.vibration.fitted_model import FittedModel
 
-_POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 _ROUNDS = 8
 _LEAST = 1e-12
 
@@ -102,7 +102,7 @@ def _slopes(model: FittedModel, posture: Array, frf: FrfComparison, owners: Inde
     )
     s = np.asarray(frf.window_decay_per_s + 2j * np.pi * frf.frequency_hz, dtype=complex)
     matrices = system.matrices(model.values)
-    power = _POWER[frf.quantity]
+    power = POWER[frf.quantity]
     _, gradient = frf_and_gradient(matrices, system.factors, s, out, force.T, power, owners)
     rows = [outputs.index(text) for text in frf.output]
     columns = [inputs.index(text) for text in frf.input]

@@ -107,11 +107,8 @@ def fitted_information(problem: Problem, values: Array) -> Array:
     """(u, u): what fitted data and statements say of all free unknowns, on the search scale."""
     scale, targets = Scale(problem.parameters), problem.targets()
     slope = scale.slope(scale.to_x(values))
-    lower, upper = scale.bounds()
     known = information(targets.frf, values, scale.free).product[:-1, :-1] * np.outer(slope, slope)
-    return np.asarray(
-        known + np.diag(np.where(np.isin(scale.free, targets.nuisances), 1.0, (4 / (upper - lower)) ** 2))
-    )
+    return np.asarray(known + np.diag(scale.prior_information()))
 
 
 def predictive_squares(problem: Problem, known: Array, values: Array) -> tuple[float, int]:

@@ -126,7 +126,8 @@ def _simulated(
     motion = linear.c[3 * row : 3 * row + 3] @ np.linalg.pinv(lower)  # of the tip, in the link's axes
     turn = axes @ _link_axes(spec, posture)
     matrices = np.eye(size), -lower[:, size:], -lower[:, :size]
-    return milling.exact_limit(*matrices, turn @ motion, cut, rpm, near, push=linear.b[size:] @ turn.T)
+    arm = milling.Arm(*matrices, turn @ motion, push=linear.b[size:] @ turn.T)
+    return milling.exact_limit(arm, cut, rpm, near)
 
 
 def _link_axes(spec: TestSpec, posture: np.ndarray) -> np.ndarray:

@@ -18,6 +18,25 @@ from scipy.optimize import brentq
 
 
 @dataclass(frozen=True)
+class Arm:
+    """M, C, K (n, n), and the tip's motion (3, n) along feed, normal and axis; push (n, 3): what forces do,
+    where that is not tip'.
+    """
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    tip: np.ndarray
+    push: np.ndarray | None = None
+
+    def accelerations(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of forces (n, 3), velocities (n, n) and displacements (n, n)."""
+        inverse = np.linalg.inv(self.mass)
+        push = self.tip.T if self.push is None else self.push
+        return inverse @ push, inverse @ self.damping, inverse @ self.stiffness
+
+
+@dataclass(frozen=True)
 class Cut:
     """A cut: teeth, angles of entry and exit, rad, from the normal of the feed, Kt, Kr, Ka, N/m^2."""
 
@@ -29,38 +48,23 @@ class Cut:
     ka: float = 0.0
 
 
-def growth(
-    mass: np.ndarray,
-    damping: np.ndarray,
-    stiffness: np.ndarray,
-    tip: np.ndarray,
-    cut: Cut,
-    rpm: float,
-    depths: np.ndarray,
-    seconds: float,
-    push: np.ndarray | None = None,
-) -> np.ndarray:
-    """Growth rates (depths,), 1/s, of the tip's vibration; tip (3, n): motion along feed, normal and axis.
-
-    push (n, 3): what forces do, where that is not tip'.  The rate is that between the second and the last
-    quarter.
-    """
+def growth(arm: Arm, cut: Cut, rpm: float, depths: np.ndarray, seconds: float) -> np.ndarray:
+    """Growth rates (depths,), 1/s, of the tip's vibration, between the second and the last quarter."""
     steps = 60  # of a tooth period
     period = 60 / (cut.teeth * rpm)
     h, count = period / steps, int(np.ceil(seconds / period)) * steps
-    inverse = np.linalg.inv(mass)
-    to_force, slow, stiff = (inverse @ one for one in (tip.T if push is None else push, damping, stiffness))
+    to_force, slow, stiff = arm.accelerations()
     rng = np.random.default_rng(0)
-    q = rng.normal(size=(len(depths), len(mass))) * 1e-3 / np.sqrt(np.abs(np.diag(stiffness)))
+    q = rng.normal(size=(len(depths), len(arm.mass))) * 1e-3 / np.sqrt(np.abs(np.diag(arm.stiffness)))
     v = np.zeros_like(q)
     past = np.zeros((steps, len(depths), 3))
-    past[:] = q @ tip.T
+    past[:] = q @ arm.tip.T
     accel = np.zeros_like(q)
     size = np.empty((count, len(depths)))
     pitch = 2 * np.pi / cut.teeth
     for k in range(count):
         q = q + h * v + h * h / 2 * accel
-        now, before = q @ tip.T, past[k % steps].copy()
+        now, before = q @ arm.tip.T, past[k % steps].copy()
         past[k % steps] = now
         force = np.zeros_like(now)
         for tooth in range(cut.teeth):
@@ -86,19 +90,9 @@ def growth(
     return np.asarray((late - early) / (2.0 * quarter * h))
 
 
-def limit(
-    mass: np.ndarray,
-    damping: np.ndarray,
-    stiffness: np.ndarray,
-    tip: np.ndarray,
-    cut: Cut,
-    rpm: float,
-    depths: np.ndarray,
-    seconds: float,
-    push: np.ndarray | None = None,
-) -> float:
+def limit(arm: Arm, cut: Cut, rpm: float, depths: np.ndarray, seconds: float) -> float:
     """The depth, m, at which the vibration begins to grow, between rising depths; NaN outside of them."""
-    rates = growth(mass, damping, stiffness, tip, cut, rpm, depths, seconds, push)
+    rates = growth(arm, cut, rpm, depths, seconds)
     rising = np.flatnonzero(rates > 0)
     if not rising.size or rising[0] == 0:
         return float("nan")
@@ -107,23 +101,12 @@ def limit(
     return float(depths[k - 1] + part * (depths[k] - depths[k - 1]))
 
 
-def multiplier(
-    mass: np.ndarray,
-    damping: np.ndarray,
-    stiffness: np.ndarray,
-    tip: np.ndarray,
-    cut: Cut,
-    rpm: float,
-    depth: float,
-    steps: int,
-    push: np.ndarray | None = None,
-) -> float:
+def multiplier(arm: Arm, cut: Cut, rpm: float, depth: float, steps: int) -> float:
     """Growth per tooth period at a depth, m: the largest size of the eigenvalues of what a period of so many
     steps does to displacements, velocities, accelerations and the past of the tip.
     """
-    h, size = 60 / (cut.teeth * rpm) / steps, len(mass)
-    inverse = np.linalg.inv(mass)
-    to_force, slow, stiff = (inverse @ one for one in (tip.T if push is None else push, damping, stiffness))
+    h, size = 60 / (cut.teeth * rpm) / steps, len(arm.mass)
+    to_force, slow, stiff = arm.accelerations()
     whole = 3 * size + 2 * steps
     start = np.eye(whole)  # of all unit states at once, one a row
     q, v, accel = (start[:, n * size : (n + 1) * size] for n in range(3))
@@ -132,7 +115,7 @@ def multiplier(
     now_all = np.empty_like(past)
     for k in range(steps):
         q = q + h * v + h * h / 2 * accel
-        now = q @ tip[:2].T
+        now = q @ arm.tip[:2].T
         now_all[:, k] = now
         moved, force = now - past[:, k], np.zeros((whole, 3))
         for tooth in range(cut.teeth):
@@ -151,22 +134,14 @@ def multiplier(
 
 
 def exact_limit(
-    mass: np.ndarray,
-    damping: np.ndarray,
-    stiffness: np.ndarray,
-    tip: np.ndarray,
-    cut: Cut,
-    rpm: float,
-    near: float,
-    push: np.ndarray | None = None,
-    steps: tuple[int, int] = (60, 120),
+    arm: Arm, cut: Cut, rpm: float, near: float, steps: tuple[int, int] = (60, 120)
 ) -> tuple[float, float]:
     """The least depth, m, at which vibration grows, looked for from 0.5 to 2 times `near` in steps of 4 %,
     and how far the halved step moved it, relative; NaN where there is none.
     """
 
     def rate(depth: float, count: int) -> float:
-        return float(np.log(multiplier(mass, damping, stiffness, tip, cut, rpm, depth, count, push)))
+        return float(np.log(multiplier(arm, cut, rpm, depth, count)))
 
     first = next((a for a in near * np.geomspace(0.5, 2.0, 36) if rate(a, steps[0]) > 0), None)
     if first is None or first == 0.5 * near:

@@ -60,11 +60,14 @@ def _several(structure: Structure, cut: Engagement, rpm: np.ndarray, hz: float) 
     return multi_frequency(cut, tip, structure.lines_hz(300), hz, rpm).depth
 
 
+def _arm(structure: Structure) -> milling.Arm:
+    return milling.Arm(structure.mass, structure.damping, structure.stiffness, structure.out)
+
+
 def _simulated(structure: Structure, cut: Engagement, rpm: float, near: float, seconds: float) -> float:
     k = cut.cutting
     sketch = milling.Cut(cut.teeth, cut.entry, cut.exit, k.tangential, k.radial, k.axial)
-    matrices = structure.mass, structure.damping, structure.stiffness, structure.out
-    return milling.limit(*matrices, sketch, rpm, near * np.linspace(0.9, 1.1, 5), seconds)
+    return milling.limit(_arm(structure), sketch, rpm, near * np.linspace(0.9, 1.1, 5), seconds)
 
 
 def test_the_multipliers_of_a_slot_are_the_published_ones() -> None:
@@ -220,8 +223,7 @@ def test_the_exact_limit_is_that_of_a_simulation_with_a_vanishing_step(
     exact = exact_limit(cut, partial(_tip, structure), 660.0, rpm, (first, domain.chatter_hz(rpm, first)))
     k = cut.cutting
     sketch = milling.Cut(cut.teeth, cut.entry, cut.exit, k.tangential, k.radial, k.axial)
-    matrices = structure.mass, structure.damping, structure.stiffness, structure.out
-    simulated, step = milling.exact_limit(*matrices, sketch, rpm, near)
+    simulated, step = milling.exact_limit(_arm(structure), sketch, rpm, near)
     assert exact is not None
     assert exact.depth == pytest.approx(simulated, rel=1e-4 + 0.05 * step)
     assert exact.remainder < 2e-3

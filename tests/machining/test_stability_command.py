@@ -55,7 +55,7 @@ def test_limits_are_those_of_a_simulation_of_the_true_arm(found: StabilityResult
     tip = found.axes @ tip_jacobian(POSTURE)
     limit = found.limits.depth_m[0]
     depths = limit * np.linspace(0.9, 1.1, 5)
-    simulated = milling.limit(*matrices, tip, cut, found.limits.rpm[0], depths, 3.0)
+    simulated = milling.limit(milling.Arm(*matrices, tip), cut, found.limits.rpm[0], depths, 3.0)
     assert limit == pytest.approx(simulated, rel=0.01)
     assert found.limits.zeroth_order[0] != pytest.approx(found.limits.depth_m[0], rel=0.03)
 

@@ -59,11 +59,10 @@ def exchange(
     options, number, replaced = list(options), 0, list[E]()
     while len(effects := bench.added(model)) > 1 and number < len(effects):
         effect, number = effects[number], number + 1
-        instead = bench.stand_ins(model, effect)
-        if instead is None:
+        if not bench.replaceable(model, effect):
             continue
         [without] = bench.leave_out(model, [effect])
-        others = [one for one in bench.candidates(without) if one not in instead and one != effect]
+        others = [one for one in bench.candidates(without) if not bench.can_replace(one)]
         step = turn(bench, without, story, [*replaced, *others])
         best = step.best
         if best is None or best.effect == effect or step.criterion.gain(model, best.model).log_odds <= 0:

@@ -128,8 +128,11 @@ class Workbench(Protocol[E, M]):
     def removable(self, model: M) -> Sequence[E]:
         """Added effects that no other one needs."""
 
-    def stand_ins(self, model: M, effect: E) -> Sequence[E] | None:
-        """What might do what an effect of a model does, looked for anew at the end; None: nothing is."""
+    def replaceable(self, model: M, effect: E) -> bool:
+        """Whether what might do what an effect of a model does is looked for anew at the end."""
+
+    def can_replace(self, effect: E) -> bool:
+        """Whether an effect may do what another does."""
 
     def implausible(self, model: M, effect: E) -> bool:
         """Whether an effect has values that it cannot have."""

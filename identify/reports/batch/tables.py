@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.thresholds import SIGMAS_95
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, unit, words
 from identify.results.batch import BatchResult
 
@@ -88,9 +89,9 @@ def trend_table(result: BatchResult) -> Table:
             turn = np.deg2rad(10)
             slope, std = (turn * value for value in (d.slope_per_rad[k], d.slope_std[k]))
             change, half = (
-                (np.expm1(slope), 1.96 * std)
+                (np.expm1(slope), SIGMAS_95 * std)
                 if result.parameters.log[k]
-                else (slope / d.mean[k], 1.96 * std / d.mean[k])
+                else (slope / d.mean[k], SIGMAS_95 * std / d.mean[k])
             )
             rows.append(
                 (

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from identify.core.text import listed
+from identify.core.thresholds import SIGMAS_95
 from identify.reports.kit.cells import Column, Curves, Table, number, words
 from identify.reports.kit.figures import BLUE, INK, MUTED, ORANGE, WIDTH_IN
 from identify.reports.kit.report import EVERYWHERE, PAGE, Drawing, Heading, Part, Section, Tabular, Text
@@ -17,7 +18,6 @@ from identify.results.discovery import DiscoveryResult
 
 AGREE = 2.0
 """RMS difference of a posture from the pooled curve over its standard deviation up to which they agree."""
-_95 = 1.96
 _MOST = 3
 _NOTE = (
     "Points: measured line by line, with no law assumed and one value for all postures, with 95 % intervals."
@@ -97,7 +97,7 @@ def figure(curve: CurveTable) -> Figure:
             axes.errorbar(
                 curve.frequency_hz,
                 value,
-                _95 * std[:, entry],
+                SIGMAS_95 * std[:, entry],
                 fmt=".",
                 ms=3,
                 color=BLUE,
@@ -183,7 +183,7 @@ def _data(curve: CurveTable) -> dict[str, Any]:
                 {
                     "title": f"{curve.entries[entry]}, {'real' if part == 'real' else 'imaginary'} part",
                     "value": getattr(curve.value[:, entry], part),
-                    "spread": _95 * std[:, entry],
+                    "spread": SIGMAS_95 * std[:, entry],
                     "law": law if np.isfinite(law).any() else None,
                     "range": list(reach(curve, entry, part)),
                 }

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from identify.core.text import count
+from identify.core.thresholds import SIGMAS_95
 from identify.reports.fit.measurement_tables import band, pair_name
 from identify.reports.fit.pick import worst_first
 from identify.reports.kit.cells import Column, Table, number, percent, words
-from identify.results.modes import NORMAL_95, AnalysedMeasurement, ModesResult
+from identify.results.modes import AnalysedMeasurement, ModesResult
 
 DIAGRAM_NOTE = (
     "Poles of every model order over the complex mode indicator function (CMIF). Stable: in a cluster of"
@@ -87,9 +88,9 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         (
             str(i + 1),
             number(t.frequency_hz[i], 6),
-            number(NORMAL_95 * t.frequency_std_hz[i], 2),
+            number(SIGMAS_95 * t.frequency_std_hz[i], 2),
             percent(t.damping_ratio[i]),
-            number(100 * NORMAL_95 * t.damping_std[i], 2),
+            number(100 * SIGMAS_95 * t.damping_std[i], 2),
             *([percent(t.seen_damping_ratio[i])] if m.frf.window_decay_per_s else []),
             number(t.mpc[i]),
             number(t.mpd_deg[i], 3),
