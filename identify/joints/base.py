@@ -24,6 +24,7 @@ CURVES = Registry(
         "base-parameters": "identify.joints.base_parameters:BaseParameters",
         "friction-constant-velocity": "identify.joints.friction_steps:FrictionConstantVelocity",
         "friction-sinusoidal": "identify.joints.friction_sine:FrictionSinusoidal",
+        "rigid-bodies": "identify.joints.rigid_bodies:RigidBodies",
         "stiffness-static": "identify.joints.stiffness:StiffnessStatic",
         "transmission-error": "identify.joints.transmission:TransmissionError",
     },

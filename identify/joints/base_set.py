@@ -18,6 +18,7 @@ import scipy
 from identify.core.arrays import Array
 from identify.robot.description import Link, Robot
 from identify.robot.inverse_dynamics import RigidArm
+from identify.robot.pseudo_inertia import pseudo_inertia
 
 _TOLERANCE = 1e-9
 _STATES = 60
@@ -66,17 +67,34 @@ def _of_link(arm: RigidArm, link: str) -> dict[str, Array]:
     return found
 
 
+def parameters_of(link: Link) -> dict[str, float]:
+    """What a body's inertial parameters are, by their names with its own before them."""
+    matrix = pseudo_inertia(link)
+    inertia = np.trace(matrix[:3, :3]) * np.eye(3) - matrix[:3, :3]
+    found = {what: inertia[pair] for what, pair in _PAIRS.items()}
+    found |= dict(zip(("mx", "my", "mz", "m"), matrix[3], strict=True))
+    return {f"{link.name}.{what}": float(found[what]) for what in (*_ORDER, "m")}
+
+
+def pseudo_inertia_basis() -> Array:
+    """(10, 4, 4): pseudo-inertia per unit of each inertial parameter, in the order of `parameters_of`."""
+    found = []
+    for what in (*_ORDER, "m"):
+        matrix = np.zeros((4, 4))
+        if what in _PAIRS:
+            a, b = _PAIRS[what]
+            matrix[a, b] = matrix[b, a] = -1.0
+            matrix[:3, :3] += np.eye(3) / 2 * (a == b)
+        else:
+            axis = ("mx", "my", "mz", "m").index(what)
+            matrix[3, axis] = matrix[axis, 3] = 1.0
+        found.append(matrix)
+    return np.array(found)
+
+
 def standard_values(robot: Robot) -> Array:
     """What the robot's description says of the inertial parameters (parameters,)."""
-    found: dict[str, float] = {}
-    for link in robot.links[1:]:
-        moment = link.mass * link.centre
-        inertia = link.inertia + link.mass * (
-            link.centre @ link.centre * np.eye(3) - np.outer(link.centre, link.centre)
-        )
-        found |= {f"{link.name}.{what}": float(inertia[pair]) for what, pair in _PAIRS.items()}
-        found |= {f"{link.name}.m{axis}": float(value) for axis, value in zip("xyz", moment, strict=True)}
-        found[f"{link.name}.m"] = link.mass
+    found = {name: value for link in robot.links[1:] for name, value in parameters_of(link).items()}
     return np.array([found[name] for name in standard_names(robot)])
 
 

@@ -17,13 +17,16 @@ from identify.measured.record_files import JOINT, RecordFile
 from identify.measured.records import Quantity, SignalSettings, TimeAxis, read_record
 from identify.measured.units import parse_signal_unit
 from identify.robot.description import Robot
+from identify.robot.read import read_robot
+from identify.robot.settings import RobotSettings
 
 
 @dataclass(frozen=True)
 class JointTestData:
     """folder: of the config; gear_ratio (joints,); torque_ratio (joints,): what a recorded torque is
     multiplied by to be one at the joint; slow: rad/s up to which a joint stands; coupling (drives, joints),
-    or None: `identify.robot.coupling`; inputs: sha256 of every file read so far, by its name.
+    or None: `identify.robot.coupling`; settings: what the study says of the robot, where it has one; inputs:
+    sha256 of every file read so far, by its name.
     """
 
     folder: Path
@@ -38,6 +41,7 @@ class JointTestData:
     lowpass_hz: float
     resample_hz: float | None = None
     coupling: Array | None = None
+    settings: RobotSettings | None = None
     inputs: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -52,6 +56,12 @@ class JointTestData:
                 where, "no `robot` in the study", "its URDF or Denavit-Hartenberg table", "add `robot:`"
             )
         return self.robot
+
+    def own_bodies(self, where: str) -> Robot:
+        """The robot without payloads."""
+        if self.settings is None or not self.settings.payload:
+            return self.rigid(where)
+        return read_robot(self.settings.model_copy(update={"payload": []}), self.folder)
 
     def checked(self, joint: int, where: str) -> int:
         """The number of a joint from 0; InputError for a joint that is not there."""

@@ -22,6 +22,8 @@ _BLIND = 1e-4
 _SURE = np.log(2) / 2 * SIGMAS_95
 """Half interval over value up to which a value counts as determined, as in `identify.fitting.uncertainty`."""
 DETERMINED, WEAK, ZERO, BLIND = "determined", "weak", "not told from zero", "not determined"
+AS_DESCRIBED = "as described"
+"""Of a value that rests on the robot's description rather than on the runs."""
 
 
 @dataclass(frozen=True)

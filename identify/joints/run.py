@@ -10,29 +10,50 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from identify.core import atomic
 from identify.core.interruption import check
 from identify.fitting.resume import held
 from identify.joints.data import JointTestData
-from identify.joints.intervals import BLIND, WEAK, ZERO
+from identify.joints.intervals import AS_DESCRIBED, BLIND, WEAK, ZERO
 from identify.joints.study import JointFile, bench_of, read_joint_study
 from identify.results import file as result_file
 from identify.results.joints import CurveResult, JointsResult
 from identify.results.provenance import provenance, sha256
 
 
-def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, Path]:
-    """Identify every curve of a study, write the result and return it with its path.
+def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, list[Path]]:
+    """Identify every curve of a study, write the result and return it with what was written: the result,
+    and of each curve of rigid bodies the robot's description with them.
 
     InputError or InputErrors for whatever cannot be read, cannot give the curve or cannot be written.
     """
     begun = time.perf_counter()
     file = read_joint_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
+    robots = _robots(file, path)
     with threadpool_limits(1), held(path):
         bench = bench_of(file)
         result = _result(file, bench, _identified(file, bench), begun)
         result_file.write(result, path)
-    return result, path
+        for label, robot in robots.items():
+            atomic.write_text(robot, result.curves[label].robot)
+    return result, [path, *robots.values()]
+
+
+def _robots(file: JointFile, path: Path) -> dict[str, Path]:
+    """Where the descriptions of robots with identified bodies go, by label; InputError where one would take
+    the place of an input.
+    """
+    labels = [curve.label for curve in file.study.curves if curve.kind == "rigid-bodies"]
+    settings = file.study.robot
+    if not labels or settings is None:
+        return {}
+    described = settings.urdf or settings.dh or Path()
+    found = {
+        label: path.with_name(f"{path.stem}_{label.replace(' ', '_')}{described.suffix}") for label in labels
+    }
+    result_file.check_new(path, "a result", [file.path, file.resolve(described)], found.values())
+    return found
 
 
 def _identified(file: JointFile, bench: JointTestData) -> dict[str, CurveResult]:
@@ -68,7 +89,7 @@ def _sentence(label: str, found: CurveResult) -> str:
     status = np.array(found.values.status)
     count = len(status)
     said = f"{label}: {int((status == 'determined').sum())} of {count} values determined"
-    for what in (WEAK, ZERO, BLIND):
+    for what in (WEAK, ZERO, BLIND, AS_DESCRIBED):
         names = [name for name, state in zip(found.values.name, status, strict=True) if state == what]
         if names:
             said += f"; {what}: {', '.join(names)}" if len(names) <= 8 else f"; {what}: {len(names)}"

@@ -122,6 +122,7 @@ def bench_of(file: JointFile) -> JointTestData:
         slow=float(np.radians(study.stationary_below_deg_per_s)),
         lowpass_hz=study.lowpass_hz,
         resample_hz=study.resample_hz,
+        settings=study.robot,
         coupling=None if study.coupling is None else _coupling(study.coupling, robot),
     )
 

@@ -21,9 +21,16 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
     tables = [path for path in found.written if path.suffix == ".yaml"]
     if data.KIND == "modes" and data.found and tables:
         return [f"a study takes these modes with `modes: {tables[0]}` in one of its measurements"]
+    if data.KIND == "joints":
+        robots = found.written[1:]
+        return [f"a study takes these bodies with `robot: {{{_key(path)}: {path}}}`" for path in robots]
     if data.KIND == "motion" and config is not None and not data.starts.cost.size:
         return [f"identify fit {config}   finds its parameters from records"]
     return []
+
+
+def _key(robot: Path) -> str:
+    return "dh" if robot.suffix in (".yaml", ".yml") else "urdf"
 
 
 def _after_fit(found: Result, config: Path | None) -> list[str]:

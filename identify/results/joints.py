@@ -52,7 +52,8 @@ class Panel:
 @dataclass(frozen=True)
 class CurveResult:
     """One identified curve.  rms: of what is left, in `unit`; said: how it was done, in sentences; notes:
-    warnings.
+    warnings; robot: the robot's description with the identified bodies, the text of its file, where the curve
+    is of bodies.
     """
 
     title: str
@@ -64,6 +65,7 @@ class CurveResult:
     panels: dict[str, Panel]
     said: Texts
     notes: Texts
+    robot: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

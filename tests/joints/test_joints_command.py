@@ -58,7 +58,7 @@ def study(folder: Path, *curves: Any, **keys: Any) -> Path:
 
 
 def test_the_shipped_runs_give_the_truth_and_are_reported(tmp_path: Path) -> None:
-    result, path = run_joints(study(tmp_path, LOADS, SLOW, STEPS, SINE), tmp_path / "run.h5")
+    result, [path] = run_joints(study(tmp_path, LOADS, SLOW, STEPS, SINE), tmp_path / "run.h5")
     truth = json.loads((DATA / "truth.json").read_text())
     steps, sine = (
         result.curves["joint2 friction-constant-velocity"],

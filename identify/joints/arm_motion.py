@@ -1,0 +1,197 @@
+"""Torques of recorded motion of a whole arm, and the columns of `identify.joints.base_set` they are fitted
+by: what curves of rigid bodies share.
+
+Joints are weighted by what is left of each (Gautier 1997) in a second pass; speed and acceleration come from
+behind the low-pass of the study, torques are as recorded.  Where a rotor's inertia cannot be told from a
+link's, it goes to the link's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from identify.core.arrays import Array, Mask
+from identify.core.errors import InputError
+from identify.core.separable import eliminate
+from identify.joints.base import Curve
+from identify.joints.base_set import BaseSet, all_columns, of_robot
+from identify.joints.coupling import coupling_asked, moving
+from identify.joints.data import JointTestData
+from identify.measured.conditioning import ConditionedMotion
+from identify.results.joints import Panel, Series
+from identify.robot.description import Robot
+
+_WORSE = 1.5
+"""RMS of what is left of a run that was not fitted, over that of the fitted ones, from which a reader is
+warned.
+"""
+
+
+@dataclass(frozen=True)
+class ArmRun:
+    """columns (samples, rows, base parameters); torque less that of known rotors, and samples that count,
+    (samples, rows).
+    """
+
+    motion: ConditionedMotion
+    columns: Array
+    torque: Array
+    used: Mask
+
+
+@dataclass(frozen=True)
+class ArmRegression:
+    """All runs of a curve, those that are fitted in a row: columns (samples, rows, b), torque and used
+    (samples, rows); values (b,) and weights (rows,) of least squares; rows: joints from 0.
+    """
+
+    robot: Robot
+    rows: Sequence[int]
+    chosen: BaseSet
+    runs: list[ArmRun]
+    judges: list[ArmRun]
+    columns: Array
+    torque: Array
+    used: Mask
+    values: Array
+    weights: Array
+
+    def left(self, values: Array) -> Array:
+        """(samples, rows), N m: what base parameters (b,) leave; 0 where samples do not count."""
+        return np.where(self.used, self.torque - self.columns @ values, 0.0)
+
+    def rms(self, values: Array) -> float:
+        """Of what is left, N m."""
+        return float(np.sqrt((self.left(values)[self.used] ** 2).mean()))
+
+    def panels(self, values: Array) -> dict[str, Panel]:
+        """Measured and identified torque of every joint and run."""
+        return {
+            f"{run.motion.name}, joint {row + 1}{how}": _panel(run, values, n)
+            for run, how in self._judged()
+            for n, row in enumerate(self.rows)
+        }
+
+    def said(self, values: Array) -> list[str]:
+        """What is left of each run, and how it was conditioned."""
+        rests = [_rest(run, values, self.rows, how) for run, how in self._judged()]
+        return [*rests, *self.runs[0].motion.said]
+
+    def notes(self, values: Array, coupled: bool) -> tuple[str, ...]:
+        """Runs that are not foretold, and a coupling that the residual asks for where none is stated."""
+        found = _warned(self.judges, values, self.rms(values))
+        if coupled:
+            return found
+        motions = [run.motion for run in self.runs]
+        asked = coupling_asked(motions, self.rows, self.columns, self.torque, self.used, self.weights)
+        return found + asked
+
+    def _judged(self) -> list[tuple[ArmRun, str]]:
+        return [(run, "") for run in self.runs] + [(run, ", not fitted") for run in self.judges]
+
+
+class ArmMotion(Curve):
+    """Motion of the whole arm."""
+
+    joints: list[int] | None = Field(None, description="the joints whose torques are used; default: all")
+    judge: list[Path] = Field([], description="runs that are not fitted, to judge by")
+    rotor_inertia_kg_m2: list[float] | None = Field(
+        None, description="at the motor, where it is known; default: identified"
+    )
+
+    def regression(self, bench: JointTestData) -> ArmRegression:
+        """The runs and their least squares; InputError where they cannot be read or a joint never moves."""
+        robot = bench.rigid(self.label)
+        rows = [bench.checked(joint, self.label) for joint in self.joints or range(1, bench.joints + 1)]
+        chosen = of_robot(robot, rows, self.rotor_inertia_kg_m2 is None, bench.coupling)
+        runs, judges = (
+            [self._run(bench, robot, rows, chosen, path) for path in paths]
+            for paths in (self.files, self.judge)
+        )
+        columns, torque, used = (
+            np.concatenate([getattr(run, what) for run in runs]) for what in ("columns", "torque", "used")
+        )
+        if not used.any(axis=0).all():
+            raise InputError(
+                self.label, "a joint that stands all the time", "motion of every joint in use", "see `joints`"
+            )
+        values, weights = _weighted(columns, torque, used)
+        return ArmRegression(robot, rows, chosen, runs, judges, columns, torque, used, values, weights)
+
+    def _run(
+        self, bench: JointTestData, robot: Robot, rows: Sequence[int], chosen: BaseSet, path: Path
+    ) -> ArmRun:
+        motion = bench.motion(
+            path, ("motor_position", bench.torque_quantity()), range(bench.joints), self.label
+        )
+        history = motion.position, motion.velocity, motion.acceleration
+        columns = all_columns(robot, rows, *history, bench.coupling)[:, :, list(chosen.kept)]
+        torque = motion.torque[:, rows].copy()
+        if self.rotor_inertia_kg_m2 is not None:
+            if len(self.rotor_inertia_kg_m2) != bench.joints:
+                found = f"{len(self.rotor_inertia_kg_m2)} numbers"
+                raise InputError(
+                    f"{self.label}, key rotor_inertia_kg_m2", found, f"{bench.joints}, one per joint"
+                )
+            turns = np.eye(bench.joints) if bench.coupling is None else bench.coupling
+            drives = (
+                bench.gear_ratio**2 * np.array(self.rotor_inertia_kg_m2) * (motion.acceleration @ turns.T)
+            )
+            torque -= (drives @ turns)[:, rows]
+        return ArmRun(motion, columns, torque, moving(motion, rows, bench))
+
+
+def _weighted(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
+    """Values (b,), joints weighted by one over what the first pass leaves of each, and the weights
+    (rows,).
+    """
+    weights = np.ones(torque.shape[1])
+    for _ in range(2):
+        values = eliminate((columns * weights[:, None])[used], (torque * weights)[used]).coefficients
+        left = np.where(used, torque - columns @ values, 0.0)
+        final, weights = weights, 1 / np.maximum(np.sqrt((left**2).sum(axis=0) / used.sum(axis=0)), 1e-12)
+    return values, final
+
+
+def _rest(run: ArmRun, values: Array, rows: Sequence[int], judged: str) -> str:
+    """What is left of each joint's torque."""
+    left = run.torque - run.columns @ values
+    parts = []
+    for place, row in enumerate(rows):
+        used = run.used[:, place]
+        rms, whole = float(np.sqrt((left[used, place] ** 2).mean())), float(run.torque[used, place].std())
+        parts.append(f"joint {row + 1} {rms:.3g} N m ({100 * rms / whole:.2g} % of its standard deviation)")
+    return f"{run.motion.name}{judged}, RMS left: {', '.join(parts)}"
+
+
+def _warned(judges: Sequence[ArmRun], values: Array, rms: float) -> tuple[str, ...]:
+    """A note for each run that is not foretold about as well as those that were fitted."""
+    left = {run.motion.name: (run.torque - run.columns @ values)[run.used] for run in judges}
+    worse = {name: float(np.sqrt((one**2).mean())) / rms for name, one in left.items()}
+    fix = (
+        "the fitted motion excites too little, and what looks like values there fits what is not in the model"
+    )
+    return tuple(
+        f"{name}, not fitted, is foretold {ratio:.2g} times worse; {fix}"
+        for name, ratio in worse.items()
+        if ratio > _WORSE
+    )
+
+
+def _panel(run: ArmRun, values: Array, place: int) -> Panel:
+    used, time_s = run.used[:, place], run.motion.time_s
+    measured, model = (
+        np.where(used, torque, np.nan) for torque in (run.torque[:, place], (run.columns @ values)[:, place])
+    )
+    return Panel(
+        "Time",
+        "s",
+        "Torque",
+        "N m",
+        {"measured": Series("noisy", time_s, measured), "identified": Series("line", time_s, model)},
+    )
