@@ -20,7 +20,7 @@ from identify.joints.data import JointTestData
 from identify.joints.intervals import AS_DESCRIBED, DETERMINED, symmetric, table
 from identify.results.joints import CurveResult, JointValues
 from identify.robot.description import Link, Robot
-from identify.robot.pseudo_inertia import body_of, consistent
+from identify.robot.pseudo_inertia import body_of, consistent, tidied
 from identify.robot.rewrite import with_bodies
 
 _PARTS = {"mass": "kg"} | {f"centre_{axis}": "m" for axis in "xyz"}
@@ -56,7 +56,7 @@ class RigidBodies(ArmMotion):
         values = fit.solve(_start(arm, bodies, fit, seen))
         base = arm.chosen.regrouping[:, seen] @ (values + bodies.carried[seen])
         found = [
-            body_of(matrix, link.name)
+            tidied(body_of(matrix, link.name))
             for matrix, link in zip(fit.pseudo_inertias(values), own.links[1:], strict=True)
         ]
         return CurveResult(
@@ -65,7 +65,7 @@ class RigidBodies(ArmMotion):
             "N m",
             arm.rms(base),
             int(arm.used.sum()),
-            _values(fit, values, own),
+            _values(fit, values, own, found),
             arm.panels(base),
             (_said(arm, base, fit, values), *arm.said(base)),
             (*bodies.notes, *arm.notes(base, bench.coupling is not None)),
@@ -146,11 +146,14 @@ def _start(arm: ArmRegression, bodies: _Bodies, fit: ConsistentFit, seen: Index)
 
 def _quantities(fit: ConsistentFit, values: Array, link: int) -> Array:
     """(10,): mass, centre and inertia about it of a link, of parameters (n,) that may be complex."""
-    body = body_of(np.tensordot(values[fit.bodies[link]], fit.basis, axes=1))
+    return _listed(body_of(np.tensordot(values[fit.bodies[link]], fit.basis, axes=1)))
+
+
+def _listed(body: Link) -> Array:
     return np.array([body.mass, *body.centre, *body.inertia[np.triu_indices(3)]])
 
 
-def _values(fit: ConsistentFit, values: Array, own: Robot) -> JointValues:
+def _values(fit: ConsistentFit, values: Array, own: Robot, bodies: Sequence[Link]) -> JointValues:
     """A row for each number of each body, with its interval and how much of it the torques say."""
     both, alone = covariances(fit, values)
     rows, part = [], []
@@ -165,12 +168,11 @@ def _values(fit: ConsistentFit, values: Array, own: Robot) -> JointValues:
             np.sqrt(np.einsum("qk,kl,ql->q", slopes, c, slopes))
             for c in (both[np.ix_(here, here)], alone[np.ix_(at, at)])
         )
-        stated = [described.mass, *described.centre, *described.inertia[np.triu_indices(3)]]
         part += list(std / before)
         rows += [
             symmetric(f"{described.name}.{name}", unit, value, 1.96 * one, expected=stated_value)
             for (name, unit), value, one, stated_value in zip(
-                _PARTS.items(), _quantities(fit, values, link), std, stated, strict=True
+                _PARTS.items(), _listed(bodies[link]), std, _listed(described), strict=True
             )
         ]
     found = table(rows)

@@ -7,6 +7,8 @@ and Nori, IROS 2016; Wensing, Kim and Slotine, IEEE RA-L 3-1, 2018, Eq. 9).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.core.arrays import Array
@@ -14,6 +16,8 @@ from identify.robot.description import Link
 
 _LEAST = 1e-3
 """Least second moment about the centre, over their sum, that a body is given whose stated ones are none."""
+
+_ROUNDING = 1e-9
 
 
 def pseudo_inertia(link: Link) -> Array:
@@ -42,3 +46,14 @@ def consistent(link: Link) -> tuple[Array, bool]:
     raised = axes * np.maximum(sizes, least) @ axes.T
     inertia = np.trace(raised) * np.eye(3) - raised
     return pseudo_inertia(Link(link.name, link.mass, link.centre, inertia)), True
+
+
+def tidied(body: Link) -> Link:
+    """Without what rounding left where symmetry has zeros."""
+    small = _ROUNDING * float(np.trace(body.inertia))
+    near = float(np.sqrt(_ROUNDING * small / body.mass))
+    return replace(
+        body,
+        centre=np.where(np.abs(body.centre) < near, 0.0, body.centre),
+        inertia=np.where(np.abs(body.inertia) < small, 0.0, body.inertia),
+    )

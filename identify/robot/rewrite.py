@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
-
-import numpy as np
 
 from identify.core.text_input import read_text
 from identify.core.yaml_input import round_trip
 from identify.robot.description import Link, Robot
+from identify.robot.pseudo_inertia import tidied
 from identify.robot.settings import RobotSettings
 from identify.robot.urdf_elements import parse
 
@@ -25,21 +23,10 @@ _MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (
 
 def with_bodies(settings: RobotSettings, folder: Path, robot: Robot, bodies: Sequence[Link]) -> str:
     """The text of a robot's file, in a folder, with these bodies in place of its links of the same names."""
-    named = {body.name: _rounded(body) for body in bodies}
+    named = {body.name: tidied(body) for body in bodies}
     if settings.urdf is not None:
         return _urdf(folder / settings.urdf, robot, named)
     return _dh(folder / (settings.dh or Path()), named)
-
-
-def _rounded(body: Link) -> Link:
-    """Without what rounding left where symmetry has zeros."""
-    small = 1e-9 * float(np.trace(body.inertia))
-    near = 1e-9 * float(np.sqrt(np.trace(body.inertia) / body.mass))
-    return replace(
-        body,
-        centre=np.where(np.abs(body.centre) < near, 0.0, body.centre),
-        inertia=np.where(np.abs(body.inertia) < small, 0.0, body.inertia),
-    )
 
 
 def _urdf(path: Path, robot: Robot, bodies: Mapping[str, Link]) -> str:
