@@ -14,9 +14,9 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Complex, Index
-from identify.modal.gram import Columns, gram, products, right
+from identify.modal.gram import Columns, Functions, gram, products, right
 from identify.modal.refine import Fit
-from identify.modal.weights import CHANCE, independent, residual
+from identify.modal.weights import CHANCE
 
 _STEP, _RATIO = 1.2, 2.7
 """Of a half-bandwidth, between poles of a row of the grid; of the half-bandwidths of its rows. A pole between
@@ -50,14 +50,13 @@ def missing(found: Fit, barred: Complex, most: int) -> Addition:
     places = _grid(found)
     for pole in barred:
         places = places[np.abs(places - pole) > -pole.real - places.real]
-    error = residual(found)
-    noise = independent(error.reshape(len(error), -1))
-    chance = _by_chance(found, noise, places)
-    loudest = _loudest(_excess(found.equations.s, error, noise, places) / chance, len(error))
+    chance = _by_chance(found, places)
+    loudest = _loudest(_excess(found, places) / chance, len(found.noise))
     places, chance = places[loudest], chance[loudest]
-    residues, over = np.zeros((0, *error.shape[1:]), dtype=complex), np.zeros(0)
+    refs = found.participation.shape[1]
+    residues, over = np.zeros((0, refs, 0), dtype=complex), np.zeros(0)
     if len(places):
-        gain, residues = _gains(found, error, places)
+        gain, residues = _gains(found, places)
         over = gain / chance
     taken: list[int] = []
     for place in np.argsort(-over, kind="stable"):
@@ -66,7 +65,7 @@ def missing(found: Fit, barred: Complex, most: int) -> Addition:
         if all(_apart(places, over, int(place), other) for other in taken):
             taken.append(int(place))
     left = [np.linalg.svd(residues[place])[0][:, 0] for place in taken]
-    return Addition(places[taken], np.array(left, dtype=complex).reshape(-1, error.shape[1]))
+    return Addition(places[taken], np.array(left, dtype=complex).reshape(-1, refs))
 
 
 def _apart(places: Complex, over: Array, a: int, b: int) -> bool:
@@ -99,13 +98,10 @@ def _loudest(excess: Array, lines: int) -> Index:
     return np.sort(order[excess[order] > _EXCESS])
 
 
-def _excess(s: Complex, error: Complex, noise: Array, places: Complex) -> Array:
-    """Power of the residual (L, references, responses) around places beyond independent noise, whose variance
-    is `noise` (L,), at lines s (L,); (places,).
-    """
-    error = error.reshape(len(s), -1)
-    excess = np.sum(np.abs(error) ** 2, axis=1) - error.shape[1] * noise
-    total = np.append(0.0, np.cumsum(excess))
+def _excess(found: Fit, places: Complex) -> Array:
+    """Power of the residual around places beyond independent noise, (places,)."""
+    s = found.equations.s
+    total = np.append(0.0, np.cumsum(found.left - found.residual.shape[1] * found.noise))
     spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
     reach = _REACH * (s[0].real - places.real)
     first, last = (
@@ -115,26 +111,26 @@ def _excess(s: Complex, error: Complex, noise: Array, places: Complex) -> Array:
     return np.asarray(total[last] - total[first])
 
 
-def _gains(found: Fit, error: Complex, places: Complex) -> tuple[Array, Complex]:
+def _gains(found: Fit, places: Complex) -> tuple[Array, Complex]:
     """By how much a pole at every place lowers the cost, (places,), and its residues there, (places,
-    references, responses); error (L, references, responses): what the fit leaves.
+    references, responses).
     """
-    equations, refs = found.equations, error.shape[1]
+    equations, refs = found.equations, found.participation.shape[1]
     scale, s = (equations.line * equations.s**equations.power)[:, None], equations.s[:, None]
     basis, unit = equations.basis(found.participation), np.diag(equations.reference).astype(complex)
-    functions, mirrors = equations.functions(found.poles, found.poles[:0])
+    functions = equations.functions(found.poles, found.poles[:0])
     gains, residues = [], []
     for some in np.array_split(places, max(1, len(places) // 256)):
-        direct, mirror = scale / (s - some), scale / (s - some.conj())
+        own = Functions.of(scale / (s - some), scale / (s - some.conj()))
         columns = _columns(len(some), unit)
-        overlap = gram(*products(direct, mirror, functions, mirrors), columns, basis) / found.size
-        own = _own(direct, mirror, equations.reference)
+        overlap = gram(*products(own, functions), columns, basis) / found.size
+        itself = _own(own, equations.reference)
         taken = (overlap @ found.inverse).reshape(len(some), 2 * refs, -1)
         overlap = overlap.reshape(taken.shape)
-        alone = own - np.einsum("gac,gbc->gab", taken, overlap)
-        data = right(direct, mirror, error) * equations.reference[:, None]
+        alone = itself - np.matmul(taken, overlap.transpose(0, 2, 1))
+        data = right(own, found.residual).reshape(len(some), refs, -1) * equations.reference[:, None]
         parts = np.stack([data.real, data.imag], axis=2).reshape(len(some), 2 * refs, -1)
-        solved = _solved(alone, own, parts)
+        solved = _solved(alone, itself, parts)
         gains.append(np.sum(solved * parts, axis=(1, 2)))
         solved = solved.reshape(len(some), refs, 2, -1)
         residues.append(solved[:, :, 0] + 1j * solved[:, :, 1])
@@ -148,13 +144,13 @@ def _columns(places: int, unit: Complex) -> Columns:
     return Columns(function, np.tile(both, (places, 1)))
 
 
-def _own(direct: Complex, mirror: Complex, reference: Array) -> Array:
+def _own(functions: Functions, reference: Array) -> Array:
     """Gram matrices of the columns of each place, (places, 2 references, 2 references)."""
-    same = np.sum(np.abs(direct) ** 2 + np.abs(mirror) ** 2, axis=0)
-    across = 2 * np.sum(direct.conj() * mirror, axis=0)
-    turned = np.array([[same + across.real, across.imag], [across.imag, same - across.real]])
+    a, b = np.hsplit(functions.columns, 2)
+    across = np.einsum("lg,lg->g", a, b)
+    turned = np.array([[np.einsum("lg,lg->g", a, a), across], [across, np.einsum("lg,lg->g", b, b)]])
     blocks = np.einsum("abg,jk->gjakb", turned, np.diag(reference**2))
-    return np.asarray(blocks.reshape(len(same), 2 * len(reference), 2 * len(reference)))
+    return np.asarray(blocks.reshape(len(functions), 2 * len(reference), 2 * len(reference)))
 
 
 def _solved(alone: Array, own: Array, parts: Array) -> Array:
@@ -166,13 +162,11 @@ def _solved(alone: Array, own: Array, parts: Array) -> Array:
     return np.asarray(np.einsum("gab,gbo->gao", vectors, turned * factor[:, :, None]) / size[:, :, None])
 
 
-def _by_chance(found: Fit, noise: Array, places: Complex) -> Array:
-    """What noise alone, independent from line to line, of variance `noise` (L,), makes a pole explain at
-    most, (places,).
-    """
+def _by_chance(found: Fit, places: Complex) -> Array:
+    """What noise alone, independent from line to line, makes a pole explain at most, (places,)."""
     s = found.equations.s
     spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
     line = np.clip(np.round((places.imag - s[0].imag) / spacing).astype(int), 0, len(s) - 1)
-    freedom = 2 * int(np.prod(found.equations.frf.shape[1:]))
+    freedom = 2 * found.residual.shape[1]
     floor = 1e-24 * found.moments.energy + np.finfo(float).tiny
-    return np.asarray(noise[line] / 2 * scipy.special.chdtri(freedom, CHANCE) + floor)
+    return np.asarray(found.noise[line] / 2 * scipy.special.chdtri(freedom, CHANCE) + floor)

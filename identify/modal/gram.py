@@ -3,7 +3,8 @@
 Every column of the design matrix is f(s) u + conj(f)(s) conj(u): a scalar function f of the line (a pole's
 1 / (s - lambda), its square, a residual term), its mirror at the conjugate pole, and a vector u over the
 references.  So all inner products of columns are those of the scalar functions times those of the vectors:
-with n functions and L lines they cost n^2 L, however many references and responses there are.
+with n functions and L lines they cost n^2 L, however many references and responses there are.  All products
+over lines are real ones, real parts stacked above imaginary parts: complex ones would cost twice as much.
 """
 
 from __future__ import annotations
@@ -27,6 +28,24 @@ class Columns:
 
 
 @dataclass(frozen=True)
+class Functions:
+    """Scalar functions of the line and their mirrors as real columns, (2 lines, 2 n): real rows, then
+    imaginary rows; what a real vector gives with every function, then what an imaginary one gives.
+    """
+
+    columns: Array
+
+    @classmethod
+    def of(cls, direct: Complex, mirror: Complex) -> Functions:
+        """Of functions (L, n) and mirrors (L, n)."""
+        both, turned = direct + mirror, direct - mirror
+        return cls(np.block([[both.real, -turned.imag], [both.imag, turned.real]]))
+
+    def __len__(self) -> int:
+        return int(self.columns.shape[1]) // 2
+
+
+@dataclass(frozen=True)
 class Moments:
     """Inner products over the lines: same (n, n) of functions with each other, across (n, n) of functions
     with mirrors, data (n, references, responses) of functions with what was measured; energy of the data.
@@ -37,12 +56,6 @@ class Moments:
     data: Complex
     energy: float
 
-    @classmethod
-    def of(cls, functions: Complex, mirrors: Complex, y: Complex) -> Moments:
-        """Of functions and mirrors (L, n) with weighted FRFs y (L, references, responses)."""
-        same, across = products(functions, mirrors, functions, mirrors)
-        return cls(same, across, right(functions, mirrors, y), float(np.sum(np.abs(y) ** 2)))
-
     def gram(self, a: Columns, b: Columns) -> Array:
         """Real inner products of columns, (len a, len b)."""
         return gram(self.same, self.across, a, b)
@@ -52,18 +65,19 @@ class Moments:
         return np.asarray(np.einsum("cj,cjo->co", a.vector.conj(), self.data[a.function]).real)
 
 
-def products(f: Complex, f_mirrors: Complex, g: Complex, g_mirrors: Complex) -> tuple[Complex, Complex]:
-    """Inner products of functions f (L, n) with functions g (L, k) and with their mirrors, (n, k) each."""
-    same = f.conj().T @ g + (f_mirrors.conj().T @ g_mirrors).conj()
-    across = f.conj().T @ g_mirrors + (g.conj().T @ f_mirrors).T
-    return same, across
+def products(f: Functions, g: Functions) -> tuple[Complex, Complex]:
+    """Inner products of n functions with k others and with their mirrors, (n, k) each."""
+    n, k = len(f), len(g)
+    real = f.columns.T @ g.columns
+    a, b, c, d = real[:n, :k], real[:n, k:], real[n:, :k], real[n:, k:]
+    same, across = (a + d + 1j * (c - b)) / 2, (a - d + 1j * (b + c)) / 2
+    return np.asarray(same, dtype=np.complex128), np.asarray(across, dtype=np.complex128)
 
 
-def right(f: Complex, mirrors: Complex, y: Complex) -> Complex:
-    """Inner products of functions (L, n) with data (L, references, responses): (n, references, responses)."""
-    flat = y.reshape(len(y), -1)
-    data = f.conj().T @ flat + (mirrors.conj().T @ flat).conj()
-    return np.asarray(data.reshape(-1, *y.shape[1:]))
+def right(f: Functions, stacked: Array) -> Complex:
+    """Inner products of n functions with data (2 L, FRFs), real rows above imaginary ones: (n, FRFs)."""
+    real = f.columns.T @ stacked
+    return np.asarray(real[: len(f)] + 1j * real[len(f) :])
 
 
 def gram(same: Complex, across: Complex, a: Columns, b: Columns) -> Array:
@@ -75,11 +89,13 @@ def gram(same: Complex, across: Complex, a: Columns, b: Columns) -> Array:
     return np.asarray(value.real)
 
 
-def rebuilt(functions: Complex, mirrors: Complex, columns: Columns, solution: Array) -> Complex:
-    """What the columns give with a solution (len columns, responses): (L, references, responses)."""
-    shape = functions.shape[1], columns.vector.shape[1], solution.shape[1]
-    factor = np.zeros(shape, dtype=np.complex128)
-    np.add.at(factor, columns.function, columns.vector[:, :, None] * solution[:, None, :])
-    flat = factor.reshape(len(factor), -1)
-    value = functions @ flat + mirrors @ flat.conj()
-    return np.asarray(value.reshape(len(functions), *shape[1:]))
+def rebuilt(f: Functions, columns: Columns, solution: Array) -> Array:
+    """What the columns give with a solution (len columns, responses): (2 L, references x responses), real
+    rows above imaginary ones.
+    """
+    parts = np.concatenate([columns.vector.real, columns.vector.imag])[:, :, None]
+    values = parts * np.tile(solution, (2, 1))[:, None, :]
+    # Every function has columns, and they stand in its order.
+    first = np.searchsorted(columns.function, np.arange(len(f)))
+    factor = np.add.reduceat(values, np.concatenate([first, first + len(columns.function)]))
+    return np.asarray(f.columns @ factor.reshape(2 * len(f), -1))

@@ -12,10 +12,10 @@ from identify.core.arrays import Complex, Mask
 from identify.modal.addition import Addition, missing
 from identify.modal.layout import Layout
 from identify.modal.mac import mpc
-from identify.modal.refine import QUICK, fit, minimise
+from identify.modal.refine import QUICK, fit, minimise, squared
 from identify.modal.selection import IDLE_SHARE, Candidate, idle_reason
 from identify.modal.state import REACH, State, dropped, narrow, pruned, refined
-from identify.modal.weights import leftover, over_noise, residual
+from identify.modal.weights import leftover, over_noise
 
 _SLIM, _BARRED = "narrower than a line", "not a resonance of its own: one that was turned down"
 _PATTERN, _REAL = 2, 0.8
@@ -60,9 +60,8 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
 def _may_grow(begun: State) -> bool:
     """Whether the fit is near enough to the FRFs for what is left to say what is missing."""
     equations = begun.fit.equations
-    weight = equations.line[:, None, None] * equations.reference[:, None] * equations.response
-    error = np.sum(np.abs(residual(begun.fit) / weight) ** 2)
-    near = error < _NEAR**2 * np.sum(np.abs(equations.frf) ** 2) and over_noise(begun.fit) < _FAR_OFF
+    error = np.sum(equations.line**-2.0 * (squared(begun.fit.residual) @ equations.each**-2.0))
+    near = error < _NEAR**2 * np.sum(equations.frf**2) and over_noise(begun.fit) < _FAR_OFF
     return bool(begun.modes and near and not np.any(narrow(begun.fit)))
 
 

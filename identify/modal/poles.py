@@ -97,7 +97,13 @@ def _shapes(beta: Complex, x: Complex, right: Complex, coefficients: Complex) ->
     p = len(beta) - 1
     u = np.einsum("bij,kj->bki", beta, right)
     weight = np.zeros((2 * p + 1, *u.shape[1:]), dtype=complex)
+    x = x[:, None]
+    # weight[m + p] is x^(p - m) sum x^-b u_b over 0 <= b <= p, -m <= b <= p - m: two running sums.
+    running = np.zeros_like(u[0])
     for b in range(p + 1):
-        degree = np.arange(p + 1)
-        weight[degree - b + p] += x[None, :, None] ** (p - degree)[:, None, None] * u[b]
-    return np.asarray(np.einsum("moi,mki->ko", coefficients, weight, optimize=True))
+        running = x * running + u[b]
+        weight[2 * p - b] = running
+    backward = np.cumsum((u * x ** np.arange(p, -1, -1)[:, None, None])[:0:-1], axis=0)[::-1]
+    weight[p - 1 :: -1] = backward * x ** np.arange(1, p + 1)[:, None, None]
+    flat = weight.transpose(1, 0, 2).reshape(len(x), len(weight) * weight.shape[2])
+    return np.asarray(flat @ coefficients.transpose(0, 2, 1).reshape(flat.shape[1], -1))

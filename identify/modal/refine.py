@@ -10,14 +10,15 @@ Guillaume and Schoukens, MSSP 21 (2007) 2359-2373).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Complex, Mask
-from identify.modal.gram import Columns, Moments, rebuilt
+from identify.modal.gram import Columns, Functions, Moments, products, rebuilt, right
 from identify.modal.layout import Layout
-from identify.modal.lsfd import power_of, unit_participation
+from identify.modal.lsfd import power_of, stack, unit_participation
 
 QUICK, FULL = (4, 1e-3), (25, 1e-7)
 """Largest number of steps, and the relative fall of the cost that ends them."""
@@ -31,12 +32,13 @@ class Equations:
     """Complete responses and their weights: an FRF of response o and reference j is multiplied by line[l]
     reference[j] response[o], about the inverse of its noise.
 
-    s (L,); frf (L, references, responses); kinds: residual terms, see `lsfd.power_of`.
+    s (L,); frf (2 L, references x responses), real rows above imaginary ones; kinds: residual terms, see
+    `lsfd.power_of`.
     """
 
     s: Complex
     power: int
-    frf: Complex
+    frf: Array
     kinds: tuple[str, ...]
     line: Array
     reference: Array
@@ -47,17 +49,30 @@ class Equations:
         """Every FRF with the same weight."""
         frf = layout.frf[:, layout.complete].transpose(0, 2, 1)
         ones = np.ones(len(frf)), np.ones(frf.shape[1]), np.ones(frf.shape[2])
-        return cls(layout.s, layout.power, np.ascontiguousarray(frf), kinds, *ones)
+        return cls(layout.s, layout.power, stack(frf.reshape(len(frf), -1)), kinds, *ones)
 
     @property
-    def weighted(self) -> Complex:
-        """The data as they are fitted."""
-        return np.asarray(self.frf * self.line[:, None, None] * self.reference[:, None] * self.response)
+    def count(self) -> int:
+        """How many values were measured."""
+        return self.frf.size // 2
 
-    def functions(self, poles: Complex, squared: Complex) -> tuple[Complex, Complex]:
-        """Scalar functions and their mirrors (L, n), weighted: of every pole, of every residual term, and the
-        squares of some poles.
-        """
+    @property
+    def each(self) -> Array:
+        """The weights of FRFs, (references x responses,)."""
+        return np.outer(self.reference, self.response).ravel()
+
+    @cached_property
+    def each_line(self) -> Array:
+        """Energy of the FRFs at every line, (L,), with the weights of references and responses alone."""
+        return np.asarray(squared(self.frf) @ self.each**2)
+
+    @property
+    def energy(self) -> float:
+        """Of the weighted FRFs."""
+        return float(self.line**2 @ self.each_line)
+
+    def functions(self, poles: Complex, doubled: Complex) -> Functions:
+        """Weighted scalar functions: of every pole, of every residual term, and the squares of some poles."""
         scale = (self.line * self.s**self.power)[:, None]
         s = self.s[:, None]
         middle = np.exp(np.mean(np.log(np.abs(self.s))))
@@ -65,8 +80,16 @@ class Equations:
         # A residual term is its own mirror: half each.
         terms = scale * (s / middle) ** powers / 2
         direct, mirror = scale / (s - poles), scale / (s - poles.conj())
-        square, mirrored = scale / (s - squared) ** 2, scale / (s - squared.conj()) ** 2
-        return np.hstack([direct, terms, square]), np.hstack([mirror, terms, mirrored])
+        square, mirrored = scale / (s - doubled) ** 2, scale / (s - doubled.conj()) ** 2
+        return Functions.of(np.hstack([direct, terms, square]), np.hstack([mirror, terms, mirrored]))
+
+    def moments(self, functions: Functions) -> Moments:
+        """Inner products of functions with each other and with the weighted FRFs."""
+        same, across = products(functions, functions)
+        shape = -1, len(self.reference), len(self.response)
+        twice = Functions(functions.columns * np.tile(self.line, 2)[:, None])
+        data = right(twice, self.frf) * self.each
+        return Moments(same, across, data.reshape(shape), self.energy)
 
     def basis(self, participation: Complex) -> Columns:
         """Columns of the real and the imaginary part of every shape, then of the residual terms of every
@@ -124,13 +147,41 @@ class Fit:
     @property
     def variance(self) -> float:
         """Mean squared error of a real weighted equation."""
-        return self.cost / max(2 * self.equations.frf.size - self.unknowns, 1)
+        return self.cost / max(2 * self.equations.count - self.unknowns, 1)
 
-    def model(self) -> Complex:
-        """Weighted FRFs of the model, (L, references, responses)."""
-        functions, mirrors = self.equations.functions(self.poles, self.poles[:0])
+    @cached_property
+    def model(self) -> Array:
+        """Weighted FRFs of the model, (2 L, references x responses), real rows above imaginary ones."""
+        functions = self.equations.functions(self.poles, self.poles[:0])
         columns = self.equations.basis(self.participation)
-        return rebuilt(functions, mirrors, columns, self.solution / self.size[:, None])
+        return rebuilt(functions, columns, self.solution / self.size[:, None])
+
+    @cached_property
+    def residual(self) -> Array:
+        """Weighted FRFs minus the model's, as `model`."""
+        found = self.equations.frf * self.equations.each
+        found *= np.tile(self.equations.line, 2)[:, None]
+        found -= self.model
+        return np.asarray(found)
+
+    @cached_property
+    def left(self) -> Array:
+        """Energy of the residual at every line, (L,)."""
+        half = len(self.residual) // 2
+        return np.asarray(np.einsum("plk,plk->l", *[self.residual.reshape(2, half, -1)] * 2))
+
+    @cached_property
+    def noise(self) -> Array:
+        """Variance of noise in the residual that is independent from line to line, (L,): from second
+        differences, so that slow errors do not count.
+        """
+        lines = len(self.residual) // 2
+        error = self.residual.reshape(2, lines, -1)
+        bend = np.diff(error, n=2, axis=1)
+        bend = np.einsum("plk,plk->l", bend, bend) / (6 * error.shape[2])
+        reach = min(max(31, lines // 10), lines)
+        smooth = scipy.ndimage.median_filter(np.pad(bend, 1, mode="edge"), reach, mode="nearest")
+        return np.asarray(smooth + np.finfo(float).tiny)
 
     def shapes(self) -> Complex:
         """Shapes of the complete responses, (m, responses), up to a factor of each mode."""
@@ -149,11 +200,18 @@ class Fit:
         return found
 
 
+def squared(stacked: Array) -> Array:
+    """Squared magnitude, (L, n), of values (2 L, n), real rows above imaginary ones."""
+    real, imaginary = stacked.reshape(2, len(stacked) // 2, -1)
+    found = real**2
+    found += imaginary**2
+    return np.asarray(found)
+
+
 def fit(equations: Equations, poles: Complex, participation: Complex, free: Mask) -> Fit:
     """The shapes and residual terms that fit best with these poles (m,) and participation (m, references)."""
     participation = unit_participation(participation)
-    functions, mirrors = equations.functions(poles, poles[free])
-    moments = Moments.of(functions, mirrors, equations.weighted)
+    moments = equations.moments(equations.functions(poles, poles[free]))
     return _solved(equations, poles, participation, free, moments)
 
 

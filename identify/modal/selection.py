@@ -92,7 +92,7 @@ def _candidate(diagram: Diagram, members: NDArray[np.intp]) -> Candidate:
         frequency_std_hz=float(np.std(diagram.frequency_hz[members])),
         damping_std=float(np.std(diagram.damping_ratio[members])),
         presence=len(members) / len(diagram.orders),
-        steadiness=len(members) / sum(order >= np.min(diagram.order[members]) for order in diagram.orders),
+        steadiness=len(members) / int(np.sum(np.array(diagram.orders) >= np.min(diagram.order[members]))),
         mpc=float(np.median(diagram.mpc[members])),
         mpd=float(np.median(diagram.mpd[members])),
     )

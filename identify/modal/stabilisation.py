@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,7 +158,15 @@ def _neighbours(diagram: Diagram, radius: float) -> tuple[Index, Index, Array]:
     apart = np.abs(poles[i] - poles[j]) / ((half[i] + half[j]) / 2)
     near = (apart < radius) & (order[i] != order[j])
     i, j, apart = i[near], j[near], apart[near]
-    mac = np.abs(np.einsum("pc,pc->p", shapes[i].conj(), shapes[j])) ** 2
-    distance = apart + 1 - mac
+    distance = apart + 1 - _mac_of_pairs(shapes, i, j)
     near = distance < radius
     return i[near], j[near], distance[near]
+
+
+def _mac_of_pairs(shapes: Complex, i: Index, j: Index) -> Array:
+    """MAC of unit shapes i, sorted, with shapes j."""
+    conjugate, mac = shapes.conj(), np.zeros(len(i))
+    edges = np.flatnonzero(np.diff(i, prepend=-1, append=-1))
+    for start, stop in pairwise(edges):
+        mac[start:stop] = np.abs(conjugate[j[start:stop]] @ shapes[i[start]]) ** 2
+    return mac

@@ -134,7 +134,7 @@ def _enriched(state: State) -> State:
         found = state.fit
         more = replace(found.equations, kinds=found.equations.kinds + kinds)
         richer = minimise(fit(more, found.poles, found.participation, found.free), *QUICK)
-        price = (richer.unknowns - found.unknowns) * np.log(2 * found.equations.frf.size)
+        price = (richer.unknowns - found.unknowns) * np.log(2 * found.equations.count)
         if found.cost - richer.cost <= price * richer.variance:
             return state
         state = replace(state, fit=richer)

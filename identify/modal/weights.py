@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array, Complex
-from identify.modal.refine import Equations, Fit
+from identify.core.arrays import Array
+from identify.modal.refine import Equations, Fit, squared
 
 CHANCE = 1e-8
 """Chance that noise alone explains as much as a mode must: poles are sought at thousands of places."""
@@ -27,23 +27,27 @@ def reweighted(found: Fit) -> Equations:
     sum of a constant, a part that grows with the magnitude and one with its square (of the model, pooled),
     corrected by what is left around each line (a tenth of the band).
     """
-    equations = found.equations
-    model = found.model()
-    scale = equations.line[:, None, None] * equations.reference[:, None] * equations.response
-    model, error = np.abs(model / scale), np.abs((equations.weighted - model) / scale) ** 2
-    line, tiny = np.ones(len(error)), np.finfo(float).tiny
-    response, reference = equations.response, equations.reference
+    old = found.equations
+    lines, refs, responses = len(old.s), len(old.reference), len(old.response)
+    second, error = (squared(v).reshape(lines, refs, responses) for v in (found.model, found.residual))
+    first, tiny = np.sqrt(second), np.finfo(float).tiny
+    # They bear the old weights; `undo` takes that of the line away, the ratios those of the others.
+    undo, line = 1 / old.line, np.ones(lines)
+    reference, response = old.reference, old.response
     for _ in range(2):
-        share = error / line[:, None, None] + tiny
-        reference = 1 / np.sqrt(np.mean(share * response**2, axis=(0, 2)))
-        response = 1 / np.sqrt(np.mean(share * reference[:, None] ** 2, axis=(0, 1)))
-        both = reference[:, None] * response
+        share = (undo**2 / line) @ (error @ (response / old.response) ** 2) / old.reference**2
+        reference = 1 / np.sqrt(share / (lines * responses) + tiny * np.mean(response**2))
+        row = np.outer(undo**2 / line, (reference / old.reference) ** 2).ravel()
+        share = row @ error.reshape(-1, responses) / old.response**2
+        response = 1 / np.sqrt(share / (lines * refs) + tiny * np.mean(reference**2))
+        a, b = reference / old.reference, response / old.response
         line = _line_variance(
-            np.mean(error * both**2, axis=(1, 2)),
-            np.mean(model * both, axis=(1, 2)),
-            np.mean((model * both) ** 2, axis=(1, 2)),
+            *(
+                undo**power * (values @ b**power @ a**power) / (refs * responses)
+                for values, power in ((error, 2), (first, 1), (second, 2))
+            )
         )
-    return replace(equations, line=1 / np.sqrt(line), reference=reference, response=response)
+    return replace(old, line=1 / np.sqrt(line), reference=reference, response=response)
 
 
 def _line_variance(error: Array, first: Array, second: Array) -> Array:
@@ -63,11 +67,6 @@ def _line_variance(error: Array, first: Array, second: Array) -> Array:
     )
 
 
-def residual(found: Fit) -> Complex:
-    """Weighted FRFs minus the model's, (L, references, responses)."""
-    return np.asarray(found.equations.weighted - found.model())
-
-
 def local_variance(found: Fit) -> tuple[Array, Array]:
     """Variance of a real weighted equation around every mode, and the factor by which a mode's unknowns are
     less sure because errors are correlated over lines, both (m,).
@@ -75,11 +74,11 @@ def local_variance(found: Fit) -> tuple[Array, Array]:
     Around: within five half-power bandwidths, at least 64 lines.  The factor is the variance of sums over a
     half-power bandwidth, over that of as many independent lines; what chance may give counts as 1.
     """
-    error = residual(found).reshape(len(found.equations.s), -1)
-    sums = np.cumsum(np.concatenate([np.zeros((1, error.shape[1])), error]), axis=0)
-    power = np.append(0.0, np.cumsum(np.mean(np.abs(error) ** 2, axis=1)))
-    lines, spacing = len(error), (found.equations.s[-1].imag - found.equations.s[0].imag) / (len(error) - 1)
-    lost = 2 * error.size / max(2 * error.size - found.unknowns, 1)
+    lines, frfs = len(found.equations.s), found.residual.shape[1]
+    error = found.residual.reshape(2, lines, frfs)
+    power = np.append(0.0, np.cumsum(found.left / frfs))
+    spacing = (found.equations.s[-1].imag - found.equations.s[0].imag) / (lines - 1)
+    lost = 2 * lines * frfs / max(2 * lines * frfs - found.unknowns, 1)
     variance, factor = np.ones(len(found.poles)), np.ones(len(found.poles))
     for r, pole in enumerate(found.poles):
         width = 2 * (found.equations.s[0].real - pole.real) / spacing
@@ -89,37 +88,23 @@ def local_variance(found: Fit) -> tuple[Array, Array]:
         level = (power[first + count] - power[first]) / count
         variance[r] = lost * level / 2
         block = int(np.clip(round(width), 1, count // 8))
-        steps = (
-            sums[first + block : first + count + 1 : block] - sums[first : first + count + 1 - block : block]
-        )
-        grown = float(np.mean(np.abs(steps) ** 2)) / max(block * level, np.finfo(float).tiny)
-        factor[r] = grown if grown > 1 + 3 / np.sqrt(steps.size) else 1.0
+        blocks = error[:, first : first + count // block * block].reshape(2, -1, block, frfs)
+        sums = np.einsum("pnbk->pnk", blocks).ravel()
+        grown = 2 * float(sums @ sums) / sums.size / max(block * level, np.finfo(float).tiny)
+        factor[r] = grown if grown > 1 + 3 / np.sqrt(sums.size / 2) else 1.0
     return variance, factor
-
-
-def independent(error: Complex) -> Array:
-    """Variance of noise that is independent from line to line, (L,), of errors (L, FRFs): from second
-    differences, so that slow errors do not count.
-    """
-    bend = np.mean(np.abs(error[2:] - 2 * error[1:-1] + error[:-2]) ** 2, axis=1) / 6
-    reach = min(max(31, len(error) // 10), len(error))
-    smooth = scipy.ndimage.median_filter(np.pad(bend, 1, mode="edge"), reach, mode="nearest")
-    return np.asarray(smooth + np.finfo(float).tiny)
 
 
 def leftover(found: Fit) -> tuple[Array, Array]:
     """How well the FRFs within a half-power bandwidth of each mode are explained, (m,) each: what is left
     over independent noise (1: noise alone); what only the mode explains over all that was measured there.
     """
-    weighted = found.equations.weighted
-    error = (weighted - found.model()).reshape(len(weighted), -1)
-    floor = 1e-20 * np.mean(np.abs(weighted) ** 2)
-    noise = np.append(0.0, np.cumsum((independent(error) + floor) * error.shape[1]))
+    equations, s = found.equations, found.equations.s
+    floor = 1e-20 * equations.energy / equations.count
+    noise = np.append(0.0, np.cumsum((found.noise + floor) * found.residual.shape[1]))
     left, energy = (
-        np.append(0.0, np.cumsum(np.sum(np.abs(v.reshape(len(v), -1)) ** 2, axis=1)))
-        for v in (error, weighted)
+        np.append(0.0, np.cumsum(v)) for v in (found.left, equations.line**2 * equations.each_line)
     )
-    s = found.equations.s
     spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
     half = np.maximum(s[0].real - found.poles.real, 2 * spacing)
     first = np.clip(np.round((found.poles.imag - 2 * half - s[0].imag) / spacing).astype(int), 0, len(s) - 4)
@@ -135,9 +120,9 @@ def over_noise(found: Fit) -> float:
     """Power of what is left over that of independent noise in it, over all lines or around the middle one of
     the modes, whichever is more; 1 where nothing else is left.
     """
-    error = residual(found).reshape(len(found.equations.s), -1)
-    floor = 1e-20 * found.moments.energy / error.size
-    everywhere = float(np.mean(np.abs(error) ** 2) / (np.mean(independent(error)) + floor))
+    count = found.equations.count
+    floor = 1e-20 * found.moments.energy / count
+    everywhere = float(np.sum(found.left) / count / (np.mean(found.noise) + floor))
     if not len(found.poles):
         return everywhere
     return max(everywhere, float(np.median(leftover(found)[0])))
