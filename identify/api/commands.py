@@ -91,12 +91,13 @@ def explain(
     config: _Path,
     *,
     out: _Path | None = None,
+    workers: int | None = None,
     resume: bool = False,
     report: bool = False,
     quiet: bool = True,
 ) -> Result:
     """Name the effects behind recorded motion."""
-    options = ExplainOptions(out=_path(out), report=report, resume=resume)
+    options = ExplainOptions(out=_path(out), workers=workers, report=report, resume=resume)
     return _reported(run("explain", Path(config), options, quiet), report)
 
 

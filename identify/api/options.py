@@ -86,6 +86,9 @@ class ExplainOptions:
     """Of `identify explain`."""
 
     out: Out = None
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="processes, with the same result to the last bit; default: one")
+    ] = None
     report: Report = True
     resume: KeepTried = False
     quiet: Quiet = False

@@ -122,8 +122,8 @@ ANALYSES = (
         study="identify.explain.study:ExplainStudy",
         plugs={"effects": "identify.explain.effects.base:MOTION_EFFECTS"},
         runs={
-            "explain": Run("identify.explain.run:run_explain", (), ("resume",), _STORY),
-            "discover": Run("identify.explain.run:run_explain", (), ("resume",), _STORY),
+            "explain": Run("identify.explain.run:run_explain", (), ("workers", "resume"), _STORY),
+            "discover": Run("identify.explain.run:run_explain", (), ("workers", "resume"), _STORY),
         },
     ),
     Analysis(

@@ -6,30 +6,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
-import os
-import signal
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
-from multiprocessing.synchronize import Event
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import Any
 
-from threadpoolctl import threadpool_limits
-
-from identify.core.errors import InputError
-from identify.core.interruption import ask, check, children_unasked
+from identify.core.interruption import check
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.trial import Task, Trial, TrialRunner
 from identify.fitting.memory import Memory
+from identify.fitting.processes import Processes
 from identify.vibration.problem import Problem
 
-T = TypeVar("T")
-_LOOK_S = 0.2
 _PHASES = {
     "start": "the present model",
     "glance": "first looks",
@@ -50,12 +39,8 @@ class Workers(AbstractContextManager["Workers"]):
     def __init__(self, problem: Problem, count: int, memory: Memory | None = None) -> None:
         self.memory = Memory() if memory is None else memory
         self.seconds: dict[str, float] = {}
-        context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
-        self._end, self._count = context.Event(), count
         self._runner = TrialRunner(problem) if count == 1 else None
-        self._pool = None
-        if count > 1:
-            self._pool = ProcessPoolExecutor(count, context, _start, (problem, self._end))
+        self._pool = Processes(count, _begin, problem) if count > 1 else None
 
     def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
         """The trials of all tasks in their order; `done` is called after each.  Interrupted where the user
@@ -91,21 +76,13 @@ class Workers(AbstractContextManager["Workers"]):
                 found[number] = self._runner.place(known, job)
                 done()
         if self._pool is not None:
-            with children_unasked():
-                chunks = [list(range(n, len(jobs), 4 * self._count)) for n in range(4 * self._count)]
-                left = {
-                    self._pool.submit(_run_places, known, [jobs[n] for n in chunk]): chunk
-                    for chunk in chunks
-                    if chunk
-                }
-            while left:
-                check()
-                for future in wait(left, timeout=_LOOK_S, return_when=FIRST_COMPLETED).done:
-                    chunk = left.pop(future)
-                    ends: list[Any] = _result(future)
-                    found |= dict(zip(chunk, ends, strict=True))
-                    for _ in chunk:
-                        done()
+            parts = 4 * self._pool.count
+            chunks = [chunk for n in range(parts) if (chunk := list(range(n, len(jobs), parts)))]
+            tasks = [(known, [jobs[n] for n in chunk]) for chunk in chunks]
+            for number, ends in self._pool.run(_run_places, tasks):
+                found |= dict(zip(chunks[number], ends, strict=True))
+                for _ in chunks[number]:
+                    done()
         self._count_time("places", began)
         return [found[number] for number in range(len(jobs))]
 
@@ -115,53 +92,20 @@ class Workers(AbstractContextManager["Workers"]):
             for key, task in tasks.items():
                 check()
                 yield key, self._runner.run(task)
-        if self._pool is None:
-            return
-        with children_unasked():
-            left = {self._pool.submit(_run, task): key for key, task in tasks.items()}
-        while left:
-            check()
-            for future in wait(left, timeout=_LOOK_S, return_when=FIRST_COMPLETED).done:
-                yield left.pop(future), _result(future)
+        if self._pool is not None:
+            keys = list(tasks)
+            for number, trial in self._pool.run(_run, [(task,) for task in tasks.values()]):
+                yield keys[number], trial
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._pool is not None:
-            if kind is not None:
-                self._end.set()
-            self._pool.shutdown(cancel_futures=True)
+            self._pool.__exit__(kind, error, trace)
 
 
-def _result(future: Future[T]) -> T:
-    try:
-        return future.result()
-    except BrokenProcessPool as error:
-        check()  # they are killed with this process, and may be gone first
-        fix = "resume with `--resume`, with fewer `--workers` where memory is short"
-        raise InputError("--workers", "a process that tried a model was killed", fix=fix) from error
-
-
-def _start(problem: Problem, end: Event) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to a whole terminal; the parent decides
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
-    threadpool_limits(1)
+def _begin(problem: Problem) -> None:
     _runner[:] = [TrialRunner(problem)]
-
-
-def _end_with_parent() -> None:
-    """A pool's processes wait for work for ever, also when the run that started them was killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _end_when_told(end: Event) -> None:
-    """The trial under way ends at its next step."""
-    end.wait()
-    ask()
 
 
 def _run(task: Task) -> Trial:

@@ -41,6 +41,7 @@ from identify.explain.study import (
     read_explain_study,
 )
 from identify.explain.workbench import RecordWorkbench
+from identify.explain.workers import Workers
 from identify.fitting.memory import Memory
 from identify.fitting.resume import resumable, run_key
 from identify.fitting.selection.workbench import Story
@@ -88,6 +89,27 @@ class _Problems:
 
 
 @dataclass(frozen=True)
+class _Tools:
+    """What all stages share: what was computed, and who computes ahead."""
+
+    memory: Memory
+    workers: Workers | None
+
+    def bench(
+        self,
+        pair: _Problems,
+        effects: Sequence[MotionEffect],
+        label: str,
+        begun: Fit | None = None,
+        examined: frozenset[str] = frozenset(),
+    ) -> RecordWorkbench:
+        """The workbench of a stage."""
+        return RecordWorkbench(
+            pair.fitted, pair.judge, effects, label, self.memory, begun, examined, self.workers
+        )
+
+
+@dataclass(frozen=True)
 class _Recorded:
     """Conditioned motions: all to fit in a row, all to judge by in a row, and each that is only reported."""
 
@@ -109,10 +131,15 @@ class _Recorded:
 
 
 def run_explain(
-    config: Path, out: Path | None = None, progress: Story | None = None, *, resume: bool = False
+    config: Path,
+    out: Path | None = None,
+    progress: Story | None = None,
+    *,
+    workers: int | None = None,
+    resume: bool = False,
 ) -> tuple[ExplainResult, Path]:
     """Explain the records of a study, write the result and return it with its path; progress: told what was
-    just found.
+    just found; workers: processes, by default one, with the same result to the last bit.
 
     While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
     is not run again by it.  InputError or InputErrors for whatever cannot be read, does not fit together or
@@ -132,7 +159,8 @@ def run_explain(
         key = run_key(origin, file)
 
         def compute(part: PartFile) -> ExplainResult:
-            targets = explained(file.study, motions, known, progress, Memory(part))
+            with Workers(workers or 1) as at_work:
+                targets = explained(file.study, motions, known, progress, Memory(part), at_work)
             return _result(file.study.name, treated, motions.judge.name, targets, begun, origin, key)
 
         return resumable(path, key, ExplainResult, compute, resume=resume), path
@@ -230,24 +258,25 @@ def explained(
     known: Known,
     story: Story | None = None,
     memory: Memory | None = None,
+    workers: Workers | None = None,
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
-    story, memory = story or Story(), Memory() if memory is None else memory
+    story, tools = story or Story(), _Tools(Memory() if memory is None else memory, workers)
     scenes = [scene_of(motion, known) for motion in motions.all]
     tried = candidates("torque", scenes[0], study.effects)
     torque = motions.problems(torque_problem, scenes, known)
     torque = _Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
-    torque, found = _torque_explained(torque, tried, _of(story, "torque"), memory)
+    torque, found = _torque_explained(torque, tried, _of(story, "torque"), tools)
     done = {"torque": evaluated("torque", torque.fitted, torque.judge, torque.tests, found, tried)}
     for target, prepare in _PREPARE.items():
         if all(_recorded(motion, target) for motion in motions.all):
             problems = motions.problems(prepare, torque.scenes, known)
-            done[target] = _explained(target, problems, study, _of(story, target), memory)
+            done[target] = _explained(target, problems, study, _of(story, target), tools)
     return done
 
 
 def _torque_explained(
-    pair: _Problems, tried: list[MotionEffect], story: Story, memory: Memory
+    pair: _Problems, tried: list[MotionEffect], story: Story, tools: _Tools
 ) -> tuple[_Problems, Explanation]:
     """Torques with the loads of the gears as they are known at the end, and their explanation.
 
@@ -256,31 +285,31 @@ def _torque_explained(
     no effect depends on loads that have changed.
     """
     first = [effect for effect in tried if not effect.of_load]
-    fit, steps = grow(RecordWorkbench(pair.fitted, pair.judge, first, "torque", memory), story)
+    fit, steps = grow(tools.bench(pair, first, "torque"), story)
     examined = frozenset[str]()
     for number in range(1, _ROUNDS + 1):
         before, pair = fit, _with_loads(pair, fit)
         label = f"torque, loads {number}"
-        bench = RecordWorkbench(pair.fitted, pair.judge, tried, label, memory, before, examined)
+        bench = tools.bench(pair, tried, label, before, examined)
         fit, more = grow(bench, story)
         steps, examined = steps + more, frozenset(effect.name for effect in fit.effects)
         moved = any(effect.in_gear for effect in before.effects + fit.effects)
         if not (moved and any(effect.of_load for effect in fit.effects)):
             break
     pair = _with_loads(pair, fit)
-    bench = RecordWorkbench(pair.fitted, pair.judge, tried, "torque, final loads", memory, fit)
+    bench = tools.bench(pair, tried, "torque, final loads", fit)
     return pair, conclude(bench, fit, steps)
 
 
 def _explained(
-    target: Target, pair: _Problems, study: ExplainStudy, story: Story, memory: Memory
+    target: Target, pair: _Problems, study: ExplainStudy, story: Story, tools: _Tools
 ) -> TargetResult:
     """A target that is linear in what the torque's explanation left behind; latencies to second order."""
     tried = candidates(target, pair.fitted.scene, study.effects)
-    first, steps = grow(RecordWorkbench(pair.fitted, pair.judge, tried, target, memory), story)
+    first, steps = grow(tools.bench(pair, tried, target), story)
     pair = pair.each(partial(curved, fit=first))
     label, examined = f"{target}, second order", frozenset(effect.name for effect in first.effects)
-    bench = RecordWorkbench(pair.fitted, pair.judge, tried, label, memory, first, examined)
+    bench = tools.bench(pair, tried, label, first, examined)
     fit, more = grow(bench, story)
     found = conclude(bench, fit, [*steps, *more])
     return evaluated(target, pair.fitted, pair.judge, pair.tests, found, tried)

@@ -74,13 +74,27 @@ class Screen:
 
         Searched once for the effects that are at its joint, whatever goes on at others.
         """
-        key = effect.name, frozenset(other.name for other in self.effects if other.axis == effect.axis)
+        key = self._beside(effect)
         if key not in self.problem.searched:
-            kept = self._memory.recall(
-                digest("search", self._label, key[0], sorted(key[1])), lambda: _as_list(self._search(effect))
-            )
+            kept = self._memory.recall(self.key(effect), lambda: self.found(effect))
             self.problem.searched[key] = np.array(kept[0]) if kept else None
         return self.problem.searched[key]
+
+    def searched(self, effect: MotionEffect) -> bool:
+        """Whether that was done."""
+        return self._beside(effect) in self.problem.searched
+
+    def key(self, effect: MotionEffect) -> str:
+        """Of the search in the memory."""
+        name, beside = self._beside(effect)
+        return digest("search", self._label, name, sorted(beside))
+
+    def found(self, effect: MotionEffect) -> list[list[float]]:
+        """What the search finds, as the memory keeps it: nothing where there is no start."""
+        return _as_list(self._search(effect))
+
+    def _beside(self, effect: MotionEffect) -> tuple[str, frozenset[str]]:
+        return effect.name, frozenset(other.name for other in self.effects if other.axis == effect.axis)
 
     def _search(self, effect: MotionEffect) -> Array | None:
         starts = effect.starts(self.problem.scene, self.residual)

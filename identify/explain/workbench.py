@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from identify.explain.effects.base import MotionEffect
 from identify.explain.gain import record_gain
 from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
 from identify.explain.screen import Screen, refine
+from identify.explain.workers import Stage, Workers
 from identify.fitting.memory import Memory, digest
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
@@ -71,10 +72,17 @@ class HeldOut:
 
     def gain(self, before: Fit, after: Fit) -> Gain:
         """See `identify.explain.gain.record_gain`."""
-        key = digest("gain", self.label, key_of(before), key_of(after))
-        kept = self.memory.recall(key, lambda: _as_list(self._gain(before, after)))
+        kept = self.memory.recall(self.key(before, after), lambda: self.found(before, after))
         log_odds, explained, confirmed, parts, chance = kept
         return Gain(log_odds, explained, confirmed, True, np.array(parts), chance)
+
+    def key(self, before: Fit, after: Fit) -> str:
+        """Of the gain in the memory."""
+        return digest("gain", self.label, key_of(before), key_of(after))
+
+    def found(self, before: Fit, after: Fit) -> list[float | bool | list[float]]:
+        """The gain, as the memory keeps it."""
+        return _as_list(self._gain(before, after))
 
     def _gain(self, before: Fit, after: Fit) -> Gain:
         price = (len(after.effects) - len(before.effects)) * float(np.log(len(self.tried)))
@@ -111,12 +119,42 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class _Search:
+    """The search for an effect's own parameters beside a model, less what it takes the place of."""
+
+    key: str
+    model: Fit
+    taken: str
+    effect: MotionEffect
+
+    def compute(self, stage: Stage) -> list[list[float]]:
+        """As the memory keeps it."""
+        name = f"screen {key_of(self.model)} {self.taken}"
+        screen: Screen = stage.kept(name, lambda: Screen(stage.fitted, self.model, self.taken))
+        return screen.found(self.effect)
+
+
+@dataclass(frozen=True)
+class _Comparison:
+    """What one fit gains over another."""
+
+    key: str
+    before: Fit
+    after: Fit
+
+    def compute(self, stage: Stage) -> list[float | bool | list[float]]:
+        """As the memory keeps it."""
+        held = HeldOut(stage.fitted, stage.judge, Memory(), stage.label, stage.tried)
+        return held.found(self.before, self.after)
+
+
+@dataclass(frozen=True)
 class RecordWorkbench:
     """One target of two records (`identify.fitting.selection.workbench.Workbench`).
 
     effects: all that may be tried; begun: a fit to begin with, as when the loads became known better, as far
     as it still holds; label: what tells this stage of the run from others in the memory; examined: names of
-    effects which, together, an earlier stage has found no better ones for.
+    effects which, together, an earlier stage has found no better ones for; workers: who computes ahead.
     """
 
     fitted: RegressionProblem
@@ -126,6 +164,17 @@ class RecordWorkbench:
     memory: Memory = field(default_factory=Memory)
     begun: Fit | None = None
     examined: frozenset[str] = frozenset()
+    workers: Workers | None = None
+
+    @cached_property
+    def _stage(self) -> Stage:
+        tried = frozenset(effect.name for effect in self.effects)
+        return Stage(self.fitted, self.judge, self.label, tried)
+
+    def _ahead(self, jobs: Callable[[], Sequence[_Search | _Comparison]]) -> None:
+        """Have it computed by the workers, where there are any."""
+        if self.workers is not None:
+            self.workers.ahead(self._stage, jobs(), self.memory)
 
     @property
     def policy(self) -> Policy:
@@ -160,12 +209,21 @@ class RecordWorkbench:
     def screen(self, model: Fit, effects: Sequence[MotionEffect], story: Story) -> list[MotionAttempt]:
         """Each beside the model's effects, whose own parameters stay; in place of what it supersedes."""
         there = {effect.name for effect in model.effects}
-        found, screens = [], dict[str, Screen]()
-        for number, effect in enumerate(effects, start=1):
+        places = [effect.supersedes if effect.supersedes in there else "" for effect in effects]
+        screens = {
+            taken: Screen(self.fitted, model, taken, self.memory, self.label)
+            for taken in dict.fromkeys(places)
+        }
+        self._ahead(
+            lambda: [
+                _Search(screens[taken].key(effect), model, taken, effect)
+                for effect, taken in zip(effects, places, strict=True)
+                if not screens[taken].searched(effect)
+            ]
+        )
+        found = []
+        for number, (effect, taken) in enumerate(zip(effects, places, strict=True), start=1):
             check()
-            taken = effect.supersedes if effect.supersedes in there else ""
-            if taken not in screens:
-                screens[taken] = Screen(self.fitted, model, taken, self.memory, self.label)
             after = screens[taken].added(effect)
             if after is not None:
                 found.append(Attempt(effect, after, self.size(after, effect)))
@@ -181,9 +239,11 @@ class RecordWorkbench:
         return [[attempt] for attempt in promising]
 
     def criterion(self, models: Sequence[Fit]) -> HeldOut:
-        """By the record that was not fitted."""
-        tried = frozenset(effect.name for effect in self.effects)
-        return HeldOut(self.fitted, self.judge, self.memory, self.label, tried)
+        """By the record that was not fitted; what the others gain over the first is asked next."""
+        held = HeldOut(self.fitted, self.judge, self.memory, self.label, self._stage.tried)
+        before, *others = models
+        self._ahead(lambda: [_Comparison(held.key(before, after), before, after) for after in others])
+        return held
 
     def quick_criterion(self, model: Fit) -> HeldOut:
         """The same."""
@@ -204,14 +264,16 @@ class RecordWorkbench:
         open_ones = [effect for effect in self.effects if not effect.harmonic and effect not in banned]
         best: tuple[MotionOption, MotionAttempt] | None = None
         most = _PAIR.explained
-        for first, second in self._pairs(singles, open_ones):
-            both = step.criterion.gain(step.before, second.model)
+        pairs = list(self._pairs(singles, open_ones))
+        criterion = self.criterion([step.before, *(second.model for _, second in pairs)])
+        for first, second in pairs:
+            both = criterion.gain(step.before, second.model)
             if self.policy.admit.holds(both) and _PAIR.holds(both) and both.explained > most:
                 best, most = (first, second), both.explained
         if best is None:
             return None
         first, attempt = best
-        gain = step.criterion.gain(first.model, attempt.model)
+        gain = criterion.gain(first.model, attempt.model)
         return (first, Option(attempt.effect, attempt.model, attempt.size, gain)), most
 
     def _pairs(

@@ -91,6 +91,36 @@ def test_an_interrupted_run_goes_on_to_the_same_end_bit_for_bit(
     assert not computed
 
 
+def test_several_processes_find_the_same_bit_for_bit(
+    config: Path, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And compute ahead some of what the loop asks for: it finds that in its memory."""
+    own: list[str] = []
+    every: list[str] = []
+    recalled, kept = Memory.recall, Memory.__setitem__
+
+    def counting(memory: Memory, key: str, compute: Callable[[], Any]) -> Any:
+        if key not in memory:
+            own.append(key)
+        return recalled(memory, key, compute)
+
+    def keeping(memory: Memory, key: str, value: Any) -> None:
+        every.append(key)
+        kept(memory, key, value)
+
+    monkeypatch.setattr(Memory, "recall", counting)
+    monkeypatch.setattr(Memory, "__setitem__", keeping)
+    found, _ = run_explain(config, tmp_path / "two.h5", workers=2)
+    assert len(own) < len(every) == len(set(every))
+    whole = result_file.read(written, ExplainResult)
+    for target, one in whole.targets.items():
+        other = found.targets[target]
+        assert np.array_equal(other.values.value, one.values.value)
+        assert np.array_equal(other.effects.evidence, one.effects.evidence)
+        assert np.array_equal(other.rms_judge, one.rms_judge)
+    assert found.verdict == whole.verdict
+
+
 def test_the_result_is_kept_whole(written: Path) -> None:
     kept = result_file.read(written, ExplainResult)
     torque, deflection = kept.targets["torque"], kept.targets["deflection"]
