@@ -10,22 +10,21 @@ dropped, and what they stand for goes to those.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from identify.core.arrays import Array
 from identify.robot.description import Link, Robot
-from identify.robot.inverse_dynamics import RigidArm
 from identify.robot.pseudo_inertia import pseudo_inertia
+from identify.robot.regressor import NAMES, PAIRS, link_columns
 
 _TOLERANCE = 1e-9
 _STATES = 60
-_PAIRS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
 _ORDER = ("zz", "xx", "xy", "xz", "yz", "yy", "mx", "my", "mz")
 """Of each link; masses come last, so that they are what is put together with others."""
-UNITS = {"m": "kg", **dict.fromkeys(("mx", "my", "mz"), "kg m"), **dict.fromkeys((*_PAIRS, "ia"), "kg m^2")}
+UNITS = {"m": "kg", **dict.fromkeys(("mx", "my", "mz"), "kg m"), **dict.fromkeys((*PAIRS, "ia"), "kg m^2")}
 UNITS |= {"fc": "N m", "fv": "N m s/rad", "offset": "N m"}
 
 
@@ -37,41 +36,17 @@ def standard_names(robot: Robot) -> list[str]:
 
 def standard_columns(robot: Robot, position: Array, velocity: Array, acceleration: Array) -> Array:
     """(samples, joints, parameters): torque per unit of each inertial parameter."""
-    arm = RigidArm(_with_bodies(robot), position, velocity, acceleration)
-    parts = {link.name: _of_link(arm, link.name) for link in robot.links[1:]}
-    return np.stack(
-        [parts[link][what] for link, what in (name.rsplit(".", 1) for name in standard_names(robot))], axis=2
-    )
-
-
-def _with_bodies(robot: Robot) -> Robot:
-    """The robot with some body wherever none is known: what a unit more of anything adds does not depend on
-    what is there.
-    """
-    some = np.eye(3)
-    links = [
-        link if link.mass and np.any(link.inertia) else replace(link, mass=link.mass or 1.0, inertia=some)
-        for link in robot.links
-    ]
-    return replace(robot, links=(robot.links[0], *links[1:]))
-
-
-def _of_link(arm: RigidArm, link: str) -> dict[str, Array]:
-    found = {"m": arm.added(link, Link("mass", 1.0, np.zeros(3), np.zeros((3, 3))))}
-    found |= {what: arm.first_moment(link, number) for number, what in enumerate(("mx", "my", "mz"))}
-    axes = np.eye(3)
-    found |= {what: arm.inertia(link, axes[a]) for what, (a, b) in _PAIRS.items() if a == b}
-    for what, (a, b) in _PAIRS.items():
-        if a != b:
-            found[what] = arm.inertia(link, axes[a] + axes[b]) - found["xyz"[a] * 2] - found["xyz"[b] * 2]
-    return found
+    columns = link_columns(robot, position, velocity, acceleration)
+    places = [NAMES.index(what) for what in _ORDER]
+    inertial = columns[..., places].reshape(*position.shape, -1)
+    return np.concatenate([inertial, columns[..., NAMES.index("m")]], axis=2)
 
 
 def parameters_of(link: Link) -> dict[str, float]:
     """What a body's inertial parameters are, by their names with its own before them."""
     matrix = pseudo_inertia(link)
     inertia = np.trace(matrix[:3, :3]) * np.eye(3) - matrix[:3, :3]
-    found = {what: inertia[pair] for what, pair in _PAIRS.items()}
+    found = {what: inertia[pair] for what, pair in PAIRS.items()}
     found |= dict(zip(("mx", "my", "mz", "m"), matrix[3], strict=True))
     return {f"{link.name}.{what}": float(found[what]) for what in (*_ORDER, "m")}
 
@@ -81,8 +56,8 @@ def pseudo_inertia_basis() -> Array:
     found = []
     for what in (*_ORDER, "m"):
         matrix = np.zeros((4, 4))
-        if what in _PAIRS:
-            a, b = _PAIRS[what]
+        if what in PAIRS:
+            a, b = PAIRS[what]
             matrix[a, b] = matrix[b, a] = -1.0
             matrix[:3, :3] += np.eye(3) / 2 * (a == b)
         else:

@@ -1,0 +1,111 @@
+"""Torque per unit of each link's inertial parameters, in closed form for all samples at once.
+
+Newton-Euler equations of a chain are linear in mass, first moments and inertia about the link frame's origin
+(Atkeson, An and Hollerbach, Int. J. Robotics Research 5-3, 1986, Eqs. 15 to 20).  The engine gives torques,
+not these columns; it is what tests compare them with.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.robot.description import Joint, Robot
+
+PAIRS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
+NAMES = (*PAIRS, "mx", "my", "mz", "m")
+"""Of a link's parameters in the order of the columns; inertias as entries of the tensor."""
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """A link in motion, in the base's axes, each (samples, ...): turn (3, 3) of its frame, place, and its
+    angular velocity, angular acceleration, and acceleration of the frame's origin less gravity, (3,).
+    """
+
+    turn: Array
+    place: Array
+    rate: Array
+    change: Array
+    pull: Array
+
+    def at(self, place: Array) -> Array:
+        """Acceleration, less gravity, of its point at a place (samples, 3)."""
+        off = place - self.place
+        return np.asarray(
+            self.pull + np.cross(self.change, off) + np.cross(self.rate, np.cross(self.rate, off))
+        )
+
+
+def link_columns(robot: Robot, position: Array, velocity: Array, acceleration: Array) -> Array:
+    """(samples, joints, links, 10): torque at each joint, N m, per unit of each parameter of each moving
+    link, in the order of `NAMES`; position, velocity, acceleration (samples, joints), rad, s.
+    """
+    samples, count = position.shape
+    found, zero = np.zeros((samples, count, count, len(NAMES))), np.zeros((samples, 3))
+    moved = _Moved(np.tile(np.eye(3), (samples, 1, 1)), zero, zero, zero, zero - robot.gravity)
+    axes: list[tuple[Array, Array]] = []
+    for n, joint in enumerate(robot.joints):
+        moved, axis, hinge = _next(moved, joint, position[:, n], velocity[:, n], acceleration[:, n])
+        axes.append((axis, hinge))
+        force, moment = _wrenches(moved)
+        for k, (along, centre) in enumerate(axes):
+            lever = np.cross(along, moved.place - centre)
+            found[:, k, n] = np.einsum("si,sip->sp", along, moment) + np.einsum("si,sip->sp", lever, force)
+    return found
+
+
+def _next(
+    parent: _Moved, joint: Joint, angle: Array, rate: Array, change: Array
+) -> tuple[_Moved, Array, Array]:
+    """The link that a joint moves, the joint's axis and its place, (samples, 3)."""
+    turn = parent.turn @ joint.origin[:3, :3] @ _turns(joint.axis, angle)
+    hinge = parent.place + parent.turn @ joint.origin[:3, 3]
+    axis = turn @ joint.axis
+    spin = axis * rate[:, None]
+    child = _Moved(
+        turn,
+        hinge,
+        parent.rate + spin,
+        parent.change + axis * change[:, None] + np.cross(parent.rate, spin),
+        parent.at(hinge),
+    )
+    place = hinge + turn @ joint.mount[:3, 3]
+    return _Moved(turn @ joint.mount[:3, :3], place, child.rate, child.change, child.at(place)), axis, hinge
+
+
+def _turns(axis: Array, angle: Array) -> Array:
+    """(samples, 3, 3): rotations about an axis (3,)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sine, versine = np.sin(angle)[:, None, None], (1 - np.cos(angle))[:, None, None]
+    return np.asarray(np.eye(3) + sine * cross + versine * (cross @ cross))
+
+
+def _wrenches(link: _Moved) -> tuple[Array, Array]:
+    """Force and moment about the frame's origin (samples, 3, 10) per unit of each parameter, in the base's
+    axes.
+    """
+    own = [np.einsum("sji,sj->si", link.turn, vector) for vector in (link.rate, link.change, link.pull)]
+    rate, change, pull = own
+    spun, turned = _cross(rate), _cross(change)
+    force, moment = np.zeros((2, len(rate), 3, len(NAMES)))
+    for column, (a, b) in enumerate(PAIRS.values()):
+        momentum, growth = np.zeros((2, len(rate), 3))
+        momentum[:, a], growth[:, a] = rate[:, b], change[:, b]
+        momentum[:, b], growth[:, b] = rate[:, a], change[:, a]
+        moment[:, :, column] = growth + np.cross(rate, momentum)
+    force[:, :, 6:9] = turned + spun @ spun
+    force[:, :, 9] = pull
+    moment[:, :, 6:9] = -_cross(pull)
+    return link.turn @ force, link.turn @ moment
+
+
+def _cross(vectors: Array) -> Array:
+    """(samples, 3, 3): the matrices of cross products with vectors (samples, 3)."""
+    found = np.zeros((len(vectors), 3, 3))
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[:, b, c], found[:, c, b] = -vectors[:, a], vectors[:, a]
+    return found
