@@ -8,7 +8,9 @@ import multiprocessing
 import os
 import re
 import resource
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -73,6 +75,26 @@ def begun(context: ForkServerContext, words: list[str], said: Path, trouble: Tro
     while process.is_alive() and not ready.exists():
         time.sleep(0.005)
     return Run(process, said)
+
+
+def ran(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """`identify` with these words in a folder, ended: its exit code and what it said."""
+    with tempfile.TemporaryDirectory() as folder:
+        said = [Path(folder) / name for name in ("out", "err")]
+        process = programs().Process(target=_captured, args=(words, cwd, *said))
+        process.start()
+        process.join(timeout=300)
+        assert process.exitcode is not None, "it hangs"
+        return subprocess.CompletedProcess(words, process.exitcode, *(one.read_text() for one in said))
+
+
+def _captured(words: tuple[str, ...], cwd: Path, out: Path, err: Path) -> None:
+    os.chdir(cwd)
+    sys.argv = ["identify", *words]
+    sys.stdout, sys.stderr = out.open("w"), err.open("w")
+    for number, stream in enumerate((sys.stdout, sys.stderr), start=1):
+        os.dup2(stream.fileno(), number)
+    cli.main()
 
 
 def _main(words: list[str], said: Path, ready: Path, trouble: Trouble) -> None:

@@ -17,6 +17,7 @@ from identify.fitting.optimizers.base import OPTIMIZERS
 from identify.results.comparison import compared
 from identify.results.file import read, write
 from identify.results.fit import FitResult
+from tests.programs import ran
 from tests.reports.discovery_sample import discovery_result
 from tests.reports.joints_sample import joints_result
 
@@ -24,22 +25,11 @@ ROOT = Path(__file__).parents[1]
 HEAVY = ("scipy", "matplotlib", "pymoo", "plotly", "mujoco", "h5py", "pandas", "pyswarms")
 
 
-def _identify(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "identify", *words],
-        check=False,
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-
-
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The TX200 study fitted through the command line, with reports."""
     folder = tmp_path_factory.mktemp("run")
-    done = _identify("fit", str(ROOT / "configs" / "umons_tx200.yaml"), "--out", "tx200.h5", cwd=folder)
+    done = ran("fit", str(ROOT / "configs" / "umons_tx200.yaml"), "--out", "tx200.h5", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "wrote tx200.html" in done.stdout
     assert "free parameters are determined" in done.stdout
@@ -57,7 +47,7 @@ def test_fit_writes_result_and_reports(fitted: Path) -> None:
 def test_compare_sets_results_side_by_side(fitted: Path) -> None:
     other = fitted.with_name("other.h5")
     assert (
-        _identify(
+        ran(
             "fit",
             str(ROOT / "configs/umons_tx200_rebalanced.yaml"),
             "--out",
@@ -68,7 +58,7 @@ def test_compare_sets_results_side_by_side(fitted: Path) -> None:
         ).stdout
         == ""
     )
-    shown = _identify("compare", "tx200.h5", "other.h5", cwd=fitted.parent)
+    shown = ran("compare", "tx200.h5", "other.h5", cwd=fitted.parent)
     assert shown.returncode == 0
     for part in ("tx200", "other", "joint1.rz.stiffness", "12.05", "12.30", "6.50"):
         assert part in shown.stdout.replace("\n", " "), part
@@ -77,7 +67,7 @@ def test_compare_sets_results_side_by_side(fitted: Path) -> None:
 def test_report_again_from_the_result_alone(fitted: Path) -> None:
     before = fitted.with_suffix(".html").read_bytes()
     fitted.with_suffix(".html").unlink()
-    assert _identify("report", "tx200.h5", cwd=fitted.parent).returncode == 0
+    assert ran("report", "tx200.h5", cwd=fitted.parent).returncode == 0
     assert fitted.with_suffix(".html").read_bytes() == before
 
 
@@ -85,7 +75,7 @@ def test_bad_input_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text(
         "schema: identify/1\nrobot: {urdf: gone.urdf}\nmeasurements: [{file: gone.uff, posture_deg: [1]}]\n"
     )
-    done = _identify("fit", "config.yaml", cwd=tmp_path)
+    done = ran("fit", "config.yaml", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert "gone.urdf" in done.stderr
@@ -97,7 +87,7 @@ def test_bad_input_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None:
     "words", [["fit"], ["fit", "no-such-file.yaml"], ["report", "no.h5"], ["check", "no.yaml"], ["nonsense"]]
 )
 def test_wrong_words_exit_with_2(words: list[str], tmp_path: Path) -> None:
-    done = _identify(*words, cwd=tmp_path)
+    done = ran(*words, cwd=tmp_path)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
 
@@ -107,12 +97,12 @@ def test_an_unfinished_fit_exits_with_4(tmp_path: Path) -> None:
     (tmp_path / "short.yaml").write_text(
         text.replace("evaluations: 20000", "evaluations: 50").replace("starts: 10", "starts: 2")
     )
-    assert _identify("fit", "short.yaml", "--no-report", "-q", cwd=tmp_path).returncode == 4
+    assert ran("fit", "short.yaml", "--no-report", "-q", cwd=tmp_path).returncode == 4
     assert not read(tmp_path / "reports" / "umons_tx200.h5", FitResult).converged
 
 
 def test_overrides_are_used_and_kept_out_of_the_config(tmp_path: Path) -> None:
-    done = _identify(
+    done = ran(
         "fit",
         str(ROOT / "configs" / "umons_tx200.yaml"),
         "--seed",
@@ -140,10 +130,10 @@ def _imported(code: str, names: tuple[str, ...]) -> set[str]:
     """Which of these packages and modules are there after the code has run in a process of its own."""
     told = f"{code}\nimport sys; print('\\n'.join({{'.'.join(n.split('.')[:2]) for n in sys.modules}}))"
     environment = {**os.environ, "MUJOCO_GL": "disable"}
-    ran = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-c", told], check=True, capture_output=True, text=True, env=environment
     )
-    there = set(ran.stdout.split())
+    there = set(done.stdout.split())
     return {name for name in names if name in there}
 
 
@@ -174,8 +164,8 @@ def test_a_fit_imports_what_it_needs_when_it_needs_it() -> None:
 
 def test_modes_of_a_plain_file_need_no_robot(tmp_path: Path) -> None:
     words = (str(ROOT / "data/arm_hammer_test/posture1.uff"), "--out", str(tmp_path / "m.h5"))
-    ran = _command("modes", *words, "--no-report", "--quiet", "--band", "3", "40")
-    assert _imported(ran, ("mujoco", "glfw", "identify.robot", "identify.modal")) == {"identify.modal"}
+    code = _command("modes", *words, "--no-report", "--quiet", "--band", "3", "40")
+    assert _imported(code, ("mujoco", "glfw", "identify.robot", "identify.modal")) == {"identify.modal"}
     assert (tmp_path / "m.h5").exists()
 
 
@@ -186,12 +176,12 @@ def test_a_shell_can_complete() -> None:
 
 def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) -> None:
     data = ROOT / "data" / "arm_hammer_test"
-    done = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
+    done = ran("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "fill in `posture_deg` (line 9) and `averages` (line 10)" in done.stdout
     assert done.stdout.endswith("next: identify check config.yaml\n")
     assert "points.csv" not in done.stdout, "it exists"
-    asked = _identify("check", "config.yaml", cwd=tmp_path)
+    asked = ran("check", "config.yaml", cwd=tmp_path)
     assert asked.returncode == 2
     assert "posture_deg" in asked.stderr
     text = (tmp_path / "config.yaml").read_text()
@@ -200,11 +190,11 @@ def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) 
         "averages: null", "averages: 4"
     )
     (tmp_path / "config.yaml").write_text(filled)
-    assert _identify("check", "config.yaml", cwd=tmp_path).returncode == 0
-    again = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
+    assert ran("check", "config.yaml", cwd=tmp_path).returncode == 0
+    again = ran("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
     assert again.returncode == 2, "an existing config is not overwritten"
     words = ("--out", "other.yaml", "--points", "gone.csv")
-    without = _identify("init", str(data / "robot.urdf"), str(data / "posture1.uff"), *words, cwd=tmp_path)
+    without = ran("init", str(data / "robot.urdf"), str(data / "posture1.uff"), *words, cwd=tmp_path)
     assert "write gone.csv, which does not exist: a line node,name,link,x_m,y_m,z_m" in without.stdout
 
 
@@ -212,7 +202,7 @@ def test_modes_asks_for_options_not_for_keys(tmp_path: Path) -> None:
     (tmp_path / "frfs.csv").write_text(
         "frequency_hz,output,input,real,imag\n1,1:+X,1:+X,1,1\n2,1:+X,1:+X,1,2\n"
     )
-    refused = _identify("modes", "frfs.csv", cwd=tmp_path)
+    refused = ran("modes", "frfs.csv", cwd=tmp_path)
     assert "add `--unit`, such as `--unit m/s^2/N`" in refused.stderr
 
 

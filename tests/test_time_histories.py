@@ -4,8 +4,6 @@ fail their checks.
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +14,7 @@ from identify.measured.uff.write import write_uff58
 from identify.vibration.check import run_checks
 from identify.vibration.run import run_fit
 from tests.model.effects.pendulum import PENDULUM
+from tests.programs import ran
 from tests.robot.random_arm import industrial_arm, write
 from tests.test_study import GOOD, POINTS, _frf_set
 
@@ -86,12 +85,6 @@ def test_checks_fail_with_exit_code_3_on_a_dead_channel(tmp_path: Path) -> None:
     data.frf[:, 4, 0] = 0.0
     write_uff58(tmp_path / "frf.uff", data)
     assert any(finding.level == "fail" for finding in run_checks(tmp_path / "config.yaml").findings["frf"])
-    done = subprocess.run(
-        [sys.executable, "-m", "identify", "check", "config.yaml"],
-        check=False,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+    done = ran("check", "config.yaml", cwd=tmp_path)
     assert done.returncode == 3
     assert "2:+Y" in done.stdout

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +22,7 @@ from identify.results.motion import MotionResult
 from tests.motion import arms
 from tests.motion.test_simulate import DC
 from tests.motion.test_trajectory_fit import COULOMB, FREE, NOISE, SERVO, record
+from tests.programs import ran
 
 
 def written(folder: Path, **keys: object) -> Path:
@@ -133,20 +132,14 @@ def refuse(*_: object) -> None:
     raise AssertionError("a finished run is not run again")
 
 
-def run(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "identify", *words], check=False, capture_output=True, text=True
-    )
-
-
 def test_the_command_line_refuses_what_it_cannot_do(tmp_path: Path) -> None:
     config = written(tmp_path)
-    refused = run("fit", str(config), "--profile", "joint1.gear.ratio", "--no-report")
+    refused = ran("fit", str(config), "--profile", "joint1.gear.ratio", "--no-report", cwd=tmp_path)
     assert refused.returncode == 2
     assert "leave the option out" in refused.stderr
     data = json.loads(config.read_text())
     config.write_text(json.dumps({**data, "gaer": 1, "friction": {"coulomb": "much"}}))
-    wrong = run("simulate", str(config), "--no-report")
+    wrong = ran("simulate", str(config), "--no-report", cwd=tmp_path)
     assert wrong.returncode == 2
     assert "did you mean `gear`" in wrong.stderr
     assert "friction.coulomb" in wrong.stderr
