@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.robot.description import Robot
 from identify.robot.engine import DRIVE_ARMATURE, compile_mechanism
 from identify.robot.posture import AXES, at_posture
@@ -143,7 +143,7 @@ class Lanes:
         self.position, self.velocity = position.copy(), np.zeros_like(position)
         self.force = np.zeros_like(position)
         self._before: Array | None = None
-        self._lost = np.zeros(len(position), dtype=bool)
+        self._lost: Mask | None = None
         self._model = arm.copies(len(position))
         self._model.opt.timestep = step_s
         self._model.dof_armature[:], self._model.jnt_stiffness[:] = (
@@ -170,8 +170,9 @@ class Lanes:
             )
             velocity = guessed - ahead
         self.velocity, self.position = velocity, position - self.step_s * ahead
-        if self._lost.any() or not (np.abs(self.velocity) < _RUNAWAY).all():
-            self._lost |= ~np.all(np.abs(self.velocity) < _RUNAWAY, axis=1)
+        inside = np.abs(self.velocity) < _RUNAWAY
+        if self._lost is not None or not inside.all():
+            self._lost = ~inside.all(axis=1)  # what is NaN once stays so
             self.position[self._lost] = self.velocity[self._lost] = np.nan
 
     def _stepped(self, position: Array, velocity: Array, force: Array, damping: Array) -> tuple[Array, Array]:
@@ -185,7 +186,7 @@ class Lanes:
         )
         for target, values in rows:
             target[:] = values.ravel()
-            if self._lost.any():
+            if self._lost is not None:
                 target.reshape(shape)[self._lost] = 0.0
         mujoco.mj_step(self._model, data)
         return data.qpos.reshape(shape).copy(), data.qvel.reshape(shape).copy()

@@ -69,7 +69,7 @@ def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
     hidden = Hidden((_friction, _balancer, ripple), payload_kg=12.0, memory=0.8, extra={"links": False})
     # Twelve kilograms are 14 % of what the last link carries: with bodies 5 % uncertain, nothing to name.
     well_known = "{mass_percent: 1, centre_percent: 1, inertia_percent: 1}"
-    found = _run(tmp_path, 3, hidden, uncertainty=well_known).targets["torque"]
+    found = _run(tmp_path, 3, hidden, effects=_kinds("torque"), uncertainty=well_known).targets["torque"]
     expected = {
         "joint1.coulomb-friction",
         "joint1.viscous-friction",
@@ -160,7 +160,7 @@ def test_a_wrong_torque_constant_is_no_balancer(tmp_path: Path) -> None:
 def test_what_the_held_out_record_does_not_have_is_not_named(tmp_path: Path) -> None:
     """A negative control: friction in the fitted record alone."""
     hidden, clean = (Hidden(motor, extra={"links": False}) for motor in ((_friction,), ()))
-    assert not _run(tmp_path, 3, hidden, clean).targets["torque"].effects.name
+    assert not _run(tmp_path, 3, hidden, clean, effects=_kinds("torque")).targets["torque"].effects.name
 
 
 def test_gear_coupling_of_a_wrist(tmp_path: Path) -> None:
@@ -168,7 +168,7 @@ def test_gear_coupling_of_a_wrist(tmp_path: Path) -> None:
         return only(5, 4, 0.3 * m.rigid[:, 4] / RATIO[3] + 0.2 * np.sign(m.v[:, 3]))
 
     hidden = Hidden((coupled,), torque_noise=0.003, extra={"links": False})
-    found = _run(tmp_path, 5, hidden, joints=[4, 5]).targets["torque"]
+    found = _run(tmp_path, 5, hidden, joints=[4, 5], effects=_kinds("torque")).targets["torque"]
     assert set(found.effects.name) == {"joint4.gear-coupling.joint5", "joint4.coulomb-friction"}
     _holds(found, "joint4.gear-coupling.joint5", "share", 0.3, 0.05)
 
@@ -233,11 +233,11 @@ def test_integral_action(tmp_path: Path) -> None:
 
         return Hidden(error=error, torque_noise=0.002, extra={"links": False})
 
-    tracking = _run(tmp_path, 3, servo(0.5)).targets["tracking"]
+    tracking = _run(tmp_path, 3, servo(0.5), effects=_kinds("tracking")).targets["tracking"]
     for joint in (1, 2, 3):
         assert f"joint{joint}.integral-action" in tracking.effects.name
         assert _value(tracking, f"joint{joint}.integral-action", "rate")[0] == pytest.approx(2.0, rel=0.05)
-    without = _run(tmp_path, 3, servo(1e9)).targets["tracking"]
+    without = _run(tmp_path, 3, servo(1e9), effects=_kinds("tracking")).targets["tracking"]
     assert not [name for name in without.effects.name if "integral" in name]
     assert _value(without, "joint1.position-lag", "lag")[0] == pytest.approx(1 / 20, rel=0.02)
 

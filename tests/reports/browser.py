@@ -1,8 +1,8 @@
 """A headless Chromium for tests, driven over the DevTools protocol through two pipes: nothing to install
 beside the browser.
 
-`Page` opens a file, runs JavaScript in it, presses the mouse, and keeps what the console said and what was
-asked of the network.
+`Page` opens a file, runs JavaScript in it, presses the mouse, and keeps where it is, what the console said
+and what was asked of the network.
 """
 
 from __future__ import annotations
@@ -69,6 +69,7 @@ class Page:
         self._write, self._read, self._buffer, self._count, self._session = write, read, b"", 0, ""
         self.console: list[str] = []
         self.requests: list[str] = []
+        self.at: Path | None = None
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
@@ -98,10 +99,15 @@ class Page:
             deviceScaleFactor=1,
             mobile=False,
         )
-        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        self.call("Emulation.setEmulatedMedia", features=[scheme])
+        self.theme(dark)
+        self.at = path
         self.call("Page.navigate", url=path.resolve().as_uri())
         self.wait("document.documentElement?.dataset.ready !== undefined")
+
+    def theme(self, dark: bool) -> None:
+        """What the system prefers."""
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.call("Emulation.setEmulatedMedia", features=[scheme])
 
     def run(self, script: str) -> Any:
         """The value of a JavaScript expression; promises are awaited."""
