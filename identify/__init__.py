@@ -1,9 +1,9 @@
 """Fit elastic robot models to measured vibration.
 
-The commands as functions: `identify.fit("config.yaml")`, `discover`, `modes`, `explain`, `simulate`, `batch`,
-`map_postures`, `stability`, `deflection`, `plan`, `read_result`; see `identify.api.commands`, which is
-imported when one of them is first used, so that `import identify` itself costs nothing.  `identify.cli` has
-the commands of the terminal.
+The commands as functions: `identify.fit("config.yaml")`, `discover`, `modes`, `explain`, `excite`,
+`simulate`, `batch`, `map_postures`, `stability`, `deflection`, `plan`, `read_result`; see
+`identify.api.commands`, which is imported when one of them is first used, so that `import identify` itself
+costs nothing.  `identify.cli` has the commands of the terminal.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         batch,
         deflection,
         discover,
+        excite,
         explain,
         fit,
         map_postures,
@@ -37,6 +38,7 @@ __all__ = [
     "batch",
     "deflection",
     "discover",
+    "excite",
     "explain",
     "fit",
     "map_postures",
@@ -53,7 +55,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'identify' has no attribute {name!r}")
     from importlib import import_module  # noqa: PLC0415
 
-    if name in ("batch", "explain", "modes"):  # packages that can be called
+    if name in ("batch", "excite", "explain", "modes"):  # packages that can be called
         return import_module(f"identify.{name}")
     return getattr(
         import_module("identify.core.errors" if "Error" in name else "identify.api.commands"), name

@@ -16,6 +16,7 @@ from identify.api.options import (
     BatchOptions,
     DeflectionOptions,
     DiscoverOptions,
+    ExciteOptions,
     ExplainOptions,
     FitOptions,
     MapCommandOptions,
@@ -228,6 +229,19 @@ def plan(
     from identify.api import commands as api
 
     _conclude(api.run_plan(model, options), options)
+
+
+@app.command()
+@takes_options
+def excite(
+    config: Annotated[Path, typer.Argument(help="a study of excitation, schema: identify-excite/1")],
+    options: ExciteOptions,
+) -> None:
+    """Find the motion that tells the most of a robot within its limits.
+
+    Of base parameters, friction or transmission errors; promises intervals and rehearses them.
+    """
+    _run("excite", config, options)
 
 
 @app.command()

@@ -44,7 +44,7 @@ def test_all_that_the_table_names_is_there(analysis: Any) -> None:
 
 def test_names_and_kinds_are_told_apart() -> None:
     assert len(BY_NAME) == len(OF_KIND) == len(ANALYSES)
-    assert WITH_CONFIG == ("vibration", "motion", "explain", "joints", "batch", "stability")
+    assert WITH_CONFIG == ("vibration", "motion", "explain", "joints", "excite", "batch", "stability")
 
 
 def _objects(node: Any, where: str = "#") -> Iterator[tuple[str, dict[str, Any]]]:
@@ -114,7 +114,7 @@ def test_without_kind_the_schema_is_that_of_vibration() -> None:
     assert run(app, ["config", "--motion"]).stdout == run(app, ["config", "--kind", "motion"]).stdout
     refused = run(app, ["config", "--kind", "modes"])
     assert isinstance(refused.exception, InputError)
-    assert "one of vibration, motion, explain, joints, batch, stability" in str(refused.exception)
+    assert "one of vibration, motion, explain, joints, excite, batch, stability" in str(refused.exception)
 
 
 @pytest.mark.parametrize("words", [["--seed", "0"], ["--seed", "1"], ["--starts", "0"], ["--resume"]])
@@ -135,7 +135,9 @@ def test_which_options_apply_is_said_by_the_table() -> None:
         InputError, match="`--profile` with a study of motion; expected a study of vibration;"
     ):
         check_options(BY_NAME["motion"], "fit", given(FitOptions(profile=["x"])), "config")
-    with pytest.raises(InputError, match="`--starts` and `--workers` with a study of recorded motion"):
+    with pytest.raises(InputError, match="`--seed` and `--starts` with a study of joints"):
+        check_options(BY_NAME["joints"], "fit", given(FitOptions(seed=0, starts=1)), "config")
+    with pytest.raises(InputError, match="`--starts` with a study of recorded motion"):
         check_options(BY_NAME["explain"], "discover", given(DiscoverOptions(starts=0, workers=1)), "config")
     assert given(FitOptions(out=Path("x.h5"), report=False, quiet=True)) == {}
     assert given(ExplainOptions()) == {}

@@ -66,6 +66,7 @@ ORDER = (
     "api",
     "reports",
     "map",
+    "excite",
     "planning",
     "machining",
     "batch",
@@ -193,6 +194,8 @@ def test_a_command_that_does_not_exist_is_seen(line: str) -> None:
 @pytest.mark.parametrize("config", sorted(path.name for path in (ROOT / "configs").glob("*.yaml")))
 def test_every_config_loads(config: str) -> None:
     from identify.core.config import family_of
+    from identify.excite.limits import limits_of
+    from identify.excite.study import read_excite_study
     from identify.explain.run import known_of
     from identify.explain.study import read_explain_study
     from identify.joints.study import bench_of, read_joint_study
@@ -210,6 +213,10 @@ def test_every_config_loads(config: str) -> None:
         return
     if family == "identify-joints":
         assert bench_of(read_joint_study(path)).joints
+        return
+    if family == "identify-excite":
+        asked = read_excite_study(path)
+        assert limits_of(asked.study, read_robot(asked.study.robot, path.parent)).moving.size
         return
     if family == "identify-explain":
         explained = read_explain_study(path)

@@ -15,6 +15,7 @@ from identify.api.options import (
     BatchOptions,
     DeflectionOptions,
     DiscoverOptions,
+    ExciteOptions,
     ExplainOptions,
     FitOptions,
     MapCommandOptions,
@@ -35,6 +36,7 @@ __all__ = [
     "batch",
     "deflection",
     "discover",
+    "excite",
     "explain",
     "fit",
     "map_postures",
@@ -99,6 +101,18 @@ def explain(
     """Name the effects behind recorded motion."""
     options = ExplainOptions(out=_path(out), workers=workers, report=report, resume=resume)
     return _reported(run("explain", Path(config), options, quiet), report)
+
+
+def excite(
+    config: _Path,
+    *,
+    out: _Path | None = None,
+    draws: int | None = None,
+    report: bool = False,
+    quiet: bool = True,
+) -> Result:
+    """Find the periodic motion that tells the most within limits; draws: rehearsals of it."""
+    return _reported(run("excite", Path(config), ExciteOptions(_path(out), draws, report), quiet), report)
 
 
 def simulate(

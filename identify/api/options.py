@@ -94,6 +94,18 @@ class ExplainOptions:
     quiet: Quiet = False
 
 
+@dataclass(frozen=True)
+class ExciteOptions:
+    """Of `identify excite`."""
+
+    out: Out = None
+    draws: Annotated[
+        int | None, typer.Option(min=10, help="rehearsals of the motion, with noise; default: 40")
+    ] = None
+    report: Report = True
+    quiet: Quiet = False
+
+
 def _variable(text: str) -> tuple[str, str]:
     """Name and place of an array, from `name=place`."""
     name, equals, place = text.partition("=")

@@ -63,6 +63,7 @@ _OPTIMIZERS = "identify.fitting.optimizers.base:OPTIMIZERS"
 _EFFECTS = "identify.model.effects.base:EFFECTS"
 _BAR = "identify.reports.progress:progress_bar"
 _STORY = "identify.reports.progress:story"
+_MOTIONS = "identify.reports.progress:motions"
 _JOBS = "identify.reports.progress:batch_bar"
 
 ANALYSES = (
@@ -137,6 +138,17 @@ ANALYSES = (
         study="identify.joints.study:JointStudy",
         plugs={"curves": "identify.joints.base:CURVES"},
         runs={"fit": Run("identify.joints.run:run_joints")},
+    ),
+    Analysis(
+        name="excite",
+        takes="a study of excitation",
+        kind="excitation",
+        holds="a motion that excites",
+        result="identify.results.excite:ExciteResult",
+        report="identify.reports.excite.sections",
+        schema="identify-excite/1",
+        study="identify.excite.study:ExciteStudy",
+        runs={"excite": Run("identify.excite.run:run_excite", options=("draws",), progress=_MOTIONS)},
     ),
     Analysis(
         name="batch",

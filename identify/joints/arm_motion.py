@@ -120,7 +120,7 @@ class ArmMotion(Curve):
             raise InputError(
                 self.label, "a joint that stands all the time", "motion of every joint in use", "see `joints`"
             )
-        values, weights = _weighted(columns, torque, used)
+        values, weights = weighted_least_squares(columns, torque, used)
         return ArmRegression(robot, rows, chosen, runs, judges, columns, torque, used, values, weights)
 
     def _run(
@@ -146,7 +146,7 @@ class ArmMotion(Curve):
         return ArmRun(motion, columns, torque, moving(motion, rows, bench))
 
 
-def _weighted(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
+def weighted_least_squares(columns: Array, torque: Array, used: Mask) -> tuple[Array, Array]:
     """Values (b,), joints weighted by one over what the first pass leaves of each, and the weights
     (rows,).
     """

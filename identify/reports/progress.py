@@ -179,6 +179,15 @@ def story(quiet: bool) -> Iterator[Story]:
 
 
 @contextmanager
+def motions(quiet: bool) -> Iterator[Story]:
+    """The motions of which the best is taken, as they are improved."""
+    with shown(quiet, "trying motions at random") as where:
+        yield Story(
+            where.say, lambda number, total: where.tell(f"{number} of {total} motions", number, total)
+        )
+
+
+@contextmanager
 def batch_bar(quiet: bool) -> Iterator[Watch]:
     """The jobs that are done, with how many failed."""
     with shown(quiet, "starting") as where:

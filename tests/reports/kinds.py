@@ -19,6 +19,7 @@ from identify.results import file as result_file
 from identify.results.comparison import compared
 from tests.reports.deflection_sample import deflection_result
 from tests.reports.discovery_sample import discovery_result, null_result
+from tests.reports.excite_sample import excite_result
 from tests.reports.explain_sample import explain_result
 from tests.reports.joints_sample import joints_result
 from tests.reports.modes_sample import modes_result
@@ -108,6 +109,11 @@ _PLAN = (
     ("Promised intervals", "± promised", "promised/promised", 100.0),
     ("Postures", "joint2", "posture_deg:1", 1.0),
 )
+_EXCITE = (
+    ("Promised intervals", "Expected", "promised/expected", 1.0),
+    ("Promised intervals", "± promised", "promised/promised", 1.0),
+    ("Promised intervals", "± rehearsed", "promised/scatter", 1.0),
+)
 
 CASES = (
     Case("fit", "fit", lambda: [frf_result(60, 4)], (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0))),
@@ -166,6 +172,7 @@ CASES = (
     Case("joints", "joints", lambda: [joints_result()], _JOINTS, shapes=False, frfs=False),
     Case("map", "map", lambda: [map_result()], _MAP, shapes=False, frfs=False),
     Case("deflection", "deflection", lambda: [deflection_result()], _DEFLECTION, shapes=False, frfs=False),
+    Case("excite", "excitation", lambda: [excite_result()], _EXCITE, shapes=False, frfs=False),
     Case("plan", "plan", lambda: [plan_result()], _PLAN, shapes=False, frfs=False),
     Case("stability", "stability", lambda: [stability_result()], _STABILITY, shapes=False, frfs=False),
 )
