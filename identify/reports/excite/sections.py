@@ -19,7 +19,7 @@ def report(result: ExciteResult) -> Report:
     motion, promised = _motion(result), _promised(result)
     sheet = Bullets(
         [
-            f"Send the table beside this result (`.csv`), one period of {result.period_s:g} s,"
+            f"Send the table beside this result, one period of {result.period_s:g} s,"
             f" {result.periods} times without a stop between; it begins and ends at rest.",
             "Run it at a tenth of its speed first, and watch what stands around.",
             "Record motor positions and torques (of transmission errors: link positions) over all periods.",

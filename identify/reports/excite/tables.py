@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.reports.kit.cells import Column, Table, number, percent, unit, words
+from identify.reports.kit.cells import Column, Table, number, unit, words
 from identify.results.excite import ExciteResult
 
 
@@ -24,7 +24,11 @@ def tiles(result: ExciteResult) -> tuple[tuple[str, str, str], ...]:
             f"{number(result.come_true, 3)}",
             f"of the promised intervals is how far values scatter, median; {result.draws} runs",
         ),
-        ("The promise holds", percent(float(np.mean(kept))), "of rehearsed values; 95 % were promised"),
+        (
+            "The promise holds",
+            f"{number(100 * float(np.mean(kept)), 3)} %",
+            "of rehearsed values; 95 % were promised",
+        ),
     )
 
 
@@ -35,8 +39,7 @@ def limit_table(result: ExciteResult) -> Table:
     for n, joint in enumerate(result.joints):
         rows.append(
             (
-                joint,
-                "moves" if moves[n] else "stands",
+                joint if moves[n] else f"{joint} (stands)",
                 _range(result.position[:, n]),
                 _range(np.array([low[n], high[n]])),
                 number(np.degrees(np.abs(result.velocity[:, n]).max()), 3),
@@ -47,7 +50,6 @@ def limit_table(result: ExciteResult) -> Table:
         )
     heads = (
         words("Joint"),
-        words(""),
         Column("Angle", "°"),
         Column("Limits", "°"),
         Column("Speed", "°/s"),
@@ -69,12 +71,12 @@ def promised_table(result: ExciteResult) -> Table:
             p.name[n] + ("" if p.wanted[n] else " *"),
             number(p.expected[n]),
             unit(p.unit[n]),
-            number(p.promised[n], 3),
-            number(p.random[n], 3),
-            number(p.scatter[n], 3),
+            number(p.promised[n]),
+            number(p.random[n]),
+            number(p.scatter[n]),
             number(p.error[n], 2),
-            percent(p.held[n]),
-            percent(p.kept[n]),
+            number(100 * p.held[n], 3),
+            number(100 * p.kept[n], 3),
         )
         for n in range(len(p.name))
     ]
