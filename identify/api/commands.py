@@ -280,10 +280,22 @@ def run_plan(model: Path, options: PlanCommandOptions) -> Result:
     from identify.planning.run import PlanOptions, angles_of
     from identify.planning.run import run_plan as planned
 
-    size = options.postures, options.impacts, options.sensors, options.among
-    noise = options.noise, options.resolution, options.seed
-    place = options.cutter, angles_of(options.at)
-    wanted = PlanOptions(*size, options.table, tuple(options.target or ()), options.anew, *noise, *place)
+    wanted = PlanOptions(
+        postures=options.postures,
+        impacts=options.impacts,
+        sensors=options.sensors,
+        among=options.among,
+        table=options.table,
+        target=tuple(options.target or ()),
+        anew=options.anew,
+        noise=options.noise,
+        resolution=options.resolution,
+        seed=options.seed,
+        cutter=options.cutter,
+        at_deg=angles_of(options.at),
+        rival=options.rival,
+        force_noise=options.force_noise,
+    )
     result, written = planned(model, wanted, options.out)
     return Result(result, tuple(written))
 

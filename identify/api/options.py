@@ -320,9 +320,17 @@ class PlanCommandOptions:
         str | None,
         typer.Option(help="posture of a mode or depth, degrees: 0,30,-60,0,45,0; default: the first"),
     ] = None
+    rival: Annotated[
+        Path | None,
+        typer.Option(help="a fit with another effect: the test that tells the two apart best"),
+    ] = None
     anew: Annotated[bool, typer.Option("--anew", help="as if the data of the fit did not exist")] = False
     noise: Annotated[
         float | None, typer.Option(help="noise of an accelerance, m/s^2/N; default: that of the fit's")
+    ] = None
+    force_noise: Annotated[
+        float | None,
+        typer.Option(help="of the force, relative, such as 0.002; default: that of the fit's, else none"),
     ] = None
     resolution: Annotated[float | None, typer.Option(help="Hz between lines; default: as in the fit")] = None
     seed: Annotated[int, typer.Option(help="of the random postures and starts")] = 1

@@ -24,6 +24,7 @@ from identify.machining.stability import (
 from identify.machining.tool import Tool, read_tool
 from identify.model.modes import complex_modes
 from identify.results import file as result_file
+from identify.results.discovery import fit_of
 from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.results.stability import StabilityResult, TipReceptance
@@ -45,7 +46,7 @@ class Read:
 
 def read_both(model: Path, tool: Path) -> Read:
     """Raises InputError or InputErrors for a file that is no fit or no tool."""
-    fit: FitResult = result_file.read(model, FitResult)
+    fit = fit_of(model)
     return Read(model, fit, fitted_model(fit, str(model)), read_tool(tool))
 
 

@@ -21,6 +21,7 @@ from identify.machining.sentences import of_model
 from identify.machining.tool import Tool, read_tool
 from identify.results import file as result_file
 from identify.results.deflection import DeflectionResult, DeflectionRows
+from identify.results.discovery import fit_of
 from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
@@ -74,7 +75,7 @@ def run_deflection(
     """
     begun = time.perf_counter()
     load.check()
-    fit: FitResult = result_file.read(model, FitResult)
+    fit = fit_of(model)
     fitted = fitted_model(fit, str(model))
     path = out or model.with_name(f"{model.stem}_deflection.h5")
     inputs, table = [one for one in (load.path, load.tool) if one is not None], path.with_suffix(".csv")

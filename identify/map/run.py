@@ -33,7 +33,7 @@ from identify.map.sentences import notes, verdict
 from identify.map.table import table_of
 from identify.results import file as result_file
 from identify.results import fit as results
-from identify.results.fit import FitResult
+from identify.results.discovery import fit_of
 from identify.results.map import SAME, LimitRows, MapPart, MapResult, PostureRows
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
@@ -64,7 +64,7 @@ def run_map(
     for postures or a point that the robot does not have, and for a full disk.
     """
     begun = time.perf_counter()
-    fit: results.FitResult = result_file.read(model, FitResult)
+    fit = fit_of(model)
     path = out or model.with_name(f"{model.stem}_map.h5")
     table = path.with_suffix(".csv")
     result_file.check_new(path, "a map", [model, *filter(None, [options.postures])], [table])
@@ -174,7 +174,7 @@ def map_part(
 
 @lru_cache(maxsize=2)
 def _model(path: str, changed: int) -> tuple[FittedModel, Array]:
-    fit = result_file.read(Path(path), FitResult)
+    fit = fit_of(Path(path))
     model = fitted_model(fit, path)
     return model, misfit(fit, model)
 

@@ -8,10 +8,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Complex
 from identify.measured.geometry import MeasuredGeometry
 from identify.model.effects.site import Site
+from identify.model.modes import ComplexModes
+from identify.model.system import System
 from identify.results.tables import Geometry as DrawnGeometry
+from identify.results.tables import Modes as DrawnModes
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 
@@ -47,6 +50,23 @@ def drawn_geometry(engine: Engine, points: Sequence[Point]) -> DrawnGeometry:
         ),
         axes=_axes(engine, points),
     )
+
+
+def drawn_modes(system: System, points: Sequence[Point], modes: ComplexModes) -> DrawnModes:
+    """The modes of a system, with shapes at the points and the skeleton, in the base's axes."""
+    skeleton = [
+        np.zeros((3, len(system.coordinates))),
+        *(system.base_jacobian(frame, at) for frame, at in joints(system.site.engine, points)),
+    ]
+    at_points = [system.base_jacobian(point.link, point.position) for point in points]
+    shapes = (shapes_at(modes.shapes, places) for places in (at_points, skeleton))
+    return DrawnModes(modes.frequency_hz, modes.damping_ratio, *shapes)
+
+
+def shapes_at(shapes: Complex, jacobians: Sequence[Array]) -> Complex:
+    """(modes, places, 3) from shapes over the coordinates (modes, n) and Jacobians (3, n)."""
+    stack = np.array(jacobians).reshape(len(jacobians), 3, shapes.shape[1])
+    return np.asarray(np.einsum("pcn,mn->mpc", stack, shapes))
 
 
 def _axes(engine: Engine, points: Sequence[Point]) -> Array:

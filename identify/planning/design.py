@@ -8,7 +8,9 @@ sensors, so that one of the three sets is exchanged while the other two stay.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,6 +18,8 @@ from identify.core.arrays import Array, Index
 from identify.core.interruption import check
 
 _STARTS, _ROUNDS = 6, 30
+Chosen: TypeAlias = tuple[Index, Index, Index]
+"""Numbers of the postures, impacts and sensors of a test."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +46,11 @@ class Criterion:
 class Design:
     """Numbers of the chosen postures, impacts and sensors, and their score."""
 
-    chosen: tuple[Index, Index, Index]
+    chosen: Chosen
     score: float
 
 
-def total(information: Array, chosen: tuple[Index, Index, Index]) -> Array:
+def total(information: Array, chosen: Chosen) -> Array:
     """(p, p): the information of a test."""
     return np.asarray(information[np.ix_(*chosen)].sum(axis=(0, 1, 2)))
 
@@ -61,9 +65,7 @@ def best_design(
     return max(found, key=lambda one: one.score)
 
 
-def random_choice(
-    information: Array, sizes: tuple[int, int, int], rng: np.random.Generator
-) -> tuple[Index, Index, Index]:
+def random_choice(information: Array, sizes: tuple[int, int, int], rng: np.random.Generator) -> Chosen:
     """A test of that size at random."""
     q, i, s = (
         rng.choice(count, size, replace=False) for count, size in zip(information.shape, sizes, strict=False)
@@ -71,7 +73,7 @@ def random_choice(
     return q, i, s
 
 
-def _improved(information: Array, chosen: tuple[Index, Index, Index], criterion: Criterion) -> Design:
+def _improved(information: Array, chosen: Chosen, criterion: Criterion) -> Design:
     score = float(criterion.scores(total(information, chosen)))
     for _ in range(_ROUNDS):
         check()
@@ -81,7 +83,7 @@ def _improved(information: Array, chosen: tuple[Index, Index, Index], criterion:
             others[axis] = np.arange(information.shape[axis])
             along = tuple(k for k in range(3) if k != axis)
             parts = information[np.ix_(*others)].sum(axis=along)
-            picked, score = _exchanged(parts, chosen[axis], criterion)
+            picked, score = exchanged(parts, chosen[axis], criterion.scores)
             others[axis] = picked
             chosen = others[0], others[1], others[2]
         if score <= before + 1e-9 * abs(before):
@@ -89,12 +91,14 @@ def _improved(information: Array, chosen: tuple[Index, Index, Index], criterion:
     return Design((np.sort(chosen[0]), np.sort(chosen[1]), np.sort(chosen[2])), score)
 
 
-def _exchanged(parts: Array, picked: Index, criterion: Criterion) -> tuple[Index, float]:
-    """The members of one set after exchanges, one at a time for the best of all; parts (count, p, p)."""
+def exchanged(parts: Array, picked: Index, score: Callable[[Array], Array]) -> tuple[Index, float]:
+    """The members of one set after exchanges, one at a time for the best of all; parts (count, ...) add up to
+    what is scored.
+    """
     picked = picked.copy()
     for place in range(len(picked)):
         rest = parts[np.delete(picked, place)].sum(axis=0)
-        scores = criterion.scores(rest + parts)
+        scores = score(rest + parts)
         scores[np.delete(picked, place)] = -np.inf
         picked[place] = int(np.argmax(scores))
-    return picked, float(criterion.scores(parts[picked].sum(axis=0)))
+    return picked, float(score(parts[picked].sum(axis=0)))

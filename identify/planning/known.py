@@ -6,20 +6,34 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy.optimize
 
 from identify.core.arrays import Array, Index
+from identify.core.config import validated
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
+from identify.core.yaml_input import parse_yaml
 from identify.fitting.tables import scale_of
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.system import build_site, list_parameters
-from identify.planning.information import TestNoise
-from identify.results import file as result_file
-from identify.results.fit import FitResult, FrfComparison
+from identify.planning.information import FreeModel, TestNoise
+from identify.results.discovery import fit_of
+from identify.results.fit import FrfComparison, StatedUncertainty
 from identify.robot.points import read_points
 from identify.robot.read import read_robot
 from identify.vibration.fitted_model import FittedModel, fitted_model
-from identify.vibration.study import read_study
+from identify.vibration.nuisances.settings import UncertaintySettings
+from identify.vibration.study import Study, read_study
+
+
+@dataclass(frozen=True)
+class FittedErrors:
+    """Errors of what was told (e), by place and change, in units of what was stated: covariance (p + e, p +
+    e) of the free parameters on their search scale, then of these.
+    """
+
+    names: tuple[tuple[str, str], ...]
+    covariance: Array
 
 
 @dataclass(frozen=True)
@@ -28,7 +42,8 @@ class Known:
     values by the search scale; information and bounds (p, p): what data and bounds say of them on that scale;
     the noise of an accelerance; band (3,): lowest, highest frequency and resolution, Hz.
 
-    config: text of the study; config_folder: where its paths begin, None in the text of a fit.
+    config: text of the study; config_folder: where its paths begin, None in the text of a fit.  settings:
+    what was said to be uncertain of what was told; told: what a fit found of it.
     """
 
     name: str
@@ -44,19 +59,33 @@ class Known:
     gap: float
     config: str
     config_folder: Path | None
+    settings: UncertaintySettings | None = None
+    told: FittedErrors | None = None
+
+    @property
+    def free_model(self) -> FreeModel:
+        """The model with its free parameters."""
+        return FreeModel(self.model, self.free, self.step)
+
+    def before(self, anew: bool) -> Array:
+        """(p, p): what is known before the test; anew: as if there were no data yet."""
+        return self.bounds if anew or not self.information.any() else self.information
 
 
-def known_of(path: Path, noise: float | None, resolution: float | None) -> Known:
-    """Of a study or a fit; noise, m/s^2/N, and resolution, Hz, where they are told.
+def known_of(
+    path: Path, noise: float | None, resolution: float | None, force_noise: float | None = None
+) -> Known:
+    """Of a study or a fit; noise, m/s^2/N, resolution, Hz, and the noise of the force, relative, where they
+    are told.
 
     InputError for a file that is neither, and where noise, band or resolution is not known.
     """
     if path.suffix in (".yaml", ".yml"):
-        return _of_study(path, noise, resolution)
-    return _of_fit(path, noise, resolution)
+        return _of_study(path, noise, resolution, force_noise or 0.0)
+    return _of_fit(path, noise, resolution, force_noise)
 
 
-def _of_study(path: Path, noise: float | None, resolution: float | None) -> Known:
+def _of_study(path: Path, noise: float | None, resolution: float | None, force_noise: float) -> Known:
     file = read_study(path)
     study, where = file.study, str(path)
     if noise is None or resolution is None:
@@ -88,16 +117,17 @@ def _of_study(path: Path, noise: float | None, resolution: float | None) -> Know
         scale.slope(scale.to_x(values)),
         np.zeros((len(free), len(free))),
         np.diag(scale.prior_information()),
-        TestNoise(noise),
+        TestNoise(noise, force_noise, study.measurements[0].window_decay_per_s or 0.0),
         np.array([*study.band_hz, resolution]),
         0.0,
         file.text,
         path.parent,
+        study.uncertainty,
     )
 
 
-def _of_fit(path: Path, noise: float | None, resolution: float | None) -> Known:
-    fit: FitResult = result_file.read(path, FitResult)
+def _of_fit(path: Path, noise: float | None, resolution: float | None, force_noise: float | None) -> Known:
+    fit = fit_of(path)
     model = fitted_model(fit, str(path))
     own = [parameter.name for parameter in model.system(model.posture).parameters]
     table, scale = fit.parameters, scale_of(fit.parameters)
@@ -119,17 +149,38 @@ def _of_fit(path: Path, noise: float | None, resolution: float | None) -> Known:
         scale.slope(scale.to_x(table.value))[rows],
         np.asarray(np.linalg.inv(covariance)),
         np.diag(scale.prior_information()[rows]),
-        TestNoise(_floor(frfs) if noise is None else noise),
+        _noise(frfs, noise, force_noise),
         np.array([line_hz[0], line_hz[-1], apart]),
         fit.gap,
         fit.provenance.config,
         None,
+        validated(path, parse_yaml(fit.provenance.config, str(path)), Study).uncertainty,
+        None if fit.uncertainty is None else _errors(fit.uncertainty, rows),
     )
 
 
-def _floor(frfs: list[FrfComparison]) -> float:
-    """The median noise of a fit's accelerances; InputError where there are none."""
-    found = [one.noise.ravel() for one in frfs if one.noise is not None and one.quantity == "accelerance"]
-    if not found:
-        raise InputError("--noise", "not given, and the fit has no accelerances", "m/s^2/N, such as 0.003")
-    return float(np.median(np.concatenate(found)))
+def _errors(stated: StatedUncertainty, rows: list[int]) -> FittedErrors:
+    """What a fit found of what was told; rows: of its free parameters."""
+    assert stated.root is not None  # `fitted_model` has refused a result without
+    first = len(stated.root) - len(stated.shift)
+    kept = stated.root[[*rows, *range(first, len(stated.root))]]
+    return FittedErrors(tuple(zip(stated.place, stated.change, strict=True)), kept @ kept.T)
+
+
+def _noise(frfs: list[FrfComparison], floor: float | None, relative: float | None) -> TestNoise:
+    """That of a fit's accelerances where it is not told; InputError where there are none."""
+    decay = float(np.median([one.window_decay_per_s for one in frfs]))
+    found = [one for one in frfs if one.quantity == "accelerance"]
+    known = [(one.noise.ravel(), np.abs(one.fitted).ravel()) for one in found if one.noise is not None]
+    if not known:
+        if floor is None:
+            what = "not given, and the fit has no accelerances"
+            raise InputError("--noise", what, "m/s^2/N, such as 0.003")
+        return TestNoise(floor, relative or 0.0, decay)
+    noise, size = (np.concatenate(column) for column in zip(*known, strict=True))
+    columns = np.stack([np.ones_like(size), size**2], axis=1) / noise[:, None] ** 2  # relative errors alike
+    own = np.sqrt(scipy.optimize.nnls(columns, np.ones(len(size)))[0])
+    told = [
+        float(value) if given is None else given for value, given in zip(own, (floor, relative), strict=True)
+    ]
+    return TestNoise(told[0], told[1], decay)

@@ -2,35 +2,38 @@
 
 from __future__ import annotations
 
-import io
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from ruamel.yaml.comments import CommentedMap
 from threadpoolctl import threadpool_limits
 
 from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
-from identify.core.config_paths import relocated
 from identify.core.errors import InputError
-from identify.core.thresholds import SIGMAS_95
-from identify.core.yaml_input import round_trip
 from identify.fitting.resume import held
 from identify.machining.tool import read_tool
+from identify.model.geometry import drawn_geometry, drawn_modes, standing
+from identify.model.modes import complex_modes
+from identify.planning.after_test import AfterTest
 from identify.planning.candidates import Candidates, candidates, tabled
-from identify.planning.design import Criterion, Design, best_design, random_choice, total
+from identify.planning.design import Chosen, Criterion, best_design, random_choice
 from identify.planning.information import Measurable, measurable
 from identify.planning.known import Known, known_of
+from identify.planning.promise import best_single, gain_of, looked_at, promised, worth_of
+from identify.planning.refine import Refinement
+from identify.planning.rival import Rival, rival_of
+from identify.planning.sentences import next_best, notes, verdict, verdict_apart
+from identify.planning.study import planned_name, study_text
 from identify.planning.targets import Target, targets_of
 from identify.results import file as result_file
-from identify.results.plan import PlanResult, PromisedTable
+from identify.results.plan import PlannedPlace, PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
-from identify.vibration.fit_notes import of_gap
 
-_RANDOM = 200
+_RANDOM, _RANDOM_TOLD = 40, 10
+"""Tests at random that a plan is compared with; fewer where errors of what was told take their time."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,9 @@ class PlanOptions:
     """Size of the test, how many postures it is chosen from (or a table of them), what it is for: parameters
     by name (default: all), modes (`mode2.frequency`) or `depth`, the limit of a cutter (file of a tool), both
     at a posture at_deg (default: the first), and whether the data of the fit count (anew: they do not);
-    noise: floor of an accelerance, m/s^2/N, and resolution, Hz, by default those of the fit's FRFs.
+    noise: floor of an accelerance, m/s^2/N, resolution, Hz, and force_noise, relative, by default those of
+    the fit's FRFs.  rival: a
+    fit with other effects, from which the test is to tell the model, in place of targets.
     """
 
     postures: int = 3
@@ -53,6 +58,8 @@ class PlanOptions:
     seed: int = 1
     cutter: Path | None = None
     at_deg: tuple[float, ...] = ()
+    rival: Path | None = None
+    force_noise: float | None = None
 
 
 def angles_of(text: str | None) -> tuple[float, ...]:
@@ -66,34 +73,71 @@ def angles_of(text: str | None) -> tuple[float, ...]:
 
 
 def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tuple[PlanResult, list[Path]]:
-    """Choose the next test of a study that was not measured yet, or of a fit; writes `<model>_plan.h5` (of a
-    study, in reports/) and the study of that test, `.yaml`, beside it.
+    """Choose the next test of a study that was not measured yet, or of a fit or discovery; writes
+    `<model>_plan.h5` (of a study, in reports/) and the study of that test, `.yaml`, beside it.
 
     Raises InputError for a file that is neither, a test larger than what there is to choose from, an unknown
     target, noise that is not known, and a result that cannot be written.
     """
     begun = time.perf_counter()
-    known = known_of(model, options.noise, options.resolution)
+    known = known_of(model, options.noise, options.resolution, options.force_noise)
     of_study = model.suffix in (".yaml", ".yml")
     path = out or (Path("reports") if of_study else model.parent) / f"{model.stem}_plan.h5"
     study = path.with_suffix(".yaml")
-    result_file.check_new(path, "a plan", [model, *filter(None, [options.table])], [study])
-    targets = _targets(known, options)
+    inputs = [one for one in (options.table, options.cutter, options.rival) if one is not None]
+    result_file.check_new(path, "a plan", [model, *inputs], [study])
     with held(path), threadpool_limits(1):
-        among = _among(known, options)
-        sizes = (options.postures, options.impacts, options.sensors)
-        _check_sizes(sizes, among)
-        found = measurable(known.model, among, known.free, known.step, known.noise, known.band)
-        before = known.bounds if options.anew or not known.information.any() else known.information
-        criterion = Criterion(before, _rows(known, targets))
-        rng = np.random.default_rng(options.seed)
-        design = best_design(found.information, sizes, criterion, rng)
-        judged = _promised(known, found, design, sizes, criterion, targets, rng)
-        result = _result(model, known, options, among, found, design, judged, path.parent)
+        result = _planned(model, known, options, path.parent)
         result = replace(result, seconds=time.perf_counter() - begun)
         result_file.write(result, path)
         atomic.write_text(study, result.study)
     return result, [path, study]
+
+
+def _planned(path: Path, known: Known, options: PlanOptions, folder: Path) -> PlanResult:
+    """The plan for a model of a file; folder: where its study is to be."""
+    targets, rival = _targets(known, options), _rival(known, options)
+    among = _among(known, options)
+    sizes = (options.postures, options.impacts, options.sensors)
+    _check_sizes(sizes, among)
+    models = [known.free_model, *([rival.model] if rival else [])]
+    found = measurable(models, among, known.noise, known.band)
+    before, weak = (known.before(anew) for anew in (options.anew, True))
+    wanted = _rows(known, targets)
+    if rival is not None:
+        apart = found.information[..., -1, -1].max()
+        before, weak = (rival.before(known, anew, apart) for anew in (options.anew, True))
+        wanted = np.eye(len(before))[-1:]
+    rng = np.random.default_rng(options.seed)
+    criterion = Criterion(before, wanted)
+    design = best_design(found.information, sizes, criterion, rng)
+    refinement = Refinement(models, among, known.noise, known.band, criterion, weak)
+    chosen = refinement.refined(design.chosen)
+    looked = looked_at(known, targets, rival.name if rival else "", len(before))
+    count = _RANDOM if known.settings is None else _RANDOM_TOLD
+    random = [random_choice(found.information, sizes, rng) for _ in range(count)]
+    precision = AfterTest(known, models, among, before, weak, options.anew).precision
+    table, ratio = promised(looked, before, precision, chosen, random)
+    what = f"{', '.join(options.target)} (I-optimal)" if options.target else "all parameters (D-optimal)"
+    first = options.anew or not known.information.any()
+    said = verdict(table, ratio, what, sizes, first)
+    if rival is not None:
+        what = f"difference to {rival.name} (T-optimal)"
+        said = verdict_apart(table, ratio, rival.name, sizes)
+    if not first:
+        posture, impact = best_single(refinement.after_each(chosen[2]), looked)
+        alone = precision((np.array([posture]), np.array([impact]), chosen[2]))
+        gain = gain_of(looked, before, alone) if rival is None else None
+        angles = ", ".join(f"{angle:.1f}" for angle in np.rad2deg(among.postures[posture]) + 0.0)
+        said = *said, next_best(among.impact_name(impact), angles, gain)
+    result = _result(path, known, what, among, found, chosen, (table, ratio), folder)
+    return replace(result, verdict=said, worth=worth_of(looked, precision, chosen))
+
+
+def _rival(known: Known, options: PlanOptions) -> Rival | None:
+    if options.rival is not None and options.target:
+        raise InputError("--rival", "with a target", "one of the two")
+    return None if options.rival is None else rival_of(known, options.rival)
 
 
 def _targets(known: Known, options: PlanOptions) -> list[Target]:
@@ -126,64 +170,25 @@ def _check_sizes(sizes: tuple[int, int, int], among: Candidates) -> None:
             raise InputError(f"--{what}", str(size), f"from 1 to {count}, of which to choose")
 
 
-def _promised(
-    known: Known,
-    found: Measurable,
-    design: Design,
-    sizes: tuple[int, int, int],
-    criterion: Criterion,
-    targets: list[Target],
-    rng: np.random.Generator,
-) -> tuple[PromisedTable, float]:
-    """Intervals of the planned test and of random ones, of targets that are no parameters first, and the
-    median of the ratio.
-    """
-    others = [target for target in targets if target.name not in known.names]
-    own = known.model.values[known.free]
-    rows = np.array([*(one.relative for one in others), *np.diag(known.step / np.abs(own))])
-
-    def half(information: Array) -> Array:
-        covariance = np.linalg.inv(information + criterion.before)
-        return np.asarray(SIGMAS_95 * np.sqrt(np.einsum("tp,pq,tq->t", rows, covariance, rows)))
-
-    chosen = half(total(found.information, design.chosen))
-    drawn = np.array(
-        [half(total(found.information, random_choice(found.information, sizes, rng))) for _ in range(_RANDOM)]
-    )
-    names = (*(one.name for one in others), *known.names)
-    judged = np.array([not targets or name in {one.name for one in targets} for name in names])
-    ratio = float(np.median(drawn[:, judged] / chosen[judged]))
-    units = (*(one.unit for one in others), *known.units)
-    values = np.array([*(one.value for one in others), *own])
-    now = half(np.zeros_like(criterion.before))
-    return PromisedTable(names, units, values, now, chosen, np.median(drawn, axis=0)), ratio
-
-
 def _result(
     path: Path,
     known: Known,
-    options: PlanOptions,
+    what: str,
     among: Candidates,
     found: Measurable,
-    design: Design,
+    chosen: Chosen,
     judged: tuple[PromisedTable, float],
     folder: Path,
 ) -> PlanResult:
-    postures, impacts, sensors = design.chosen
+    postures, impacts, sensors = chosen
     promised, ratio = judged
     points = [known.model.points[among.sensors[k]] for k in sensors]
     posture_deg = np.asarray(np.round(np.rad2deg(among.postures[postures]), 1), dtype=float)
-    what = f"{', '.join(options.target)} (I-optimal)" if options.target else "all parameters (D-optimal)"
+    places = [_place(known, number, angles) for number, angles in enumerate(posture_deg, 1)]
     return PlanResult(
         name=known.name,
-        verdict=_verdict(
-            promised,
-            ratio,
-            what,
-            (len(postures), len(impacts), len(sensors)),
-            options.anew or not known.information.any(),
-        ),
-        notes=_notes(known),
+        verdict=(),
+        notes=notes(known),
         seconds=0.0,
         provenance=provenance("", what, [(path.name, sha256(path))]),
         criterion=what,
@@ -195,69 +200,22 @@ def _result(
         sensor_links=tuple(point.link for point in points),
         sensor_m=np.array([point.position for point in points]),
         sensor_axes=np.array([point.axes for point in points]),
-        level=found.level[np.ix_(*design.chosen)],
+        level=found.level[np.ix_(*chosen)],
         noise_floor=known.noise.floor,
         band_hz=known.band[:2],
         resolution_hz=float(known.band[2]),
         candidates=np.array([len(among.postures), len(among.impacts), len(among.sensors)]),
         random_ratio=ratio,
         promised=promised,
-        study=_study(path, known, posture_deg, folder),
+        study=study_text(known, posture_deg, folder),
+        places={one.name: one for one in places},
     )
 
 
-def _verdict(
-    promised: PromisedTable, ratio: float, what: str, sizes: tuple[int, ...], anew: bool
-) -> tuple[str, ...]:
-    said = [
-        f"{sizes[0]} postures, {sizes[1]} impacts and {sizes[2]} sensors determine {what}: at the median,"
-        f" their intervals are {ratio:.3g} times narrower than those of tests of the same size at random."
-    ]
-    worst = int(np.argmax(promised.promised))
-    said.append(
-        f"The 95 % intervals that it promises are ± {100 * promised.promised.min():.2g} to"
-        f" {100 * promised.promised[worst]:.2g} %, the widest that of {promised.name[worst]}."
-    )
-    if not anew:
-        gain = promised.now / promised.promised
-        best = int(np.argmax(gain))
-        said.append(
-            f"Together with the data of the fit, this narrows the intervals by a factor of"
-            f" {np.median(gain):.3g} at the median, most that of {promised.name[best]}: {gain[best]:.3g}."
-        )
-    return tuple(said)
-
-
-def _notes(known: Known) -> tuple[str, ...]:
-    said = [
-        f"the promise holds for a noise of {known.noise.floor:.3g} m/s²/N in the real and in the imaginary"
-        " part of each accelerance, and for parameters near those given"
-    ]
-    if known.config_folder is None:
-        said.append(
-            "the paths in the study of the test are those of the fit's study: put it into the same folder"
-        )
-    return *said, *of_gap(known.gap, "for which this test is not planned")
-
-
-def _study(path: Path, known: Known, posture_deg: Array, folder: Path) -> str:
-    """The study with the measurements of the plan in place of its own, as the text of a file in a folder."""
-    yaml = round_trip()
-    yaml.width = 140
-    data = yaml.load(known.config)
-    data["name"] = f"{known.name}_plan"
-    if known.config_folder is not None:
-        for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), (data, "points")):
-            if key in owner:
-                owner[key] = relocated(owner[key], known.config_folder, folder)
-    data["measurements"] = [_planned(number, posture) for number, posture in enumerate(posture_deg, 1)]
-    text = io.StringIO()
-    yaml.dump(data, text)
-    return text.getvalue()
-
-
-def _planned(number: int, posture_deg: Array) -> CommentedMap:
-    """A measurement that is to be done, in one line."""
-    entry = CommentedMap({"file": f"planned{number}.uff", "posture_deg": posture_deg.tolist()})
-    entry.fa.set_flow_style()
-    return entry
+def _place(known: Known, number: int, posture_deg: Array) -> PlannedPlace:
+    """The robot at a posture of the test."""
+    system = known.model.system(np.deg2rad(posture_deg))
+    points = standing(known.model.points, system.site)
+    modes = complex_modes(*system.matrices(known.model.values))
+    shapes = drawn_modes(system, points, modes)
+    return PlannedPlace(planned_name(number), drawn_geometry(system.site.engine, points), shapes)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
+from identify.results import file
 from identify.results.curves import CurveTable, PlaceTable
 from identify.results.fit import FitResult
 from identify.results.header import KeyedHeader
@@ -121,3 +123,10 @@ class DiscoveryResult(KeyedHeader):
     after: FitResult
     curves: dict[str, CurveTable] = field(default_factory=dict)
     written: str = ""
+
+
+def fit_of(path: Path) -> FitResult:
+    """The fit in a file, or the final model of a discovery; InputError for a file that is neither."""
+    if file.kind_of(path) == DiscoveryResult.KIND:
+        return file.read(path, DiscoveryResult).after
+    return file.read(path, FitResult)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Texts
 from identify.results.header import Header
+from identify.results.tables import Geometry, Modes
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,26 @@ class PromisedTable:
     random: Array
 
 
+@dataclass(frozen=True)
+class Worth:
+    """By how much the intervals widen, at the median, where one posture (q,), impact (i,) or sensor (s,) is
+    left out; infinite where it is the only one.
+    """
+
+    postures: Array
+    impacts: Array
+    sensors: Array
+
+
+@dataclass(frozen=True)
+class PlannedPlace:
+    """The robot at a posture of the test, with the modes to be expected there."""
+
+    name: str
+    geometry: Geometry
+    modes: Modes
+
+
 @dataclass(frozen=True, kw_only=True)
 class PlanResult(Header):
     """Postures (q, joints), impacts as channels, sensors with their nodes, names, links, places (s, 3), m, in
@@ -33,7 +54,8 @@ class PlanResult(Header):
 
     level (q, i, s): RMS accelerance expected over the band, m/s^2/N; noise_floor: standard deviation of its
     real part, m/s^2/N; candidates (3,): postures, impacts and sensors that it was chosen from; random_ratio:
-    median of the random tests' intervals over the promised ones; study: the study to be filled.
+    median of the random tests' intervals over the promised ones; study: the study to be filled.  worth, and
+    places by name of the measurement: None and empty in files of before they were kept.
     """
 
     KIND: ClassVar[str] = "plan"
@@ -54,3 +76,5 @@ class PlanResult(Header):
     random_ratio: float
     promised: PromisedTable
     study: str
+    worth: Worth | None = None
+    places: dict[str, PlannedPlace] = field(default_factory=dict)

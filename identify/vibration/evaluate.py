@@ -21,7 +21,7 @@ from identify.measured.geometry import displacements
 from identify.measured.modal_table import ModalTable
 from identify.modal.frf_errors import frf_errors
 from identify.modal.pairing import pair
-from identify.model.geometry import drawn_geometry, joints, sensor_geometry, standing
+from identify.model.geometry import drawn_geometry, drawn_modes, sensor_geometry, shapes_at, standing
 from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.results import fit as results
@@ -199,33 +199,16 @@ def _modes(
     site = system.site
     points = standing(problem.points, site)
     modes = complex_modes(*system.matrices(values))
-    places = joints(site.engine, points)
-    at_points = [system.base_jacobian(point.link, point.position) for point in points]
-    at_joints = [
-        np.zeros((3, len(system.coordinates))),
-        *(system.base_jacobian(frame, at) for frame, at in places),
-    ]
-    kept = tables.Modes(
-        modes.frequency_hz,
-        modes.damping_ratio,
-        _shapes(modes.shapes, at_points),
-        _shapes(modes.shapes, at_joints),
-    )
+    kept = drawn_modes(system, points, modes)
     channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
     local = [np.asarray(point.axes @ system.jacobian(point.link, point.position)[:3]) for point in points]
     table = ModalTable(
         modes.frequency_hz,
         modes.damping_ratio,
         channels,
-        _shapes(modes.shapes, local).reshape(len(modes.frequency_hz), -1),
+        shapes_at(modes.shapes, local).reshape(len(modes.frequency_hz), -1),
     )
     return drawn_geometry(site.engine, points), kept, table
-
-
-def _shapes(shapes: NDArray[np.complex128], jacobians: list[Array]) -> NDArray[np.complex128]:
-    """(modes, places, 3) from shapes over the coordinates (modes, n) and Jacobians (3, n)."""
-    stack = np.array(jacobians).reshape(len(jacobians), 3, shapes.shape[1])
-    return np.asarray(np.einsum("pcn,mn->mpc", stack, shapes))
 
 
 def _pairs(problem: Problem, m: Measurement, measured: MeasuredModes, model: ModalTable) -> results.ModePairs:

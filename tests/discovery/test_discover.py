@@ -20,7 +20,7 @@ from identify.discovery.loop import check_cost
 from identify.discovery.run import run_discover
 from identify.fitting.selection.workbench import Story
 from identify.results import file as result_file
-from identify.results.discovery import DiscoveryResult
+from identify.results.discovery import DiscoveryResult, fit_of
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
@@ -137,7 +137,7 @@ def test_the_result_file_holds_all_of_it(tilted: tuple[DiscoveryResult, list[Pat
     assert read.verdict == result.verdict
     assert read.added.config == result.added.config
     assert np.array_equal(read.map_after.gap, result.map_after.gap, equal_nan=True)
-    assert read.after.gap == result.after.gap
+    assert read.after.gap == fit_of(written[0]).gap == result.after.gap != result.before.gap
     assert list(read.steps) == list(result.steps)
 
 

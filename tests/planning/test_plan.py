@@ -22,7 +22,7 @@ from identify.machining.tool import read_tool
 from identify.model.modes import complex_modes
 from identify.planning.candidates import Candidates
 from identify.planning.design import Criterion, best_design, total
-from identify.planning.information import TestNoise, measurable
+from identify.planning.information import FreeModel, TestNoise, measurable
 from identify.planning.known import known_of
 from identify.planning.run import PlanOptions, run_plan
 from identify.planning.targets import targets_of
@@ -62,7 +62,7 @@ def _frfs(q: np.ndarray, k: np.ndarray, c: np.ndarray, hits: list[int], line_hz:
 
 def test_information_is_that_of_differences_of_a_closed_form(model: FittedModel) -> None:
     free = np.arange(6)
-    found = measurable(model, AMONG, free, model.values, TestNoise(FLOOR), BAND)
+    found = measurable([FreeModel(model, free, model.values)], AMONG, TestNoise(FLOOR), BAND)
     assert found.information.shape == (5, 4, 2, 6, 6)
     names = [parameter.name for parameter in model.system(model.posture).parameters]
     k_at, c_at = (
@@ -88,7 +88,7 @@ def test_information_is_that_of_differences_of_a_closed_form(model: FittedModel)
 
 @pytest.mark.parametrize("targets", [None, np.eye(6)[[4]]])
 def test_the_choice_is_the_best_of_all(model: FittedModel, targets: np.ndarray | None) -> None:
-    found = measurable(model, AMONG, np.arange(6), model.values, TestNoise(FLOOR), BAND)
+    found = measurable([FreeModel(model, np.arange(6), model.values)], AMONG, TestNoise(FLOOR), BAND)
     criterion = Criterion(1e-3 * np.eye(6), targets)
     design = best_design(found.information, (2, 1, 1), criterion, np.random.default_rng(1))
     scores = {
@@ -108,9 +108,8 @@ def test_the_choice_is_the_best_of_all(model: FittedModel, targets: np.ndarray |
 
 def test_promised_intervals_are_those_of_refits(model: FittedModel) -> None:
     """Scatter of linear least squares about the truth over many seeds of noise."""
-    found = measurable(
-        model, AMONG, np.arange(6), model.values, TestNoise(FLOOR), np.array([4.0, 64.0, 60 / 59])
-    )
+    every = FreeModel(model, np.arange(6), model.values)
+    found = measurable([every], AMONG, TestNoise(FLOOR), np.array([4.0, 64.0, 60 / 59]))
     chosen = (np.array([0, 2]), np.array([2, 3]), np.array([0, 1]))
     promised = np.sqrt(np.diag(np.linalg.inv(total(found.information, chosen))))
     names = [parameter.name for parameter in model.system(model.posture).parameters]
@@ -146,6 +145,9 @@ def test_the_command_writes_sheet_study_and_result(fit: Path, tmp_path: Path) ->
     assert done.exit_code == 0, done.output
     assert "times narrower than those of tests of the same size at random" in " ".join(done.output.split())
     assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+    page = (tmp_path / "a.html").read_text()
+    assert "The test on the robot" in page
+    assert "by how much the intervals would be wider" in page
     study = parse_yaml((tmp_path / "a.yaml").read_text(), "a.yaml")
     kept = result_file.read(tmp_path / "a.h5", PlanResult)
     assert [one["posture_deg"] for one in study["measurements"]] == kept.posture_deg.tolist()

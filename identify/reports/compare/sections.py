@@ -18,7 +18,7 @@ from identify.reports.compare.figure import (
 )
 from identify.reports.compare.pick import Shared, matched, shape_mac, shared
 from identify.reports.fit import measurement_tables
-from identify.reports.fit.page_data import frf_data, mac_data, robot_data
+from identify.reports.fit.page_data import channels, frf_data, mac_data, robot_data
 from identify.reports.fit.parts import (
     error_lists,
     frf_picker,
@@ -212,7 +212,7 @@ def _measurement(one: Shared, numbers: dict[str, int]) -> dict[str, Any]:
     return {
         "name": one.name,
         "use": measurement_tables.use(first),
-        "robot": robot_data(first.geometry, first.frf, mode_views(one), [], ("", "")),
+        "robot": robot_data(first.geometry, channels(first.frf), mode_views(one), [], ("", "")),
         "frf": _frf(one, numbers) if one.frfs else None,
         "mac": mac_data(shape_mac(one)),
     }

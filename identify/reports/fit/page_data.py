@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,20 +29,33 @@ def measurement_data(
         "name": m.name,
         "use": measurement_tables.use(m),
         "robot": robot_data(
-            m.geometry, m.frf, mode_views(m), [] if m.frf is None else pick.nodes(m.frf.input), _EXCITED
+            m.geometry,
+            channels(m.frf),
+            mode_views(m),
+            [] if m.frf is None else pick.nodes(m.frf.input),
+            _EXCITED,
         ),
         "frf": None if m.frf is None else frf_data(m.frf, beside),
         "mac": mac_data(pair_mac(m)),
     }
 
 
+Channels: TypeAlias = tuple[Sequence[str], Sequence[str]]
+"""Of responses, then of forces."""
+
+
+def channels(frf: FrfComparison | None) -> Channels | None:
+    """Those of FRFs, where there are any."""
+    return None if frf is None else (frf.output, frf.input)
+
+
 def robot_data(
-    g: Geometry, frf: FrfComparison | None, views: list[ModeView], ringed: list[int], said: tuple[str, str]
+    g: Geometry, seen: Channels | None, views: list[ModeView], ringed: list[int], said: tuple[str, str]
 ) -> dict[str, Any]:
     """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest
     displacement.
 
-    ringed: nodes to mark, said: what they are, in the legend and at the point.
+    seen: channels; ringed: nodes to mark, said: what they are, in the legend and at the point.
     """
     modes = [
         {
@@ -63,12 +76,12 @@ def robot_data(
         "skeleton": g.skeleton,
         "segments": g.segments,
         "arrows": {
-            kind: [[row, *way] for row, way in pick.arrows(g, channels)]
-            for kind, channels in (("response", frf.output), ("force", frf.input))
+            kind: [[row, *way] for row, way in pick.arrows(g, some)]
+            for kind, some in zip(("response", "force"), seen, strict=True)
         }
-        if frf is not None
+        if seen is not None
         else {},
-        "measured": [] if frf is None else pick.nodes(frf.output),
+        "measured": [] if seen is None else pick.nodes(seen[0]),
         "ring": {"nodes": ringed, "about": said[0], "tip": said[1]},
         "modes": modes,
     }

@@ -13,7 +13,7 @@ from identify.reports.fit import (
     tables,
     uncertainty_tables,
 )
-from identify.reports.fit.page_data import measurement_data
+from identify.reports.fit.page_data import channels, measurement_data
 from identify.reports.fit.parts import (
     error_lists,
     first_shapes,
@@ -82,11 +82,16 @@ def _robot(measurements: list[MeasurementResult]) -> list[Part]:
     caption = f"The robot with its measurement points; {robot_figure.ARROWS}; floor grid 0.5 m.{first}"
     postures = Drawing(
         "",
-        partial(robot_figure.postures, measurements),
+        partial(robot_figure.postures, [_view(m) for m in measurements]),
         caption,
         lambda: [data.geometry(m.name, m.geometry) for m in measurements],
     )
     return [stage(measurements, stages_of(measurements)), postures, first_shapes(measurements[0], "model")]
+
+
+def _view(m: MeasurementResult) -> robot_figure.PostureView:
+    outputs, inputs = channels(m.frf) or ((), ())
+    return robot_figure.PostureView(f"{m.name}, {measurement_tables.use(m)}", m.geometry, outputs, inputs)
 
 
 def _titled(table: Table | None) -> list[Part]:

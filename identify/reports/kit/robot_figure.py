@@ -5,6 +5,7 @@ first modes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
-from identify.reports.fit.measurement_tables import use
 from identify.reports.fit.pick import arrows
 from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.shapes import ModeView
-from identify.results.fit import MeasurementResult
 from identify.results.tables import Geometry
 
 POSTURES, MODES = 6, 6
@@ -28,15 +27,25 @@ _REACH = 0.16
 """Largest displacement drawn, as a part of the robot's size."""
 
 
-def postures(measurements: Sequence[MeasurementResult]) -> Figure:
+@dataclass(frozen=True)
+class PostureView:
+    """The robot at a posture, under a title, with the channels of responses and of forces."""
+
+    title: str
+    geometry: Geometry
+    outputs: Sequence[str] = ()
+    inputs: Sequence[str] = ()
+
+
+def postures(views: Sequence[PostureView]) -> Figure:
     """The robot at its first six postures; points in the colour of their link, with their nodes."""
-    figure, panels = _grid([m.geometry for m in measurements[:POSTURES]])
-    links = list(dict.fromkeys(link for m in measurements for link in m.geometry.point_links))
-    for axes, m in zip(panels, measurements, strict=False):
-        g = m.geometry
+    figure, panels = _grid([view.geometry for view in views[:POSTURES]])
+    links = list(dict.fromkeys(link for view in views for link in view.geometry.point_links))
+    for axes, view in zip(panels, views, strict=False):
+        g = view.geometry
         _floor(axes, g)
         axes.plot(*_project(g.skeleton), "-o", color=INK, lw=2.4, ms=4, mfc="white", mew=1.1)
-        _arrows(axes, m)
+        _arrows(axes, view)
         x, y = _project(g.points)
         for link in dict.fromkeys(g.point_links):
             chosen = np.array([name == link for name in g.point_links])
@@ -55,19 +64,17 @@ def postures(measurements: Sequence[MeasurementResult]) -> Figure:
             axes.annotate(
                 str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED
             )
-        axes.set_title(f"{m.name}, {use(m)}")
+        axes.set_title(view.title)
     where = {"loc": "outside lower left", "ncols": 8} if len(panels) > 1 else {"loc": "outside right center"}
     figure.legend(*panels[0].get_legend_handles_labels(), handletextpad=0.2, columnspacing=1.2, **where)
     return figure
 
 
-def _arrows(axes: Axes, m: MeasurementResult) -> None:
+def _arrows(axes: Axes, view: PostureView) -> None:
     """From every point in the directions of its channels; at inputs a longer one."""
-    g = m.geometry
-    if m.frf is None:
-        return
+    g = view.geometry
     size = float(np.ptp(_places(g), axis=0).max())
-    for channels, length, color, width in ((m.frf.output, 0.06, BLUE, 0.6), (m.frf.input, 0.15, ORANGE, 1.1)):
+    for channels, length, color, width in ((view.outputs, 0.06, BLUE, 0.6), (view.inputs, 0.15, ORANGE, 1.1)):
         for row, way in arrows(g, channels):
             ends = _project(np.stack([g.points[row], g.points[row] + length * size * way]))
             look: Any = {

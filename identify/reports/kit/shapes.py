@@ -4,7 +4,7 @@ model's.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from identify.reports.fit.pick import mac_of, partner, shown_modes
 from identify.reports.kit.cells import number, percent
 from identify.results.fit import MeasurementResult, ModePairs
 from identify.results.modes import AnalysedMeasurement
+from identify.results.tables import Modes
 
 
 @dataclass(frozen=True)
@@ -57,19 +58,25 @@ def analysed_views(m: AnalysedMeasurement) -> list[ModeView]:
     return views
 
 
-def _model_view(m: MeasurementResult, row: int) -> ModeView:
-    places = len(m.geometry.points)
-    shape = np.concatenate([m.modes.point_shapes[row], m.modes.skeleton_shapes[row]])
+def model_view(modes: Modes, row: int) -> ModeView:
+    """A mode of a model, without a measured one."""
+    places = modes.point_shapes.shape[1]
+    shape = np.concatenate([modes.point_shapes[row], modes.skeleton_shapes[row]])
     shape = shape / _largest(shape)
-    text = f"{number(m.modes.frequency_hz[row])} Hz, damping {percent(m.modes.damping_ratio[row])} %"
+    text = f"{number(modes.frequency_hz[row])} Hz, damping {percent(modes.damping_ratio[row])} %"
+    return ModeView(f"{row + 1}: {text}", text, "", shape[:places], shape[places:], None)
+
+
+def _model_view(m: MeasurementResult, row: int) -> ModeView:
+    view = model_view(m.modes, row)
     measured_text, measured = "", None
     mode = None if m.pairs is None else partner(m.pairs, row)
     if m.pairs is not None and mode is not None:
         mac = mac_of(m.pairs, row)
         measured_text = _measured_text(m.pairs, mode) + ("" if np.isnan(mac) else f", MAC {number(mac)}")
         if m.pairs.measured_shapes is not None:
-            measured = _fitted_to(m.pairs.measured_shapes[mode], shape[:places])
-    return ModeView(f"{row + 1}: {text}", text, measured_text, shape[:places], shape[places:], measured)
+            measured = None if view.points is None else _fitted_to(m.pairs.measured_shapes[mode], view.points)
+    return replace(view, measured=measured_text, measured_points=measured)
 
 
 def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, int]) -> list[ModeView]:

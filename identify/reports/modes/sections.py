@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identify.reports.fit import data, measurement_tables, pick
-from identify.reports.fit.page_data import frf_data, mac_data, robot_data
+from identify.reports.fit.page_data import channels, frf_data, mac_data, robot_data
 from identify.reports.fit.parts import (
     STAGES,
     error_lists,
@@ -138,7 +138,7 @@ def _measurement(m: AnalysedMeasurement) -> dict[str, Any]:
 
 def _robot(m: AnalysedMeasurement, geometry: Geometry) -> dict[str, Any]:
     ringed = pick.nodes(m.modes.references)
-    shaped = robot_data(geometry, m.frf, analysed_views(m), ringed, ("references", "reference"))
+    shaped = robot_data(geometry, channels(m.frf), analysed_views(m), ringed, ("references", "reference"))
     return {**shaped, "measured": pick.nodes([*m.frf.output, *m.frf.input])}
 
 

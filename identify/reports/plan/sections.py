@@ -2,18 +2,41 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
+from identify.reports.fit.data import geometry
+from identify.reports.fit.page_data import robot_data
+from identify.reports.fit.parts import stage
+from identify.reports.fit.pick import nodes
+from identify.reports.kit import robot_figure
 from identify.reports.kit.banded import SCRIPTS, Line, Panel, Plot
 from identify.reports.kit.cells import Column
-from identify.reports.kit.report import EVERYWHERE, Bullets, Code, Part, Report, Section, Tabular, origin
+from identify.reports.kit.report import (
+    EVERYWHERE,
+    PAGE,
+    Bullets,
+    Code,
+    Drawing,
+    Part,
+    Report,
+    Section,
+    Tabular,
+    Text,
+    origin,
+)
+from identify.reports.kit.shapes import ModeView, model_view
 from identify.reports.plan import tables
-from identify.results.plan import PlanResult
+from identify.results.plan import PlannedPlace, PlanResult
+
+_MODES = 8
 
 
 def report(result: PlanResult) -> Report:
     """What is said of a plan."""
     plot = _promised(result)
+    robot = [_robot(result)] if result.places else []
     sheet: list[Part] = [
         Bullets(
             [
@@ -30,6 +53,7 @@ def report(result: PlanResult) -> Report:
     ]
     promised = Tabular(tables.promised_table(result), on=EVERYWHERE)
     sections = [
+        *robot,
         Section("sheet", "Test sheet", sheet, "Sheet"),
         Section(
             "promised", "Promised intervals", [plot.drawing(), promised], "Promised", plot.data(), SCRIPTS
@@ -38,6 +62,40 @@ def report(result: PlanResult) -> Report:
         *origin(result, "Asked"),
     ]
     return Report(tables.tiles(result), [], sections)
+
+
+def _robot(result: PlanResult) -> Section:
+    """The test on the robot: where to hit, and where the sensors are, at every posture."""
+    places = list(result.places.values())
+    seen = [f"{node}:+{axis}" for node in result.sensors for axis in "XYZ"], list(result.impacts)
+    views = [robot_figure.PostureView(one.name, one.geometry, *seen) for one in places]
+    kept = "" if len(views) <= robot_figure.POSTURES else f" The first {robot_figure.POSTURES} postures."
+    caption = f"Sensors (blue) and impacts (orange, longer) of the test; floor grid 0.5 m.{kept}"
+    figure = partial(robot_figure.postures, views)
+    drawn = Drawing("", figure, caption, lambda: [geometry(one.name, one.geometry) for one in places])
+    hit = nodes(result.impacts)
+    pages = [
+        {
+            "name": one.name,
+            "use": "modes as expected",
+            "robot": robot_data(one.geometry, seen, _modes(one), hit, ("where to hit", "hit here")),
+        }
+        for one in places
+    ]
+    shown = [("model", "the robot at the posture of the test, moving in the chosen mode")]
+    said = Text("Blue arrows: sensors. Orange arrows: impacts.", "note", PAGE)
+    return Section(
+        "robot",
+        "The test on the robot",
+        [stage(places, shown), said, drawn],
+        "Robot",
+        {"measurements": pages},
+    )
+
+
+def _modes(place: PlannedPlace) -> list[ModeView]:
+    """The first modes at a posture."""
+    return [model_view(place.modes, row) for row in range(min(_MODES, len(place.modes.frequency_hz)))]
 
 
 def _promised(result: PlanResult) -> Plot:

@@ -39,23 +39,41 @@ def tiles(result: PlanResult) -> tuple[tuple[str, str, str], ...]:
 
 def posture_table(result: PlanResult) -> Table:
     """Joint angles, in the order of the test."""
-    rows = [(f"planned{k}", *map(number, row)) for k, row in enumerate(result.posture_deg, 1)]
-    return Table(
-        "Postures", (words("Posture"), *(Column(joint, "°") for joint in result.joints)), tuple(rows)
+    worth, head, note = _worth(result, "postures")
+    rows = [
+        (f"planned{k}", *map(number, row), *more)
+        for k, (row, more) in enumerate(zip(result.posture_deg, worth, strict=True), 1)
+    ]
+    heads = words("Posture"), *(Column(joint, "°") for joint in result.joints), *head
+    return Table("Postures", heads, tuple(rows), note)
+
+
+def _worth(result: PlanResult, what: str) -> tuple[list[tuple[str, ...]], tuple[Column, ...], str]:
+    """What each of the `postures`, `impacts` or `sensors` is worth: a cell a row, its column, and a note;
+    nothing where it was not kept.
+    """
+    rows = {"postures": len(result.posture_deg), "impacts": len(result.impacts)}.get(
+        what, len(result.sensors)
     )
+    if result.worth is None:
+        return [()] * rows, (), ""
+    cells: list[tuple[str, ...]] = [(number(value, 3),) for value in getattr(result.worth, what)]
+    note = "Without it: by how much the intervals would be wider, at the median, if it were left out."
+    return cells, (Column("Without it", "times"),), note
 
 
 def impact_table(result: PlanResult) -> Table:
     """Where to hit, and what to expect there."""
     rows = []
+    worth, head, _ = _worth(result, "impacts")
     for k, name in enumerate(result.impacts):
         level = result.level[:, k]
-        rows.append(
-            (name, number(level.min(), 3), number(float(np.median(level)), 3), number(level.max(), 3))
-        )
+        levels = (number(value, 3) for value in (level.min(), float(np.median(level)), level.max()))
+        rows.append((name, *levels, *worth[k]))
     heads = (
         words("Impact"),
         *(Column(f"{what} level", "m/s²/N") for what in ("Lowest", "Median", "Highest")),
+        *head,
     )
     note = "In every posture. Levels: RMS accelerance over the band at the sensors, over all postures."
     return Table("Impacts", heads, tuple(rows), note)
@@ -64,18 +82,20 @@ def impact_table(result: PlanResult) -> Table:
 def sensor_table(result: PlanResult) -> Table:
     """Where to put the sensors, and how they look."""
     rows = []
+    worth, head, _ = _worth(result, "sensors")
     for k, node in enumerate(result.sensors):
         x, y, z = (
             ", ".join(f"{value + 0.0:.3g}" for value in axis) for axis in np.round(result.sensor_axes[k], 6)
         )
         place = map(number, 1e3 * result.sensor_m[k])
-        rows.append((str(node), result.sensor_names[k], result.sensor_links[k], *place, x, y, z))
+        rows.append((str(node), result.sensor_names[k], result.sensor_links[k], *place, x, y, z, *worth[k]))
     heads = (
         words("Node"),
         words("Name"),
         words("Link"),
         *(Column(axis, "mm") for axis in "xyz"),
         *(words(f"Its {axis} along") for axis in "XYZ"),
+        *head,
     )
     return Table("Sensors", heads, tuple(rows), "Triaxial; places and axes in the link's frame.")
 
@@ -95,5 +115,5 @@ def promised_table(result: PlanResult) -> Table:
         Column("± promised", "%"),
         Column("± random test", "%"),
     )
-    note = "Half the 95 % interval. Random: the median of 200 tests of the same size."
+    note = "Half the 95 % interval. Random: the median of tests of the same size."
     return Table("Promised intervals", heads, tuple(rows), note)

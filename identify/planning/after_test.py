@@ -1,0 +1,134 @@
+"""What is known after a test: the inverse covariance of all unknowns.
+
+A fit weighs every FRF alike by its noise, whatever these have in common, so that with derivatives J over the
+noise its covariance is that of a sandwich (Huber 1967; `identify.vibration.uncertainty` finds it from the
+residuals of a fit),
+
+    (P + Q)^-1 (V + Q) (P + Q)^-1,   P = Re sum J'J,   V = variance of the scores Re sum conj(J) e,
+
+Q what bounds and statements say.  What the data of a fit said is added to the inverse.  e over the noise has
+two parts: that of each response, and that of the force, which all responses of an impact share.  An
+exponential window exp(-d t) correlates both over lines: at a distance of k lines by c / (c + 2 pi i k), c =
+2 d T, T the length of the record.
+
+Where things are not quite as told (`uncertainty:` of the study), their errors are unknowns too
+(`identify.planning.told`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from identify.core.arrays import Array, Complex
+from identify.core.interruption import check
+from identify.measured.channel import Channel
+from identify.model.system import System
+from identify.planning.candidates import Candidates
+from identify.planning.design import Chosen
+from identify.planning.information import FreeModel, TestNoise, s_of, slopes
+from identify.planning.known import Known
+from identify.planning.told import Told, nuisances_of, prior
+
+_MOST_LINES = 400
+
+
+class Planned(NamedTuple):
+    """A measurement that is to be done."""
+
+    name: str
+    posture: Array
+    outputs: tuple[Channel, ...]
+    inputs: tuple[Channel, ...]
+
+
+@dataclass(frozen=True)
+class AfterTest:
+    """Tests of candidates; models: that of the fit, and a rival if there is one; before (u, u): what is known
+    of their unknowns, weak (u, u): what bounds alone say; anew: whether the data of the fit do not count.
+    """
+
+    known: Known
+    models: Sequence[FreeModel]
+    among: Candidates
+    before: Array
+    weak: Array
+    anew: bool
+    _systems: dict[int, list[System]] = field(default_factory=dict)
+    _told: dict[int, Told] = field(default_factory=dict)
+
+    def precision(self, chosen: Chosen) -> Array:
+        """(u + e, u + e): inverse covariance, after a test, of the unknowns and of the errors of what was
+        told.
+        """
+        planned = [self._planned(int(number), chosen) for number in chosen[0]]
+        nuisances = nuisances_of(self.known, planned)
+        weak = prior(nuisances, self.known, self.weak, anew=True)
+        product = variance = weak
+        for number, one in zip(chosen[0], planned, strict=True):
+            check()
+            h, g = self._slopes(int(number), one, chosen)
+            if nuisances.entries:
+                system = self._systems[int(number)][0]
+                told = self._told.setdefault(int(number), Told(self.known, system, one.posture))
+                g = np.concatenate([g, told.slopes(nuisances, one, h, self._s)], axis=-1)
+            own, spread = scores(h, g, self.known.noise, 1 / self.known.band[2], self._count)
+            product, variance = product + own, variance + spread
+        of_data = prior(nuisances, self.known, self.before, self.anew) - weak
+        return np.asarray(product @ np.linalg.solve(variance, product) + of_data)
+
+    @property
+    def _s(self) -> Complex:
+        low, high, _ = self.known.band
+        return s_of(np.linspace(low, high, min(self._count, _MOST_LINES)), self.known.noise)
+
+    @property
+    def _count(self) -> int:
+        """Of the lines of the test."""
+        low, high, apart = self.known.band
+        return max(round(float((high - low) / apart)) + 1, 2)
+
+    def _planned(self, number: int, chosen: Chosen) -> Planned:
+        nodes = [self.among.sensors[k] for k in chosen[2]]
+        outputs = tuple(Channel(node, direction) for node in nodes for direction in (1, 2, 3))
+        inputs = tuple(Channel(node, axis + 1) for node, axis in (self.among.impacts[k] for k in chosen[1]))
+        return Planned(f"planned{number}", self.among.postures[number], outputs, inputs)
+
+    def _slopes(self, number: int, planned: Planned, chosen: Chosen) -> tuple[Complex, Complex]:
+        if number not in self._systems:
+            self._systems[number] = [one.model.system(planned.posture) for one in self.models]
+        sensors = [self.among.sensors[k] for k in chosen[2]]
+        hit = [self.among.impacts[k] for k in chosen[1]]
+        return slopes(self.models, self._systems[number], sensors, hit, self._s)
+
+
+def scores(h: Complex, g: Complex, noise: TestNoise, record_s: float, count: int) -> tuple[Array, Array]:
+    """P and V (u, u) of FRFs (lines, outputs, impacts) with derivatives (..., u); count: of the lines of the
+    test, of which those given are all, or some that stand for them and are then taken as independent.
+    """
+    sigma = noise.sigma(h)[..., None]
+    j = g / sigma
+    product = _product(j, j)
+    shared = noise.relative * np.sum(
+        np.conj(j) * (h[..., None] / sigma), axis=1, dtype=complex
+    )  # of the force
+    single = np.asarray(np.conj(j) * (noise.floor / sigma), dtype=complex)
+    alike = np.eye(len(h), dtype=complex)
+    if count == len(h) and noise.decay_per_s > 0:
+        turn = 2 * noise.decay_per_s * record_s
+        alike = turn / (turn + 2j * np.pi * (np.arange(len(h)) - np.arange(len(h))[:, None]))
+    spread = np.zeros_like(product)
+    for part in (single, shared):
+        flat = part.reshape(len(h), -1)
+        spread += _product(part, (alike @ flat).reshape(part.shape))
+    weight = count / len(h)
+    return weight * product, weight * spread
+
+
+def _product(a: Complex, b: Complex) -> Array:
+    """Re sum conj(a) b' over all but the last axis, (u, u)."""
+    flat_a, flat_b = (one.reshape(-1, one.shape[-1]) for one in (a, b))
+    return np.asarray(flat_a.real.T @ flat_b.real + flat_a.imag.T @ flat_b.imag)
