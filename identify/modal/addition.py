@@ -43,11 +43,12 @@ class Addition(NamedTuple):
     participation: Complex
 
 
-def missing(found: Fit, barred: Complex, most: int) -> Addition:
+def missing(found: Fit, barred: Complex, most: int, widest: float = np.inf) -> Addition:
     """The poles that lower the cost of a fit by more than noise could, the most needed first, apart from each
-    other and from those barred.
+    other and from those barred, with less half-bandwidth than the widest.
     """
     places = _grid(found)
+    places = places[-places.real < widest]
     for pole in barred:
         places = places[np.abs(places - pole) > -pole.real - places.real]
     chance = _by_chance(found, places)

@@ -13,23 +13,27 @@ from identify.modal.addition import Addition, missing
 from identify.modal.layout import Layout
 from identify.modal.mac import mpc
 from identify.modal.refine import QUICK, fit, minimise, squared
-from identify.modal.selection import IDLE_SHARE, Candidate, idle_reason
+from identify.modal.selection import DROPPED, IDLE_SHARE, Candidate, idle_reason
 from identify.modal.state import REACH, State, dropped, narrow, pruned, refined
-from identify.modal.weights import leftover, over_noise
+from identify.modal.weights import excess, leftover
 
-_SLIM, _BARRED = "narrower than a line", "not a resonance of its own: one that was turned down"
-_PATTERN, _REAL = 2, 0.8
+_SLIM, _BARRED = "narrower than a line", "a resonance that was dropped by hand, or narrower than a line"
+_PATTERN, _REAL, _DOUBTS = 2, 0.8, 2
 """How many added modes with next to no response, or with shapes of less MPC, say that what is left has a
-pattern of its own: in errors of a measurement every response has its own phase."""
+pattern of its own: in errors of a measurement every response has its own phase. So many rounds in a row that
+look like it end the search; a mode may look like it while others are missing."""
 _GROWING = (12, 1e-4)
 """Steps and fall of the cost between rounds: what is not yet fitted looks like a mode that is missing."""
 _AT_ONCE, _SPARE = 4, 8
 """How many modes are added in a round; how many more than there were, in all."""
 _ROUNDS = 20
-_NEAR, _FAR_OFF = 0.2, 100.0
-"""Error over RMS of the FRFs, and what is left over noise, beyond which no residual says what is missing."""
-_HOPELESS, _PAYS = 6.0, 0.5
-"""What is left over noise where it begins above six must fall to this part in two rounds, or below six."""
+_NEAR = 0.2
+"""Error over RMS of the FRFs beyond which no residual says what is missing."""
+_HOPELESS = ((5.0, 2, 0.5), (0.1, 3, 0.75))
+"""What is left beyond noise, over noise, must where it is more than this fall in so many rounds to a part."""
+_FALLS, _NARROWER = 0.9, 0.6
+"""A round that adds no mode counts where what is left beyond noise falls to this part; if not, poles of less
+than this part of its widest half-bandwidth are sought."""
 
 
 def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
@@ -41,17 +45,22 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
     state = begun
     if not _may_grow(begun):
         return begun
-    barred = np.array([c.pole for c in others if c.is_barred], dtype=complex)
-    left = [over_noise(state.fit)]
-    while len(state.modes) < 2 * len(begun.modes) + _SPARE and not _is_hopeless(left):
-        more = missing(state.fit, barred, _AT_ONCE)
-        grown, slim = _round(state, more, barred, layout, others)
-        if len(grown.modes) <= len(state.modes) and not len(slim):
+    barred = np.array([c.pole for c in others if c.reason == DROPPED], dtype=complex)
+    left, widest, doubts = [excess(state.fit)], np.inf, 0
+    while doubts < _DOUBTS and len(state.modes) < 2 * len(begun.modes) + _SPARE and not _is_hopeless(left):
+        more = missing(state.fit, barred, _AT_ONCE, widest)
+        if not len(more.poles):
             break
-        state, barred = grown, np.append(barred, slim)
-        if _has_pattern(state, begun, layout):
-            return begun
-        left.append(over_noise(state.fit))
+        grown, slim = _round(state, more, barred, layout, others)
+        if len(grown.modes) > len(state.modes) or len(slim) or excess(grown.fit) < _FALLS * left[-1]:
+            state, barred, widest = grown, np.append(barred, slim), np.inf
+            left.append(excess(state.fit))
+            doubts = doubts + 1 if _has_pattern(state, begun, layout) else 0
+        else:
+            # What explains most may be no mode, such as what lies far beyond the band; then what is narrower.
+            widest = _NARROWER * np.max(-more.poles.real)
+    if doubts:
+        return begun
     share = leftover(state.fit)[1]
     idle = np.flatnonzero(_added(state, begun, layout) & _is_idle(state))
     return dropped(state, {int(r): idle_reason(share[r]) for r in idle})
@@ -61,14 +70,17 @@ def _may_grow(begun: State) -> bool:
     """Whether the fit is near enough to the FRFs for what is left to say what is missing."""
     equations = begun.fit.equations
     error = np.sum(equations.line**-2.0 * (squared(begun.fit.residual) @ equations.each**-2.0))
-    near = error < _NEAR**2 * np.sum(equations.frf**2) and over_noise(begun.fit) < _FAR_OFF
+    near = error < _NEAR**2 * np.sum(equations.frf**2)
     return bool(begun.modes and near and not np.any(narrow(begun.fit)))
 
 
 def _is_hopeless(left: list[float]) -> bool:
-    """Whether rounds do not pay, from what each left over noise."""
-    stuck = len(left) > 2 and left[0] > _HOPELESS and left[-1] > max(_HOPELESS, _PAYS * left[-3])
-    return stuck or len(left) > _ROUNDS
+    """Whether rounds do not pay, from what each left beyond noise."""
+    stuck = [
+        len(left) > rounds and left[-1] > max(least, part * left[-1 - rounds])
+        for least, rounds, part in _HOPELESS
+    ]
+    return any(stuck) or len(left) > _ROUNDS
 
 
 def _round(
@@ -133,7 +145,7 @@ def _with(state: State, more: Addition, layout: Layout, others: list[Candidate])
 
 def _candidate(pole: complex, row: Complex, layout: Layout, others: list[Candidate]) -> Candidate:
     """What stands behind an added pole: the cluster there that few orders showed, or none."""
-    near = [c for c in others if not c.is_barred and abs(c.pole - pole) <= -pole.real]
+    near = [c for c in others if c.is_rare and abs(c.pole - pole) <= -pole.real]
     nearest = min(near, key=lambda c: abs(c.pole - pole), default=None)
     if nearest is not None:
         return replace(nearest, reason="")

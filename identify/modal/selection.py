@@ -67,9 +67,9 @@ class Candidate:
         return -self.pole.real
 
     @property
-    def is_barred(self) -> bool:
-        """Whether it was found and is no mode, rather than not found by enough orders or twice."""
-        return bool(self.reason) and not self.reason.startswith((_RARE, _DUPLICATE))
+    def is_rare(self) -> bool:
+        """Whether it was turned down because too few orders found it, or twice, and for nothing else."""
+        return self.reason.startswith((_RARE, _DUPLICATE))
 
 
 def candidates(diagram: Diagram, least_presence: float) -> list[Candidate]:

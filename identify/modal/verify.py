@@ -33,7 +33,7 @@ def verify(
 ) -> Verified:
     """Modes that explain more than noise could, refined together; modes chosen by hand all stay.
 
-    Beside them the FRFs may need modes that no cluster showed (`addition`), but none that others barred.
+    Beside them the FRFs may need modes that no cluster showed (`addition`), none that was dropped by hand.
 
     Where the FRFs are off in ways that no mode explains (they change from run to run, leak, are not quite
     linear), noise is no measure of what a mode must explain: there `imperfect` has its rules.
@@ -159,7 +159,7 @@ def _split(state: State, layout: Layout, settings: ModalSettings) -> Verified:
     weight = np.outer(equations.line, equations.reference)
     model = lsfd(layout, found.poles, found.participation, equations.kinds, weight)
     faults = (
-        [""] * len(found.poles) if settings.modes_hz is not None else _faults(found, model, layout, settings)
+        [""] * len(found.poles) if settings.modes_hz is not None else _faults(state, model, layout, settings)
     )
     faults = ["" if mode.by_hand else fault for mode, fault in zip(state.modes, faults, strict=True)]
     order = np.argsort(np.abs(model.poles), kind="stable")
@@ -174,10 +174,10 @@ def _split(state: State, layout: Layout, settings: ModalSettings) -> Verified:
     return Verified(modes, inside, outside, covariance(found)[inner], gone, by_noise=by_noise)
 
 
-def _faults(found: Fit, model: ModalModel, layout: Layout, settings: ModalSettings) -> list[str]:
+def _faults(state: State, model: ModalModel, layout: Layout, settings: ModalSettings) -> list[str]:
     """Why a fitted pole is no mode of the band, or nothing."""
     collinear, deviation = mpc(model.shapes), np.degrees(mpd(model.shapes))
-    left, _ = leftover(found)
+    left, _ = leftover(state.fit)
     half, size = -model.poles.real, np.abs(model.poles)
     low, high = layout.frequency_hz[0], layout.frequency_hz[-1]
     faults = []
@@ -189,6 +189,10 @@ def _faults(found: Fit, model: ModalModel, layout: Layout, settings: ModalSettin
         complex_shape = collinear[r] < settings.min_mpc or deviation[r] > settings.max_mpd_deg
         if frequency * (1 + damping) < low or frequency * (1 - damping) > high:
             faults.append(f"a resonance beyond the band, at {frequency:.4g} Hz; kept as a residual")
+        elif state.modes[r].presence < settings.min_presence and (
+            frequency * (1 - damping) < low or frequency * (1 + damping) > high
+        ):
+            faults.append(f"only a flank of it, of {frequency:.4g} Hz, is in the band; kept as a residual")
         elif damping > settings.max_damping_ratio:
             faults.append(f"damping ratio {damping:.1%} is not structural; kept as a residual")
         elif alone and complex_shape:

@@ -120,12 +120,19 @@ def over_noise(found: Fit) -> float:
     """Power of what is left over that of independent noise in it, over all lines or around the middle one of
     the modes, whichever is more; 1 where nothing else is left.
     """
-    count = found.equations.count
-    floor = 1e-20 * found.moments.energy / count
-    everywhere = float(np.sum(found.left) / count / (np.mean(found.noise) + floor))
+    everywhere = 1 + excess(found)
     if not len(found.poles):
         return everywhere
     return max(everywhere, float(np.median(leftover(found)[0])))
+
+
+def excess(found: Fit) -> float:
+    """Power of what is left beyond independent noise, over that of the noise, over all lines; about 0 where
+    nothing else is left.
+    """
+    count = found.equations.count
+    floor = 1e-20 * found.moments.energy / count
+    return float(np.sum(found.left) / count / (np.mean(found.noise) + floor)) - 1
 
 
 def required(found: Fit) -> Array:

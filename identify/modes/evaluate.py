@@ -39,6 +39,7 @@ _WHY = (
     ("explains", "that the FRFs do not need"),
     ("not a resonance", "that wander off when refined"),
     ("a resonance beyond", "beyond the band"),
+    ("only a flank", "beyond the band"),
     ("not chosen", "by hand"),
     ("dropped by hand", "by hand"),
 )

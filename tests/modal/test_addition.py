@@ -12,6 +12,8 @@ from identify.modal.layout import arrange
 from identify.modal.refine import FULL, Equations, Fit, fit, minimise
 from identify.modal.settings import ModalSettings
 from identify.modal.weights import reweighted
+from tests.benchmarks.modal_exam import examine
+from tests.benchmarks.modal_structures import draw
 from tests.modal.systems import System, chain, measure
 
 LINES = np.arange(5.0, 80.0, 0.1)
@@ -66,3 +68,31 @@ def test_what_was_dropped_by_hand_does_not_come_back() -> None:
     found = analyse(data, ModalSettings(drop_hz=(50.0,))).table.frequency_hz
     assert np.min(np.abs(found - 50.0)) > 0.5
     assert np.min(np.abs(analyse(data).table.frequency_hz - 50.0)) < 0.05
+
+
+def test_places_wider_than_asked_are_left() -> None:
+    start = fitted(PAIR, [3])
+    half = -PAIR.poles[3].real
+    assert len(missing(start, NOBODY, 4, widest=3 * half).poles) >= 1
+    assert np.all(-missing(start, NOBODY, 4, widest=half / 2).poles.real < half / 2)
+    assert np.any(-missing(start, NOBODY, 4).poles.real > half / 2)
+
+
+@pytest.mark.parametrize("number", [5, 8], ids=["overlapping", "three at one frequency"])
+def test_every_mode_of_a_crowded_band_is_found(number: int) -> None:
+    structure = draw(np.random.default_rng([4711, number]))
+    run = examine(structure, number, 0.001, seed=4711000 + number)
+    assert len(run.modes) >= 35
+    assert all(mode.found for mode in run.modes)
+    assert len(run.spurious_hz) == 0
+    clusters = ModalSettings(refine=False)
+    assert len(analyse(structure.measured(0.001, 4711000 + number), clusters).table) < len(run.modes) - 2
+
+
+def test_a_flank_of_a_mode_beyond_the_band_is_no_mode() -> None:
+    structure = draw(np.random.default_rng([4712, 19]))
+    found = analyse(structure.measured(0.01, 4712019))
+    flanks = [c.frequency_hz for c in found.rejected if c.reason.startswith("only a flank")]
+    assert len(flanks) >= 1
+    assert np.max(np.abs(np.array(flanks) - found.layout.frequency_hz[0])) < 1
+    assert found.table.frequency_hz[0] == pytest.approx(6.464, abs=0.01)
