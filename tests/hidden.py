@@ -5,11 +5,17 @@ scoring only.
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from identify.fitting.fit import fit
+from identify.vibration.plan import fit_plan
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
+from identify.vibration.uncertainty import gap
 from tests.shared import shared
 
 
@@ -17,6 +23,23 @@ def truth(case: str) -> dict[str, Any]:
     """What was hidden; for scoring, never for fitting."""
     loaded: dict[str, Any] = json.loads(shared("hidden", f"{case}.truth.json").read_text())
     return loaded
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Values by name, and the gap on fitted and on validation data, without all else that a result has."""
+
+    values: dict[str, float]
+    gap: float
+    gap_validation: float
+
+
+def fitted(case: str, folder: Path, extra: str = "") -> Fitted:
+    """A shared case fitted."""
+    problem = load_problem(read_study(write_config(case, folder, extra=extra)))
+    found = fit(fit_plan(problem)).values
+    values = dict(zip((p.name for p in problem.parameters), map(float, found), strict=True))
+    return Fitted(values, gap(problem.targets(), found), gap(problem.targets("validate"), found))
 
 
 def write_config(case: str, folder: Path, initial: list[float] | None = None, extra: str = "") -> Path:

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from identify.vibration.run import run_fit
-from tests.hidden import truth, write_config
+from tests.hidden import fitted, truth
 
 CASES = {
     "absorber_l3_101": ["{kind: appended-resonator, link: link3, axis: y}"],
@@ -30,10 +29,8 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_the_true_effect_leaves_noise_and_the_true_stiffness(case: str, tmp_path: Path) -> None:
     lines = [f"  - {effect}" for effect in CASES[case]]
-    result, _ = run_fit(
-        write_config(case, tmp_path, extra="\n".join([*lines, "starts: 1"])), tmp_path / "r.h5", {}
-    )
-    value = dict(zip(result.parameters.name, result.parameters.value, strict=True))
+    result = fitted(case, tmp_path, "\n".join([*lines, "starts: 1"]))
+    value = result.values
     assert result.gap < 1.2
     assert result.gap_validation < 1.4
     assert [value[f"joint{n}.rz.stiffness"] for n in range(1, 7)] == pytest.approx(truth(case)["k"], rel=0.01)
@@ -46,8 +43,7 @@ def test_the_true_effect_leaves_noise_and_the_true_stiffness(case: str, tmp_path
 @pytest.mark.parametrize("wrong", ["joints: [3], axes: [rx, ry]"])
 def test_a_wrong_effect_does_not(wrong: str, tmp_path: Path) -> None:
     extra = f"  - {{kind: joint-compliance, {wrong}}}\nstarts: 1"
-    result, _ = run_fit(write_config("tilt_j2_101", tmp_path, extra=extra), tmp_path / "r.h5", {})
-    assert result.gap > 10
+    assert fitted("tilt_j2_101", tmp_path, extra).gap > 10
 
 
 def test_a_beam_stands_for_a_chain_of_segments(tmp_path: Path) -> None:
@@ -56,9 +52,7 @@ def test_a_beam_stands_for_a_chain_of_segments(tmp_path: Path) -> None:
     """
     gaps = []
     for extra in ("", "  - {kind: link-flexibility, link: link2}\n"):
-        result, _ = run_fit(
-            write_config("link2_flex_101", tmp_path, extra=extra + "starts: 1"), tmp_path / "r.h5", {}
-        )
+        result = fitted("link2_flex_101", tmp_path, extra + "starts: 1")
         gaps.append((result.gap, result.gap_validation))
     for before, after in zip(*gaps, strict=True):
         assert after - 1 < 0.15 * (before - 1)
