@@ -143,16 +143,14 @@ def _fit(
     use = np.isfinite(variance).astype(float)
     variance = np.where(use > 0, variance, 0.0)
     floor = _FLOOR * power + _TINY
-    alpha, beta = start or _start(power, variance, use, bases)
+    onto = bases[0].T.tocsr(), bases[1].T.tocsr()
+    alpha, beta = start or _start(power, variance, use, onto)
     model = _model(alpha, beta, bases, power) + floor
     for _ in range(_ITERATIONS):
         before = model
         pull, push = variance / model**2, use / model
-        alpha = alpha * np.sqrt(_share(_project(bases[0], pull), _project(bases[0], push)))
-        pulls, pushes = (
-            _project(bases[1], (power * pull).sum(axis=1)),
-            _project(bases[1], (power * push).sum(axis=1)),
-        )
+        alpha = alpha * np.sqrt(_share(_project(onto[0], pull), _project(onto[0], push)))
+        pulls, pushes = (onto[1] @ np.einsum("loi,loi->li", power, one) for one in (pull, push))
         beta = beta * np.sqrt(_share(pulls, pushes))
         model = _model(alpha, beta, bases, power) + floor
         if np.max(np.abs(model / before - 1)) < _SETTLED:
@@ -160,11 +158,11 @@ def _fit(
     return model, (alpha, beta)
 
 
-def _start(power: Array, variance: Array, use: Array, bases: _Bases) -> tuple[Array, Array]:
+def _start(power: Array, variance: Array, use: Array, onto: _Bases) -> tuple[Array, Array]:
     """Half of the variance from either source."""
     ratio = np.divide(variance, power, out=np.zeros_like(variance), where=power > 0)
-    alpha = _share(_project(bases[0], variance), _project(bases[0], use)) / 2
-    beta = _share(_project(bases[1], ratio.sum(axis=1)), _project(bases[1], use.sum(axis=1))) / 2
+    alpha = _share(_project(onto[0], variance), _project(onto[0], use)) / 2
+    beta = _share(onto[1] @ ratio.sum(axis=1), onto[1] @ use.sum(axis=1)) / 2
     return alpha, beta
 
 
@@ -175,9 +173,9 @@ def _model(alpha: Array, beta: Array, bases: _Bases, power: Array) -> Array:
     return np.asarray(smooth + (bases[1] @ beta)[:, None, :] * power)
 
 
-def _project(basis: scipy.sparse.csr_array, values: Array) -> Array:
-    """Sum over the lines (axis 0) of values, weighted by each hat."""
-    return np.asarray((basis.T @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:]))
+def _project(onto: scipy.sparse.csr_array, values: Array) -> Array:
+    """Sum over the lines (axis 0) of values, weighted by each hat, a row each."""
+    return np.asarray((onto @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:]))
 
 
 def _share(a: Array, b: Array) -> Array:
