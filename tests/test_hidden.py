@@ -22,9 +22,8 @@ def test_null_cases_from_any_first_guess(case: str, guess: int | None, tmp_path:
         if guess is None
         else np.array(known["k"]) * 3.0 ** np.random.default_rng(guess).uniform(-1, 1, 6)
     )
-    result, _ = run_fit(
-        write_config(case, tmp_path, None if start is None else start.tolist()), tmp_path / "r.h5", {}
-    )
+    begun = None if start is None else start.tolist()
+    result, _ = run_fit(write_config(case, tmp_path, begun, "starts: 4"), tmp_path / "r.h5", {})
     value = dict(zip(result.parameters.name, result.parameters.value, strict=True))
     k, c = (
         np.array([value[f"joint{n}.rz.{what}"] for n in range(1, 7)]) for what in ("stiffness", "damping")

@@ -5,7 +5,7 @@ hammer tests at several levels.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -169,8 +169,15 @@ def _tested(case: str, folder: Path, levels: Sequence[float] = (0.3, 3.0)) -> Pa
     return folder / "test"
 
 
-def _study(test: Path, effects: list[dict[str, Any]], stated: bool = True) -> Path:
-    """A config beside the test; `stated` says whether it tells how hard the impacts were."""
+def _study(
+    test: Path,
+    effects: list[dict[str, Any]],
+    stated: bool = True,
+    start: Mapping[str, float] | None = None,
+) -> Path:
+    """A config beside the test; `stated` says whether it tells how hard the impacts were; start: values to
+    begin with.
+    """
     about = json.loads((test / "test.json").read_text())
     usual = {"averages": about["averages"], "window_decay_per_s": about["exponential_window_decay_per_s"]}
     files = [
@@ -190,14 +197,18 @@ def _study(test: Path, effects: list[dict[str, Any]], stated: bool = True) -> Pa
         "measurements": files,
     }
     study |= {"band_hz": [3, 80], "effects": [springs, *effects], "starts": 1, "optimizer": STAGES}
+    study["initial"] = dict(start or {})
     (test / "study.yaml").write_text(json.dumps(study))
     return test / "study.yaml"
 
 
-def _fitted(test: Path, effects: list[dict[str, Any]]) -> tuple[Problem, np.ndarray, float]:
-    problem = load_problem(read_study(_study(test, effects)))
+def _fitted(
+    test: Path, effects: list[dict[str, Any]], start: Mapping[str, float] | None = None
+) -> tuple[Problem, dict[str, float], float]:
+    problem = load_problem(read_study(_study(test, effects, start=start)))
     found = fit(fit_plan(problem))
-    return problem, found.values, found.cost
+    names = (parameter.name for parameter in problem.parameters)
+    return problem, dict(zip(names, map(float, found.values), strict=True)), found.cost
 
 
 @pytest.mark.parametrize(
@@ -216,16 +227,15 @@ def test_it_is_found_in_a_simulated_test(
     joint = int(case[-1])
     test = _tested(case, tmp_path)
     hidden = json.loads((tmp_path / "truth.json").read_text())["effects"][0][truth_of]
-    problem, values, before = _fitted(test, [])
-    gaps = torque_gaps(problem.targets().frf, values)
+    problem, linear, before = _fitted(test, [])
+    gaps = torque_gaps(problem.targets().frf, np.array(list(linear.values())))
     assert level_gap(problem) > 1.5
     assert min(gaps, key=lambda name: gaps[name]) == f"joint{joint}.rz"
-    problem, values, after = _fitted(test, [{"kind": kind, "joints": [joint]}])
-    named = {p.name: v for p, v in zip(problem.parameters, values, strict=True)}
+    _, named, after = _fitted(test, [{"kind": kind, "joints": [joint]}], linear)
     assert before > 2
     assert after - 1 < 0.3 * (before - 1)
     assert named[parameter] == pytest.approx(hidden, rel=close)
-    wrong = _fitted(test, [{"kind": kind, "joints": [4]}])[2]
+    wrong = _fitted(test, [{"kind": kind, "joints": [4]}], linear)[2]
     assert wrong - 1 > 0.8 * (before - 1)
 
 
