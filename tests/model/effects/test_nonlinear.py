@@ -164,7 +164,9 @@ def test_a_locked_joint_and_a_blow_that_was_not_stated_are_refused(tmp_path: Pat
 
 def _tested(case: str, folder: Path, levels: Sequence[float] = (0.3, 3.0)) -> Path:
     """A simulated test of few points at one posture with something hidden in it."""
-    spec = TestSpec(MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=1, averages=3)
+    spec = TestSpec(
+        MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=1, averages=3, oversampling=8
+    )
     generate(replace(hide(spec, case), levels=tuple(levels)), folder / "test", folder / "truth.json")
     return folder / "test"
 
