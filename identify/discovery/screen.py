@@ -30,6 +30,10 @@ and still be refitted."""
 _NEARLY = 1.5
 """How many times the squares that the best one leaves a candidate may leave and still win, with errors of
 what was told fitted along and residuals that count for little."""
+_WITHIN, _PROMISED = 2.0, 0.75
+"""How many times the gap above noise that the best trial leaves, and which share of the present one, a linear
+step from where the fits of its places ended must come down to for an effect whose steps may have gone astray
+there to be tried: a fit that has settled far above promises nothing any more."""
 _AT_BOUND = 1e-3
 """Share of the way between its bounds within which a parameter is at one of them."""
 _SETTLED = 1.25
@@ -102,9 +106,13 @@ def _refitted(
     # A dynamic stiffness per level shows where friction acts, not how strong it is: the impact does.
     others = [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
     others += [o for o in looked if np.isnan(o.gap)]
-    if min((trial.gap for trial in quick), default=np.inf) > _SETTLED:
-        others += _not_seen(found, [*placed[:_REFITTED], *others])
-    quick += _again(workers, tried(others, "brief"), quick)
+    brief = tried(others, "brief")
+    reached = min((trial.gap for trial in (*quick, *brief)), default=np.inf)
+    if reached > _SETTLED:
+        unseen = _not_seen(found, [*placed[:_REFITTED], *others])
+        left = min(_WITHIN * (reached - 1), _PROMISED * (before.gap - 1))
+        brief += tried([o for o in unseen if _foreseen(model, o.effect, places) - 1 <= left], "brief")
+    quick += _again(workers, brief, quick)
     best = min((trial.gap for trial in quick), default=np.inf)
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
         quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
@@ -137,6 +145,15 @@ def _not_seen(found: Sequence[Effect], seen: Sequence[Looked]) -> list[Looked]:
     known = {one.effect.model_dump_json() for one in seen}
     left = [effect for effect in found if not effect.of_measurement]
     return [Looked(effect, np.nan) for effect in left if effect.model_dump_json() not in known]
+
+
+def _foreseen(problem: Problem, effect: Effect, places: Sequence[PlaceFit]) -> float:
+    """The least gap that one more linear step would leave at a place of the effect; 0 where none was
+    fitted.
+    """
+    own = effect.places(problem.robot, problem.points)
+    fits = [one.fit for one in places if one.place in own]
+    return min((fit.gap_before - fit.fall_foreseen for fit in fits), default=0.0)
 
 
 def screened_softly(
