@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -27,6 +27,11 @@ CONTROLLERS = Registry(
         "two-degree-of-freedom": "identify.motion.two_degree_of_freedom:TwoDegreeOfFreedom",
     },
 )
+
+
+FeedforwardModel = Literal["rigid", "two-inertia", "two-link"]
+"""The rigid arm; each joint by itself, rotor and link with the joint's spring between, other joints at rest
+where they are commanded; the elastic arm."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +86,15 @@ class Controller(BaseModel, ABC):
         """What it gives the motor: `voltage` or `torque`."""
 
     @property
-    def flexible(self) -> bool:
-        """Whether it is commanded through the elastic model: the motor's position and torque that take the
-        link along the command.
+    def model(self) -> FeedforwardModel:
+        """Of which its reference and feed-forward are: but for `rigid`, the motor's position and torque are
+        those that take the link along the command.
         """
+        return "rigid"
+
+    @property
+    def knows_mode(self) -> bool:
+        """Whether it follows the arm's first mode."""
         return False
 
     @abstractmethod

@@ -157,8 +157,8 @@ class MotionProblem:
         return [f"joint{number + 1}.rz" for number in range(len(self.robot.joints))]
 
     def _orders(self, records: Sequence[PreparedRecord], plant: Plant, candidates: int, ticks: int) -> Orders:
-        """Commands of all lanes; of a flexible controller, those of the drives that take the links along
-        them.
+        """Commands of all lanes; where the feed-forward is of elastic joints, those of the drives that
+        take the links along them.
         """
 
         def all_lanes(rows: list[Array]) -> Array:
@@ -168,14 +168,16 @@ class MotionProblem:
             all_lanes([getattr(r.command, key) for r in records])
             for key in ("position", "velocity", "acceleration")
         )
-        torque, mode = all_lanes([r.torque for r in records]), np.zeros((*position.shape[:2], 1))
-        if self.file.study.servo.flexible:
+        servo, mode = self.file.study.servo, np.zeros((*position.shape[:2], 1))
+        torque = all_lanes([self._carried(r) for r in records])
+        if servo.knows_mode:
             mode = all_lanes([self.first_mode(r.command.position) for r in records])
+        if servo.model != "rigid":
             position = position + np.stack(
                 [plant.spring.windup(row) for row in np.moveaxis(torque, 1, 0)], axis=1
             )
-            velocity = np.gradient(position, self.file.study.servo.period_s, axis=1)
-            acceleration = np.gradient(velocity, self.file.study.servo.period_s, axis=1)
+            velocity = np.gradient(position, servo.period_s, axis=1)
+            acceleration = np.gradient(velocity, servo.period_s, axis=1)
         rotors = (plant.numbers["gear.ratio"] ** 2 * plant.numbers["motor.rotor_inertia"])[:, None]
         return Orders(
             position,
@@ -184,6 +186,19 @@ class MotionProblem:
             mode,
             all_lanes([self._excitation(r) for r in records]),
         )
+
+    def _carried(self, record: PreparedRecord) -> Array:
+        """(ticks, joints), N m: what the command takes of the links by the model of the feed-forward; of each
+        joint by itself, its own acceleration at the inertia of the commanded posture, and weight.
+        """
+        if self.file.study.servo.model != "two-inertia":
+            return record.torque
+        rigid, found = MovingArm(self.robot), np.zeros_like(record.torque)
+        still, command = np.zeros_like(record.torque), record.command
+        for joint in range(found.shape[1]):
+            alone = np.where(np.arange(found.shape[1]) == joint, command.acceleration, 0.0)
+            found[:, joint] = rigid.inverse_dynamics(command.position, still, alone)[:, joint]
+        return found
 
     def _excitation(self, record: PreparedRecord) -> Array:
         """(ticks, joints), N m at the gear output."""

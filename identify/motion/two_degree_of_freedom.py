@@ -3,7 +3,9 @@ feedback shaped by a moving notch.
 
 The paper's block diagram (its Fig. 11) is not in the copy that we could read, so this is built from its
 words: the feed-forward is that of the identified flexible two-link model, and a variable notch filter takes
-the arm's vibration mode, which moves with the posture, out of the feedback loop.
+the arm's vibration mode, which moves with the posture, out of the feedback loop.  Each of the two stands
+alone too: `feedforward: rigid` with a notch, or no notch; and `feedforward: two-inertia` is that of the
+paper's conventional controller, whose state feedback, of which the paper says no more, is not here.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.motion.cascade import Cascade, CascadeLaw, CascadeState
-from identify.motion.controller import ControlLaw, Sample
+from identify.motion.controller import ControlLaw, FeedforwardModel, Sample
 
 
 class TwoDegreeOfFreedom(Cascade):
@@ -29,10 +31,21 @@ class TwoDegreeOfFreedom(Cascade):
     notch_width: float = Field(0.0, ge=0, description="damping ratio of the notch's poles; 0: no notch")
     notch_depth: float = Field(0.1, ge=0, lt=1, description="gain of the notch at its frequency")
 
+    feedforward: FeedforwardModel = Field(
+        "two-link",
+        description="model of reference and torque: `rigid` arm, each joint as `two-inertia`, or elastic"
+        " `two-link` arm",
+    )
+
     @property
-    def flexible(self) -> bool:
-        """The command is that of the link, and the motor's reference comes from the elastic model."""
-        return True
+    def model(self) -> FeedforwardModel:
+        """As `feedforward` says."""
+        return self.feedforward
+
+    @property
+    def knows_mode(self) -> bool:
+        """For the notch."""
+        return self.notch_width > 0
 
     def law(self, numbers: Mapping[str, Array]) -> ControlLaw:
         """The cascade's law behind the notch."""

@@ -1,4 +1,4 @@
-"""The Nagoya study beside the paper: identified numbers, FRFs in three postures, three controllers; tables
+"""The Nagoya study beside the paper: identified numbers, FRFs in three postures, five controllers; tables
 and figures of its page.
 
 identify fit configs/nagoya_two_link.yaml python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5
@@ -30,10 +30,13 @@ Array = NDArray[np.float64]
 COLOURS = ("#0072B2", "#D55E00", "#009E73")
 POSTURES = {"upright": "90°, -90°", "reaching": "45°, -20°", "folded": "110°, -150°"}
 CONTROLS = {
-    "conventional": "conventional",
+    "conventional": "conventional, feed-forward of the rigid arm",
+    "inertia": "conventional, feed-forward of two inertias a joint",
+    "shaped": "notch alone, feed-forward of the rigid arm",
     "flexible": "two degrees of freedom",
     "notched": "two degrees of freedom, notch",
 }
+MODELS = {"conventional": "rigid", "shaped": "rigid", "inertia": "two-inertia"}
 STOP_S = 1.31
 """When the command of the control records has stopped."""
 
@@ -116,12 +119,12 @@ def _vertex(f: Array, gain: Array, at: int) -> float:
 
 def control_text(text: str, control: str, gain: int) -> str:
     """The study of the control records with another controller."""
-    if control == "conventional":
-        text = text.replace("kind: two-degree-of-freedom", "kind: cascade").replace(
-            "  notch_depth: 0.3\n", ""
+    if control not in ("notched", "shaped"):
+        text = text.replace("  notch_width: 0.3\n", "").replace("  notch_depth: 0.3\n", "")
+    if control in MODELS:
+        text = text.replace(
+            "  position_gain: 12\n", f"  position_gain: 12\n  feedforward: {MODELS[control]}\n"
         )
-    if control != "notched":
-        text = text.replace("  notch_width: 0.3\n", "")
     text = text.replace("velocity_gain: [24000, 8000]", f"velocity_gain: [{12000 * gain}, {4000 * gain}]")
     return text.replace("notched2", f"{control}{gain}")
 
@@ -243,7 +246,7 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
     """Errors of the links over time: measured drawn through, model dashed."""
     import matplotlib.pyplot as plt
 
-    chosen = (("conventional", 1), ("flexible", 1), ("notched", 2))
+    chosen = (("conventional", 1), ("inertia", 1), ("flexible", 1))
     figure, axes = plt.subplots(2, 2, figsize=(11, 6), sharex="col", layout="constrained")
     for colour, key in zip(COLOURS, chosen, strict=True):
         record = runs[key]

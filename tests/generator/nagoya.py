@@ -1,5 +1,5 @@
 """Reference records of the Nagoya two-link study: slow and fast moves, excitation in the closed loop, and
-three controllers.
+five controllers.
 
 Nothing here comes from identify: the arm is in `nagoya_arm`, its controllers in `nagoya_control`.
 `python -m tests.generator.nagoya FOLDER` writes the records as CSV and the truth as JSON, in some minutes.
@@ -66,7 +66,7 @@ TESTS = (
             duration_s=2.5,
             every=8,
         )
-        for control in ("conventional", "flexible", "notched")
+        for control in ("conventional", "flexible", "notched", "inertia", "shaped")
         for gain in (1, 2)
     ),
 )

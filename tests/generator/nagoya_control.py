@@ -3,7 +3,8 @@ identify.
 
 `conventional`: position P, velocity PI, feed-forward of velocity and of the rigid arm's torque.  `flexible`:
 two degrees of freedom, the drives ahead of the links by the windup that the motion takes.  `notched`: that
-behind a notch at the first mode of the posture.
+behind a notch at the first mode of the posture.  `shaped`: the conventional one behind that notch.
+`inertia`: the drives ahead by the windup of each joint taken by itself.
 """
 
 from __future__ import annotations
@@ -24,8 +25,10 @@ class Servo:
         speed = np.gradient(position, PERIOD_S, axis=0)
         acceleration = np.gradient(speed, PERIOD_S, axis=0)
         rigid = np.array([plant.rigid(*row) for row in zip(position, speed, acceleration, strict=True)])
-        self.mode_hz = first_mode(plant, position) if kind == "notched" else None
-        if kind != "conventional":
+        self.mode_hz = first_mode(plant, position) if kind in ("notched", "shaped") else None
+        if kind == "inertia":
+            rigid = np.array([alone(plant, *row) for row in zip(position, acceleration, strict=True)])
+        if kind not in ("conventional", "shaped"):
             position = position + np.array([plant.windup(row) for row in rigid])
             speed = np.gradient(position, PERIOD_S, axis=0)
             acceleration = np.gradient(speed, PERIOD_S, axis=0)
@@ -61,6 +64,12 @@ class Servo:
         passed = (b0 * given + b1 * x1 + b2 * x2 - a1 * y1 - a2 * y2) / a0
         self.memory = np.array([given, x1, passed, y1])
         return np.asarray(passed)
+
+
+def alone(plant: Arm, q: Array, a: Array) -> Array:
+    """Torque that each joint takes by itself, the other at rest."""
+    weight = plant.rigid(q, np.zeros(2), np.zeros(2))
+    return np.asarray(weight + np.diag(plant.mass(q)) * a)
 
 
 def first_mode(plant: Arm, position: Array) -> Array:

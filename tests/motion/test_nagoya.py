@@ -121,6 +121,29 @@ def test_two_degrees_of_freedom_and_notch_are_those_of_the_generator(tmp_path: P
     )
 
 
+@pytest.mark.parametrize(
+    ("record", "changes"),
+    [
+        ("inertia1", ["feedforward: two-inertia"]),
+        ("shaped2", ["feedforward: rigid", "notch_width: 0.3\n  notch_depth: 0.3"]),
+    ],
+)
+def test_conventional_feedforward_and_notch_alone_are_those_of_the_generator(
+    tmp_path: Path, record: str, changes: list[str]
+) -> None:
+    """And not those of the elastic two-link model."""
+    start = ("initial: [2.0e+6, 2.0e+6]", "initial: [3.0e+6, 1.2e+6]")
+    gains = (
+        "velocity_gain: [24000, 8000]",
+        f"velocity_gain: [{12000 * int(record[-1])}, {4000 * int(record[-1])}]",
+    )
+    named = ("notched2", record)
+    notch = ("notch_width: 0.3\n  notch_depth: 0.3", "\n  ".join(changes))
+    assert gap(*study("nagoya_two_link_control", tmp_path, start, gains, named, notch), record) < 1.5
+    other = ("notch_width: 0.3\n  notch_depth: 0.3", "\n  ".join(changes[1:]) or "notch_width: 0")
+    assert gap(*study("nagoya_two_link_control", tmp_path, start, gains, named, other), record) > 5.0
+
+
 def test_a_wrong_excitation_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValidationError, match="the lower first"):
         Excitation(joint=1, torque_n_m=10.0, band_hz=(60.0, 1.0), period_s=1.0)
