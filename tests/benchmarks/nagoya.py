@@ -273,7 +273,8 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
             ax.grid(alpha=0.3)
     for ax in axes[1]:
         ax.set_xlabel("time, s")
-    axes[0, 0].legend(fontsize=8)
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, fontsize=8, loc="outside lower center", ncols=3)
     axes[0, 0].set_title("drawn through: measured; dashed: model", fontsize=9)
     figure.savefig(path, dpi=90)
 

@@ -2,7 +2,8 @@
 
 The robot of `kobe` with its elastic base and first link, which the user of the data is not told, moves its
 loading mass along a circle of 5 mm at 2,000 mm/min; motors have friction, controllers are sampled.  What is
-recorded: motor angles, and the tool by a laser tracker.
+recorded: motor angles, and the tool by a laser tracker.  Beside it each joint moves to and fro alone, with
+its motor's torque recorded, for its friction.
 """
 
 from __future__ import annotations
@@ -24,6 +25,10 @@ ACCELERATION_M_S2, SMOOTHING_S = 1.0, 0.02
 PERIOD_S, POSITION_EVERY, PARTS, RECORDED_EVERY = 2.5e-4, 4, 4, 8
 COULOMB, VISCOUS = np.array([45.0, 50, 30, 4, 5, 1]), np.array([60.0, 70, 40, 4, 5, 2])
 """N m and N m s/rad at the gear output, of motor and joint bearing."""
+SINE_DEG, SINE_S, SINE_EVERY, NOISE_TORQUE = 8.0, 6.0, 16, 0.02
+"""Of records of single joints: amplitude; duration; ticks per sample; noise of a torque over the joint's
+Coulomb friction.
+"""
 NOISE_TOOL_M, NOISE_ANGLE_RAD = 3e-6, 1e-6
 _FOCUS = np.array([0.24, 0.09, 0.0])
 
@@ -86,8 +91,10 @@ class CirclePlant:
         inertia = squares * [drive.rotor_inertia for drive in drives]
         self.creep = np.maximum(2e-4, 1.2 * COULOMB * self.step / inertia)
 
-    def run(self, wanted: Array) -> tuple[Array, Array]:
-        """Motor angles less those at the start (ticks, 6), rad, and places of the tool (ticks, 3), m."""
+    def run(self, wanted: Array) -> tuple[Array, Array, Array]:
+        """Motor angles less those at the start (ticks, 6), rad, places of the tool (ticks, 3), m, and torques
+        of the motors at the gear output (ticks, 6), N m.
+        """
         held, data = self.held, self.held.data
         held.rest()
         held.model.opt.timestep = self.step
@@ -95,11 +102,15 @@ class CirclePlant:
         hold = -data.qfrc_smooth[self.driven]
         rate = np.gradient(wanted, PERIOD_S, axis=0)
         asked, torque, integral, last = (np.zeros(6) for _ in range(4))
-        angles, places = np.empty((len(wanted), 6)), np.empty((len(wanted), 3))
+        angles, places, given = (
+            np.empty((len(wanted), 6)),
+            np.empty((len(wanted), 3)),
+            np.empty((len(wanted), 6)),
+        )
         for tick in range(len(wanted)):
             now = data.qpos[self.driven].copy()
             mujoco.mj_kinematics(held.model, data)
-            angles[tick], places[tick] = now, data.site(held.sensors[-1]).xpos
+            angles[tick], places[tick], given[tick] = now, data.site(held.sensors[-1]).xpos, hold + torque
             if tick % POSITION_EVERY == 0:
                 speed = rate[tick] + self.position_gain * (wanted[tick] - now)
             error = speed - (now - last) / PERIOD_S
@@ -112,7 +123,38 @@ class CirclePlant:
                 data.qfrc_applied[:] = 0.0
                 data.qfrc_applied[self.driven] = hold + torque - rubbed
                 mujoco.mj_step(held.model, data)
-        return angles, places
+        return angles, places, given
+
+
+def sine(joint: int) -> Array:
+    """Joint angles at the ticks (n, 6), rad: one joint (from 0) to and fro twice, from rest to rest."""
+    time = np.arange(round(SINE_S / PERIOD_S) + 1) * PERIOD_S
+    angles = np.tile(np.radians(POSTURE_DEG), (len(time), 1))
+    angles[:, joint] += (
+        np.radians(SINE_DEG) * np.sin(2 * np.pi * time / 2) * np.sin(np.pi * time / SINE_S) ** 2
+    )
+    return angles
+
+
+def generate_sines(folder: Path) -> None:
+    """Write a record of each joint that moves alone, from which friction is identified."""
+    robot = kobe()
+    for joint in range(6):
+        wanted = sine(joint)
+        angles, _, torque = CirclePlant(robot, plant(robot, 6)).run(wanted - wanted[0])
+        rng = np.random.default_rng([17, joint])
+        moved = (angles + wanted[0])[::SINE_EVERY, joint]
+        moved = moved + rng.normal(scale=NOISE_ANGLE_RAD, size=moved.shape)
+        pushed = torque[::SINE_EVERY, joint] + NOISE_TORQUE * COULOMB[joint] * rng.normal(size=moved.shape)
+        time = np.arange(len(moved)) * PERIOD_S * SINE_EVERY
+        np.savetxt(
+            folder / f"sine{joint + 1}.csv",
+            np.column_stack([time, moved, pushed]),
+            fmt=["%.4f", "%.7f", "%.4f"],
+            delimiter=",",
+            header=f"time_s,joint{joint + 1}.position_rad,joint{joint + 1}.torque_N_m",
+            comments="",
+        )
 
 
 def generate(folder: Path, seed: int = 16) -> None:
@@ -120,7 +162,7 @@ def generate(folder: Path, seed: int = 16) -> None:
     robot = kobe()
     wanted = commanded(robot.arm)
     held = plant(robot, 6)
-    angles, places = CirclePlant(robot, held).run(wanted - wanted[0])
+    angles, places, _ = CirclePlant(robot, held).run(wanted - wanted[0])
     rng = np.random.default_rng(seed)
     angles, places, wanted = (values[::RECORDED_EVERY] for values in (angles + wanted[0], places, wanted))
     angles = angles + rng.normal(scale=NOISE_ANGLE_RAD, size=angles.shape)
@@ -149,7 +191,9 @@ def main() -> None:
     """Write the study's data."""
     parser = argparse.ArgumentParser(prog="python -m tests.generator.kobe_circle", description=__doc__)
     parser.add_argument("out", type=Path, help="folder to write")
-    generate(parser.parse_args().out)
+    folder = parser.parse_args().out
+    generate(folder)
+    generate_sines(folder)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 from typer.testing import CliRunner
 
 from identify.cli import app
@@ -17,7 +18,7 @@ from identify.joints.run import run_joints
 from identify.reports.write import write_reports
 from identify.results import file as result_file
 from identify.results.joints import JointsResult
-from tests.generator import joint_runs
+from tests.generator import joint_runs, kobe_circle
 from tests.joints.memory import bench, value
 from tests.joints.test_base_parameters import described
 
@@ -80,6 +81,19 @@ def test_the_shipped_runs_give_the_truth_and_are_reported(tmp_path: Path) -> Non
     page, printed = write_reports(path)
     assert "cubic_stiffness" in page.read_text()
     assert printed.read_bytes()[:5] == b"%PDF-"
+
+
+def test_the_kobe_robot_s_friction_is_found_from_its_own_records(tmp_path: Path) -> None:
+    """Each joint to and fro alone; base and links swing along.  What the circle of that study is given."""
+    config = YAML(typ="safe").load((ROOT / "configs/kobe_friction.yaml").read_text())
+    found = run_joints(ROOT / "configs/kobe_friction.yaml", tmp_path / "run.h5")[0].curves
+    given = YAML(typ="safe").load((ROOT / "configs/kobe_circle.yaml").read_text())["friction"]
+    assert len(found) == len(config["curves"]) == len(kobe_circle.COULOMB)
+    for name, truth in (("coulomb", kobe_circle.COULOMB), ("viscous", kobe_circle.VISCOUS)):
+        rows = [value(curve, name) for curve in found.values()]
+        assert all(low < true < high for (_, low, high, _), true in zip(rows, truth, strict=True))
+        assert all(high - low < 0.06 * true for (_, low, high, _), true in zip(rows, truth, strict=True))
+        np.testing.assert_allclose([row[0] for row in rows], given[name], rtol=1e-3)
 
 
 def test_the_weights_of_robot_and_disks_give_the_torque(tmp_path: Path) -> None:
