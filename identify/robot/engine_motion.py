@@ -172,7 +172,7 @@ class Lanes:
         self.velocity, self.position = velocity, position - self.step_s * ahead
         inside = np.abs(self.velocity) < _RUNAWAY
         if self._lost is not None or not inside.all():
-            self._lost = ~inside.all(axis=1)  # what is NaN once stays so
+            self._lost = np.asarray(~inside.all(axis=1))  # what is NaN once stays so
             self.position[self._lost] = self.velocity[self._lost] = np.nan
 
     def _stepped(self, position: Array, velocity: Array, force: Array, damping: Array) -> tuple[Array, Array]:
