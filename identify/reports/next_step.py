@@ -18,14 +18,24 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
         return _after_fit(found, config)
     if data.KIND == "discovery":
         return _after_discovery(found, config)
-    tables = [path for path in found.written if path.suffix == ".yaml"]
-    if data.KIND == "modes" and data.found and tables:
-        return [f"a study takes these modes with `modes: {tables[0]}` in one of its measurements"]
-    if data.KIND == "joints":
-        robots = found.written[1:]
-        return [f"a study takes these bodies with `robot: {{{_key(path)}: {path}}}`" for path in robots]
     if data.KIND == "motion" and config is not None and not data.starts.cost.size:
         return [f"identify fit {config}   finds its parameters from records"]
+    return _with_files(found)
+
+
+def _with_files(found: Result) -> list[str]:
+    """What is done with files that were written beside the result."""
+    data, beside = found.data, found.written[1:]
+    if data.KIND == "modes" and data.found:
+        tables = [path for path in beside if path.suffix == ".yaml"][:1]
+        return [
+            f"a study takes these modes with `modes: {path}` in one of its measurements" for path in tables
+        ]
+    if data.KIND == "joints":
+        return [f"a study takes these bodies with `robot: {{{_key(path)}: {path}}}`" for path in beside]
+    if data.KIND == "excitation" and beside:
+        curve = data.target if data.target == "transmission-error" else "base-parameters or rigid-bodies"
+        return [f"run {beside[0]}, record it, and fit a study of joints with the curve {curve}"]
     return []
 
 

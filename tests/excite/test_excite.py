@@ -202,6 +202,7 @@ def test_the_command_writes_and_does_not_overwrite_its_input(tmp_path: Path) -> 
     done = run(app, ["excite", str(config), "--out", str(tmp_path / "a.h5"), "--no-report", "--draws", "10"])
     assert done.exit_code == 0, done.output
     assert "base parameters and friction" in " ".join(done.output.split())
+    assert f"next: run {tmp_path / 'a.csv'}, record it" in done.output
     motion = result_file.read(tmp_path / "a.h5", ExciteResult)
     assert np.ptp(motion.position[:, 0]) == 0
     assert np.ptp(motion.position[:, 1]) > 0.1
