@@ -12,7 +12,7 @@ from identify.core.errors import InputError
 from identify.excite.limits import Limits, per_joint
 from identify.excite.series import PeriodicMotion
 from identify.excite.study import ExciteStudy
-from identify.joints.base_set import UNITS, BaseSet, all_columns, all_names, base_set, standard_values
+from identify.joints.base_set import UNITS, BaseSet, all_columns, at_states, standard_values
 from identify.model.laws.transmission_error import harmonic, per_joint_turn
 from identify.robot.description import Robot
 
@@ -141,11 +141,7 @@ def _moved_set(robot: Robot, limits: Limits, rotors: bool) -> BaseSet:
     position, velocity, acceleration = np.tile(limits.posture, (_STATES, 1)), np.zeros(shape), np.zeros(shape)
     for values, reach in ((position, 3.0), (velocity, 2.0), (acceleration, 5.0)):
         values[:, moving] = rng.uniform(-reach, reach, (_STATES, len(moving)))
-    names = all_names(robot, moving.tolist())
-    columns = all_columns(robot, moving.tolist(), position, velocity, acceleration)
-    if not rotors:
-        columns[:, :, [n for n, name in enumerate(names) if name.endswith(".ia")]] = 0.0
-    return base_set(names, columns.reshape(-1, len(names)))
+    return at_states(robot, moving.tolist(), (position, velocity, acceleration), rotors)
 
 
 def _waves(study: ExciteStudy, robot: Robot, limits: Limits) -> Experiment:

@@ -180,9 +180,20 @@ def of_robot(
     inertias are to be found.
     """
     rng, shape = np.random.default_rng(1), (_STATES, len(robot.joints))
-    names = all_names(robot, rows, coupling)
     position, velocity, acceleration = (rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0))
-    columns = all_columns(robot, rows, position, velocity, acceleration, coupling)
+    return at_states(robot, rows, (position, velocity, acceleration), rotors, coupling)
+
+
+def at_states(
+    robot: Robot,
+    rows: Sequence[int],
+    states: tuple[Array, Array, Array],
+    rotors: bool = True,
+    coupling: Array | None = None,
+) -> BaseSet:
+    """What they depend on by these states: position, velocity, acceleration (states, joints)."""
+    names = all_names(robot, rows, coupling)
+    columns = all_columns(robot, rows, *states, coupling)
     if not rotors:
         columns[:, :, [number for number, name in enumerate(names) if name.endswith(".ia")]] = 0.0
     return base_set(names, columns.reshape(-1, len(names)))
