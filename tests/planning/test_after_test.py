@@ -12,17 +12,15 @@ import numpy as np
 import pytest
 
 from identify.core.errors import InputError
-from identify.measured.channel import Channel
 from identify.planning.after_test import AfterTest, scores
-from identify.planning.candidates import Candidates
 from identify.planning.design import Criterion, random_choice, total
 from identify.planning.information import FreeModel, TestNoise, measurable
-from identify.planning.known import Known, known_of
+from identify.planning.known import known_of
 from identify.planning.promise import information_of_last
 from identify.planning.refine import Refinement
 from identify.planning.run import PlanOptions, run_plan
-from identify.results.discovery import fit_of
 from identify.vibration.run import run_fit
+from tests.planning.own_test import own_test
 from tests.planning.test_plan import AMONG, FLOOR, _frfs
 
 ARM = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
@@ -121,28 +119,15 @@ def careful(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "fit.h5"
 
 
-def _own_test(known: Known, fit: Path, **changes: object) -> np.ndarray:
-    """Standard deviations on the search scale that the test of a fit itself would be promised."""
-    known = replace(known, **changes)  # type: ignore[arg-type]
-    done = [one for one in fit_of(fit).measurements.values() if one.use == "fit"]
-    frfs = [one.frf for one in done if one.frf is not None]
-    hit = dict.fromkeys((Channel.parse(text).node, Channel.parse(text).axis) for text in frfs[0].input)
-    seen = dict.fromkeys(Channel.parse(text).node for text in frfs[0].output)
-    among = Candidates(np.deg2rad([one.posture_deg for one in done]), tuple(hit), tuple(seen))
-    after = AfterTest(known, [known.free_model], among, known.bounds, known.bounds, True)
-    chosen = tuple(np.arange(len(some)) for some in (among.postures, hit, seen))
-    covariance = np.linalg.inv(after.precision((chosen[0], chosen[1], chosen[2])))
-    return np.sqrt(np.diag(covariance))[: len(known.names)]
-
-
 def test_a_fit_s_own_test_is_promised_what_the_fit_found(careful: Path) -> None:
     known = known_of(careful, None, None)
     found = np.sqrt(np.diag(np.linalg.inv(known.information)))
-    assert _own_test(known, careful) == pytest.approx(found, rel=0.15)
-    assert np.all(_own_test(known, careful, settings=None) < 0.72 * found), "as if all were as told"
+    assert own_test(known, careful) == pytest.approx(found, rel=0.15)
+    assert np.all(own_test(replace(known, settings=None), careful) < 0.72 * found), "as if all were as told"
     quiet = TestNoise(known.noise.floor)
     assert np.all(
-        _own_test(known, careful, settings=None, noise=quiet) < 0.7 * _own_test(known, careful, settings=None)
+        own_test(replace(known, settings=None, noise=quiet), careful)
+        < 0.7 * own_test(replace(known, settings=None), careful)
     ), "without the force's noise and the window"
 
 
