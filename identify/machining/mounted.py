@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array, Complex
+from identify.machining.coupled import CoupledTip, substructure
 from identify.machining.engagement import Engagement
 from identify.machining.structure import Structure, on_both_sides
 from identify.machining.tool import Tool
-from identify.machining.uncertain import UncertainTip, uncertain_tip
+from identify.machining.uncertain import UncertainTip, motion_of, uncertain_tip
 from identify.model.frf import frf_by_solve
 from identify.model.system import System
 from identify.robot.points import Point
@@ -57,17 +58,45 @@ class Mounted:
 
     def structure(self, values: Array) -> Structure:
         """The structure at parameters (..., p)."""
-        out = self.axes @ self.system.base_jacobian(self.point.link, self.point.position)
+        out = motion_of(self.system, self.point, self.axes)
         return Structure(*self.system.matrices(values), out).with_modes(self.tool.modes)
 
     @cached_property
     def uncertain(self) -> UncertainTip:
         """The tip with all that is uncertain of it."""
         std = float(np.radians(self.tool.uncertainty.posture_deg))
-        return uncertain_tip(self.model, self.system, self.point, self.axes, self.posture, self.errors, std)
+        on, degrees = self.coupled, 3 if self.coupled is None else self.coupled.on.degrees
+        there = self.point, self.axes, self.posture, self.errors
+        return uncertain_tip(self.model, self.system, *there, std, on, degrees)
+
+    @cached_property
+    def coupled(self) -> CoupledTip | None:
+        """What is coupled to the arm, if anything."""
+        if self.tool.coupling is None:
+            return None
+        on = substructure(self.tool.coupling)
+        out = motion_of(self.system, self.point, self.axes, on.degrees)
+        matrices = self.system.matrices(self.model.values)
+
+        def arm(line_hz: Array) -> Complex:
+            return frf_by_solve(*matrices, np.asarray(2j * np.pi * line_hz), out, out.T, 0)
+
+        return CoupledTip(on, arm, self.axes @ self.system.site.engine.axes(self.point.link))
+
+    @property
+    def in_time(self) -> bool:
+        """Whether the cut has an equation in time."""
+        return self.coupled is None and self.here.real
+
+    def lines_hz(self, count: int) -> Array:
+        """(lines,), Hz, that follow every resonance, as `Structure.lines_hz`, and those of the coupling."""
+        own = self.here.lines_hz(count)
+        return own if self.coupled is None else np.union1d(own, self.coupled.on.line_hz)
 
     def tip(self, line_hz: Array) -> Complex:
         """Receptance (lines, 3, 3), m/N, at lines of any sign."""
+        if self.coupled is not None:
+            return self.coupled.receptance(line_hz)
         here = self.here
         matrices = here.mass, here.damping, here.stiffness
         return on_both_sides(lambda s: frf_by_solve(*matrices, s, here.out, here.out.T, 0), line_hz)

@@ -100,7 +100,7 @@ def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
     return StabilityResult(
         name=read.fit.name,
         verdict=said,
-        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool.uncertainty)
+        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool)
         + sentences.of_model(read.model),
         seconds=time.perf_counter() - begun,
         provenance=provenance(

@@ -81,6 +81,9 @@ def run_deflection(
     inputs, table = [one for one in (load.path, load.tool) if one is not None], path.with_suffix(".csv")
     result_file.check_new(path, "deflections", [model, *inputs], [table])
     tool = None if load.tool is None else read_tool(load.tool).study
+    if tool is not None and tool.coupling is not None:
+        found = "a coupling, whose FRFs say nothing of rest"
+        raise InputError(f"{load.tool}: coupling", found, "a tool without, at the place where forces act")
     with held(path), threadpool_limits(1):
         point = (
             tool_point(fitted, load.node, "--node") if tool is None else tool.point(fitted, str(load.tool))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.machining.tool import ToolUncertainty
+from identify.machining.coupled import substructure
+from identify.machining.tool import Tool
 from identify.results.fit import FitResult
 from identify.results.stability import DepthLimits, LimitChecks
 from identify.vibration.fit_notes import of_fit, of_gap
@@ -71,10 +74,10 @@ def notes(
     band_hz: tuple[float, float] | None,
     fit: FitResult,
     real: bool,
-    unsure: ToolUncertainty,
+    tool: Tool,
 ) -> tuple[str, ...]:
     """What a reader must be warned of."""
-    said = of_fit(fit)
+    said, unsure = of_fit(fit), tool.uncertainty
     chatter = limits.chatter_hz[np.isfinite(limits.chatter_hz)]
     if band_hz is not None and chatter.size:
         outside = np.mean((chatter < band_hz[0]) | (chatter > band_hz[1]))
@@ -102,11 +105,28 @@ def notes(
         "the cut is linear: without run-out, process damping, teeth that leave the cut, and a stiffness of"
         " the arm that changes with amplitude"
     )
-    said.append(
-        "spindle, holder and tool are rigid unless `modes` of the tool say otherwise; at high speeds they set"
-        " the limit"
-    )
+    said += _of_spindle(tool)
     return tuple(said)
+
+
+def _of_spindle(tool: Tool) -> list[str]:
+    """What spindle and tool are taken as."""
+    if tool.coupling is None:
+        rigid = (
+            "spindle, holder and tool are rigid unless `modes` or `coupling` of the tool say otherwise; at"
+        )
+        return [f"{rigid} high speeds they set the limit"]
+    on = substructure(tool.coupling)
+    said = [
+        f"spindle and tool are those of {Path(tool.coupling.file).name}, {on.line_hz[0]:.4g} to"
+        f" {on.line_hz[-1]:.4g} Hz: above, they are a mass, and their noise is not in the bands; a cut"
+        " through them has no equation in time, so that semi-discretisation is left out"
+    ]
+    if on.degrees == 3:
+        said.append(
+            "the file has no rotations of the flange, so that spindle and arm are coupled as by a ball joint"
+        )
+    return said
 
 
 def of_model(model: FittedModel) -> tuple[str, ...]:

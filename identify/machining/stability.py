@@ -33,9 +33,8 @@ _CROSSINGS, _BESIDE, _SAME = 4, 1.6, 1e-6
 
 def nominal(on: Mounted) -> tuple[Limits, Limits]:
     """The first crossings at all speeds (speeds, count), and the limit of mode coupling, of zeroth order."""
-    structure, cut = on.here, on.cut
-    line_hz = structure.lines_hz(_FINE)
-    inverse = inverse_eigenvalues(cut.mean, structure.receptance(line_hz))
+    cut, line_hz = on.cut, on.lines_hz(_FINE)
+    inverse = inverse_eigenvalues(cut.mean, on.tip(line_hz))
     return crossings(inverse, line_hz, cut.teeth, on.rpm, _CROSSINGS), mode_coupling(inverse, line_hz)
 
 
@@ -64,7 +63,7 @@ def limits(on: Mounted, found: Limits) -> tuple[DepthLimits, LimitChecks]:
     rpm, zeroth = on.rpm, found.depth[:, 0]
     highest = _highest_hz(structure, found)
     some = slice(None, None, _EVERY)
-    if structure.real:
+    if on.in_time:
         first = _in_time(TimeDomain(structure, cut, highest), rpm, zeroth, most)
         several = _several(on, cut, highest, rpm[some]).depth
         compared = LimitChecks(rpm[some], zeroth[some], several, first.depth[some])
@@ -108,7 +107,7 @@ def _highest_hz(structure: Structure, found: Limits) -> float:
 
 
 def _several(on: Mounted, cut: Engagement, highest: float, rpm: Array) -> Limits:
-    return multi_frequency(cut, on.tip, on.here.lines_hz(_COARSE), highest, rpm)
+    return multi_frequency(cut, on.tip, on.lines_hz(_COARSE), highest, rpm)
 
 
 def _in_time(domain: TimeDomain, rpm: Array, near: Array, most: float) -> Limits:
@@ -125,9 +124,8 @@ def over_feeds(on: Mounted) -> tuple[Array, Array]:
     """Feeds (f,), degrees about the spindle from the tool's own, and the least depth limit over the speeds
     (f,), m.
     """
-    structure, cut, rpm = on.here, on.cut, on.rpm
-    line_hz = structure.lines_hz(_COARSE)
-    tip = structure.receptance(line_hz)
+    cut, rpm, line_hz = on.cut, on.rpm, on.lines_hz(_COARSE)
+    tip = on.tip(line_hz)
     angles = np.arange(_FEEDS) * 360.0 / _FEEDS
     sin, cos, zero, one = (
         np.sin(np.radians(angles)),
@@ -142,4 +140,4 @@ def over_feeds(on: Mounted) -> tuple[Array, Array]:
 
 def tip_receptance(on: Mounted, line_hz: Array) -> tuple[Complex, Array]:
     """Receptance of the tip (lines, 3, 3), m/N, along the tool's axes, and half its 95 % band."""
-    return on.here.receptance(line_hz), on.uncertain.half_band(line_hz)
+    return on.tip(line_hz), on.uncertain.half_band(line_hz)

@@ -64,6 +64,20 @@ class ToolMode(Settings):
     stiffness_n_per_m: float = Field(gt=0, description="modal stiffness at the tip")
 
 
+class Coupling(Settings):
+    """Spindle and tool as measured apart, hanging free, to be coupled where the arm's model ends: at `node`
+    or `place`, which is then the flange.  The file's axes are those of the link that carries it.
+    """
+
+    file: str = Field(description="FRFs between tip and flange (UFF, HDF5, MATLAB, CSV), beside this file")
+    tip: int = Field(
+        ge=0, description="node of the tool's tip in the file, measured and hit along x, y and z"
+    )
+    flange: int = Field(
+        ge=0, description="node of the flange in the file, the same way; rotations RX, RY, RZ where there are"
+    )
+
+
 class ToolUncertainty(Settings):
     """What is not known well of cut and posture, as standard deviations; it widens the bands."""
 
@@ -96,6 +110,7 @@ class Tool(Settings):
     spindle_rpm: tuple[float, float] = Field(description="lowest and highest spindle speed")
     max_depth_mm: float = Field(gt=0, description="the length of the edges: depths beyond are not looked at")
     modes: tuple[ToolMode, ...] = Field((), description="modes of spindle, holder and tool beside the arm's")
+    coupling: Coupling | None = Field(None, description="spindle and tool, measured apart")
     uncertainty: ToolUncertainty = Field(
         ToolUncertainty(), description="what is not known well of cut and posture"
     )
@@ -110,6 +125,8 @@ class Tool(Settings):
             raise ValueError("spindle_rpm: expected the lower speed first, above 0")
         if self.cut.width_mm is not None and self.cut.width_mm > self.diameter_mm:
             raise ValueError("cut.width_mm: expected at most the diameter")
+        if self.coupling is not None and self.modes:
+            raise ValueError("coupling: expected either `coupling` or `modes`")
         if not (np.any(self.spindle_axis) and np.any(self.feed)):
             raise ValueError("spindle_axis, feed: expected directions, not zero")
         return self
@@ -179,5 +196,8 @@ class Tool(Settings):
 def read_tool(path: Path) -> ConfigFile[Tool]:
     """The tool of a YAML file; raises InputError or InputErrors with every wrong key, and its line."""
     tool, text = read_settings(path, Tool, SCHEMA)
+    if tool.coupling is not None:
+        beside = tool.coupling.model_copy(update={"file": str((path.parent / tool.coupling.file).resolve())})
+        tool = tool.model_copy(update={"coupling": beside})
     tool.cutting(str(path))
     return ConfigFile[Tool].of(path, tool, text)

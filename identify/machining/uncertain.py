@@ -14,7 +14,9 @@ Four causes, independent of each other:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -28,12 +30,24 @@ from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel
 
 
+class Carried(Protocol):
+    """A tool that is coupled to the arm, so that a change dR (l, k, k) of the arm's receptance changes that
+    of the tip by left dR right.
+    """
+
+    def lines(self, line_hz: Array) -> Array:
+        """(l,), Hz, of any sign: where it is looked at for lines (l,)."""
+
+    def sides(self, line_hz: Array) -> tuple[Complex, Complex]:
+        """Left (l, 3, k) and right (l, k, 3) at such lines."""
+
+
 @dataclass(frozen=True)
 class UncertainTip:
     """matrices M, C, K and out (3, n), along the tool's axes, with factors and a root (o, v) of the
     covariance of their owners; errors (p,): RMS relative errors of the first owners, the parameters, as
     misfit; values (p,); turned_mass (j, n, n), turned_out (j, 3, n): changes of M and out per standard
-    deviation of each joint's angle.
+    deviation of each joint's angle.  carried: what is coupled to the arm, whose out is then (k, n).
     """
 
     matrices: tuple[Array, Array, Array]
@@ -44,6 +58,7 @@ class UncertainTip:
     errors: Array
     turned_mass: Array
     turned_out: Array
+    carried: Carried | None = None
 
     def changes(self, line_hz: Array) -> tuple[Complex, Complex]:
         """Of the receptance at lines (l,), Hz, of any sign: per unit of each independent standard normal
@@ -60,11 +75,19 @@ class UncertainTip:
         def at(s: Complex) -> Complex:
             return frf_and_gradient(self.matrices, self.factors, s, self.out, self.out.T, 0, owners)[1]
 
-        return on_both_sides(at, line_hz)
+        return self._at_tip(at, line_hz)
+
+    def _at_tip(self, at: Callable[[Complex], Complex], line_hz: Array) -> Complex:
+        """(l, 3, 3, c) of changes of the arm at s."""
+        if self.carried is None:
+            return on_both_sides(at, line_hz)
+        line_hz = self.carried.lines(line_hz)
+        left, right = self.carried.sides(line_hz)
+        return np.asarray(np.einsum("lak,lkmc,lmb->labc", left, on_both_sides(at, line_hz), right))
 
     def _by_angles(self, line_hz: Array) -> Complex:
         """(l, 3, 3, j), per standard deviation of each joint's angle."""
-        return on_both_sides(self._by_angles_at, line_hz)
+        return self._at_tip(self._by_angles_at, line_hz)
 
     def _by_angles_at(self, s: Complex) -> Complex:
         z = dynamic_stiffness(*self.matrices, s)
@@ -94,9 +117,11 @@ def uncertain_tip(
     posture: Array,
     errors: Array,
     angle_std: float = 0.0,
+    carried: Carried | None = None,
+    degrees: int = 3,
 ) -> UncertainTip:
     """The tip of a system at a posture (joints,), rad; axes (3, 3): of the tool, as rows; errors (p,):
-    `misfit`.
+    `misfit`; degrees: 6 where rotations take part.
     """
     factors, root = model.sensitivity(system, posture)
     shapes = system.site.shapes[:, system.free]
@@ -106,10 +131,29 @@ def uncertain_tip(
     return UncertainTip(
         system.matrices(model.values),
         factors,
-        axes @ system.base_jacobian(point.link, point.position),
+        motion_of(system, point, axes, degrees),
         root,
         model.values,
         errors,
         angle_std * np.array([shapes.T @ mass @ shapes for mass, _ in turning]).reshape(-1, size, size),
-        angle_std * np.array([axes @ motion @ shapes for _, motion in turning]).reshape(-1, 3, size),
+        _padded(angle_std * np.array([axes @ motion @ shapes for _, motion in turning]), degrees, size),
+        carried,
     )
+
+
+def _padded(turned: Array, degrees: int, size: int) -> Array:
+    """(j, degrees, n): what angles do to the displacements; what they do to rotations is left out."""
+    whole = np.zeros((len(turned), degrees, size))
+    whole[:, :3] = turned.reshape(-1, 3, size)
+    return whole
+
+
+def motion_of(system: System, point: Point, axes: Array, degrees: int = 3) -> Array:
+    """(degrees, n): displacement of a point along the rows of axes (3, 3), and its rotation about them where
+    degrees is 6.
+    """
+    moved = axes @ system.base_jacobian(point.link, point.position)
+    if degrees == 3:
+        return np.asarray(moved)
+    turned = axes @ system.site.engine.axes(point.link) @ system.jacobian(point.link, point.position)[3:]
+    return np.concatenate([moved, turned])

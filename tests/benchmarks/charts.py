@@ -50,8 +50,8 @@ class Chart:
         """The modes as uncoupled oscillators."""
         stiffness, hz, ratio = np.array(self.modes).T
         omega = 2 * np.pi * hz
-        matrices = (np.diag(one) for one in (stiffness / omega**2, 2 * ratio * stiffness / omega, stiffness))
-        return Structure(*matrices, np.eye(3, len(self.modes)))
+        mass, damping = stiffness / omega**2, 2 * ratio * stiffness / omega
+        return Structure(np.diag(mass), np.diag(damping), np.diag(stiffness), np.eye(3, len(self.modes)))
 
 
 def charts() -> list[Chart]:
