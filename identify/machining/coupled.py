@@ -73,6 +73,11 @@ class CoupledTip:
     arm: ArmAt
     turn: Array
 
+    @property
+    def degrees(self) -> int:
+        """k, of the substructure."""
+        return self.on.degrees
+
     def lines(self, line_hz: Array) -> Array:
         """(l,), Hz, of any sign: where it is looked at for lines (l,)."""
         return np.asarray(np.where(line_hz < 0, -1.0, 1.0) * np.maximum(np.abs(line_hz), self.on.line_hz[0]))

@@ -65,9 +65,8 @@ class Mounted:
     def uncertain(self) -> UncertainTip:
         """The tip with all that is uncertain of it."""
         std = float(np.radians(self.tool.uncertainty.posture_deg))
-        on, degrees = self.coupled, 3 if self.coupled is None else self.coupled.on.degrees
         there = self.point, self.axes, self.posture, self.errors
-        return uncertain_tip(self.model, self.system, *there, std, on, degrees)
+        return uncertain_tip(self.model, self.system, *there, std, self.coupled)
 
     @cached_property
     def coupled(self) -> CoupledTip | None:

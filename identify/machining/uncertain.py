@@ -35,6 +35,10 @@ class Carried(Protocol):
     of the tip by left dR right.
     """
 
+    @property
+    def degrees(self) -> int:
+        """k: 3 displacements, or 6 with rotations."""
+
     def lines(self, line_hz: Array) -> Array:
         """(l,), Hz, of any sign: where it is looked at for lines (l,)."""
 
@@ -118,11 +122,11 @@ def uncertain_tip(
     errors: Array,
     angle_std: float = 0.0,
     carried: Carried | None = None,
-    degrees: int = 3,
 ) -> UncertainTip:
     """The tip of a system at a posture (joints,), rad; axes (3, 3): of the tool, as rows; errors (p,):
-    `misfit`; degrees: 6 where rotations take part.
+    `misfit`; carried: what is coupled to the arm.
     """
+    degrees = 3 if carried is None else carried.degrees
     factors, root = model.sensitivity(system, posture)
     shapes = system.site.shapes[:, system.free]
     engine, joints = system.site.engine, range(1, 1 + len(posture) * (angle_std > 0))
