@@ -69,7 +69,8 @@ def notes(known: Known) -> tuple[str, ...]:
     """What a reader must be warned of."""
     said = [
         f"the promise holds for a noise of {known.noise.floor:.3g} m/s²/N in the real and in the imaginary"
-        " part of each accelerance, and for parameters near those given"
+        f" part of each accelerance and of {100 * known.noise.relative:.2g} % in the force, and for parameters"
+        " near those given"
     ]
     if known.settings is not None:
         said.append(
