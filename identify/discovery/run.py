@@ -23,6 +23,7 @@ from identify.discovery.advise import advise
 from identify.discovery.curves import curves, place_table
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
+from identify.discovery.marks import marks
 from identify.discovery.new_config import config_text, entry_of
 from identify.discovery.trial import Trial
 from identify.discovery.workers import Workers
@@ -122,6 +123,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         after=fitted,
         provenance=provenance_of(problem.file),
         curves=curves(problem, found),
+        marks=marks(after, [option.effect for option in found.added]),
         written=path.with_suffix(".yaml").name if found.added else "",
     )
 

@@ -16,6 +16,20 @@ from identify.results.fit import FitResult
 from identify.results.header import KeyedHeader
 
 _NO_PLACES = PlaceTable((), np.zeros(0), np.zeros(0, dtype=int))
+
+
+@dataclass(frozen=True)
+class MarkTable:
+    """Where added effects sit at the posture of the first measurement (n), in the base's axes: sentence of
+    the effect, place (n, 3), m, and direction (n, 3), NaN where it has none.
+    """
+
+    sentence: Texts
+    at_m: Array
+    along: Array
+
+
+_NO_MARKS = MarkTable((), np.zeros((0, 3)), np.zeros((0, 3)))
 _FORMERLY = {"log_odds": ("evidence", 0.5)}
 """Files of old hold a difference of an information criterion, which is twice the log odds."""
 
@@ -110,7 +124,8 @@ class DiscoveryResult(KeyedHeader):
     """A whole run of `identify discover`; before and after: the study's model and the final one, as fits.
 
     elsewhere: which data were not fitted and judged with; map_before, map_after: the gap by band and channel;
-    curves: dynamic stiffnesses as measured; written: name of the new config, empty where there is none.
+    curves: dynamic stiffnesses as measured; marks: where the added effects sit; written: name of the new
+    config, empty where there is none.
     """
 
     KIND: ClassVar[str] = "discovery"
@@ -122,6 +137,7 @@ class DiscoveryResult(KeyedHeader):
     before: FitResult
     after: FitResult
     curves: dict[str, CurveTable] = field(default_factory=dict)
+    marks: MarkTable = _NO_MARKS
     written: str = ""
 
 

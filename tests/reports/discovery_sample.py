@@ -13,6 +13,7 @@ from identify.results.discovery import (
     AddedEffects,
     DiscoveryResult,
     GapByBand,
+    MarkTable,
     OptionTable,
     PartTable,
     StepResult,
@@ -73,6 +74,9 @@ def discovery_result() -> DiscoveryResult:
             after, provenance=dataclasses.replace(after.provenance, config=CONFIG_AFTER)
         ),
         provenance=after.provenance,
+        marks=MarkTable(
+            (TILT, TILT), np.tile([0.0, 0.0, 0.4], (2, 1)), np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        ),
     )
 
 

@@ -87,4 +87,38 @@
     yaxis: {title: {text: "Response channel"}, tickmode: "array", tickvals: shown, ticktext: shown.map(i => channels[i]), tickfont: {size: 10.5}, range: [channels.length - 0.5, -0.5], showgrid: false, zeroline: false},
     annotations: maps.map((map, side) => ({text: map.label, showarrow: false, xref: "paper", yref: "paper", x: side * 0.52, xanchor: "left", y: 1, yanchor: "bottom", font: {size: 13}})),
   }]));
+
+  const r = DATA.robot;
+  if ($("gap-robot")) draw("gap-robot", () => {
+    const tight = narrow("gap-robot"), last = r.gaps.length - 1, axis = side => side ? String(side + 1) : "";
+    const known = gap => gap.map((v, i) => v === null ? -1 : i).filter(i => i >= 0), pick = (list, chosen) => chosen.map(i => list[i]);
+    return [r.gaps.flatMap(({label, gap}, side) => {
+      const on = {xaxis: `x${axis(side)}`, yaxis: `y${axis(side)}`, showlegend: false}, chosen = known(gap);
+      return [
+        {...on, x: r.skeleton[0], y: r.skeleton[1], mode: "lines+markers", line: {color: color("muted"), width: 4}, marker: {size: 7, color: color("sheet"), line: {color: color("muted"), width: 1.5}}, hoverinfo: "skip"},
+        {...on, x: r.marks[0], y: r.marks[1], text: r.said, mode: "markers", marker: {size: 26, symbol: "circle-open", color: PALETTE[1], line: {width: 2.5}}, hovertemplate: "%{text}<extra></extra>"},
+        {
+          ...on, x: pick(r.points[0], chosen), y: pick(r.points[1], chosen), text: pick(r.names, chosen), customdata: pick(gap, chosen), mode: "markers", hovertemplate: `%{text}: gap %{customdata:.3g}<extra>${label}</extra>`,
+          marker: {
+            size: 11, color: pick(gap, chosen).map(v => Math.log10(Math.max(v, 1e-6))), cmin: -top, cmax: top, line: {color: color("ink"), width: 1}, showscale: side === last,
+            colorscale: [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]],
+            colorbar: {title: {text: GAP, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
+          },
+        },
+      ];
+    }), {
+      height: tight ? 380 * (last + 1) : 420, margin: {l: 10, r: 10, t: 30, b: 10}, hovermode: "closest",
+      ...Object.fromEntries(r.gaps.flatMap((_, side) => {
+        const part = [side / (last + 1), (side + 0.94) / (last + 1)];
+        return [
+          [`xaxis${axis(side)}`, {visible: false, domain: tight ? [0, 1] : part, anchor: `y${axis(side)}`}],
+          [`yaxis${axis(side)}`, {visible: false, domain: tight ? part.map(v => 1 - v).reverse() : [0, 1], anchor: `x${axis(side)}`, scaleanchor: `x${axis(side)}`}],
+        ];
+      })),
+      annotations: r.gaps.flatMap(({label}, side) => [
+        {text: label, showarrow: false, xref: `x${axis(side)} domain`, yref: `y${axis(side)} domain`, x: 0, xanchor: "left", y: 1, yanchor: "bottom", font: {size: 13}},
+        ...r.arrows.map(([from, to]) => ({x: to[0], y: to[1], ax: from[0], ay: from[1], xref: `x${axis(side)}`, yref: `y${axis(side)}`, axref: `x${axis(side)}`, ayref: `y${axis(side)}`, text: "", showarrow: true, arrowhead: 2, arrowwidth: 2, arrowcolor: PALETTE[1]})),
+      ]),
+    }];
+  });
 })();

@@ -24,6 +24,8 @@ from identify.reports.discovery.pick import (
     reach,
     standing,
 )
+from identify.reports.discovery.pick import on_robot as pick_on_robot
+from identify.reports.kit import robot_figure
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import BLUE, DIVERGING, GRID, INK, MUTED, PALETTE, WIDTH_IN
 from identify.results.discovery import DiscoveryResult, StepResult
@@ -54,6 +56,15 @@ def parts(bars: list[Bars]) -> Figure:
             _bars(axes, one, most)
             top += _height(one)
     return figure
+
+
+def on_robot(result: DiscoveryResult) -> Figure:
+    """The gap at every point of the robot, and where the added effects sit."""
+    found, far = pick_on_robot(result), reach(result)
+    marks = robot_figure.Marks(result.marks.at_m, result.marks.along)
+    ticks = [tick for tick in _TICKS if 1 / far <= tick * 1.001 and tick <= far * 1.001]
+    colors = robot_figure.Colors(DIVERGING, (1 / far, far), ticks)
+    return robot_figure.coloured(found.geometry, found.gaps, marks, colors, GAP)
 
 
 def _height(bars: Bars) -> float:

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Texts
 from identify.core.thresholds import QUIET
 from identify.reports.compare.pick import Shared
 from identify.reports.fit.measurement_tables import use
 from identify.results.comparison import Comparison
 from identify.results.discovery import DiscoveryResult, GapByBand, OptionTable, PartTable
+from identify.results.tables import Geometry
 
 BEFORE, AFTER = "study's model", "final model"
 SHOWN = 12
@@ -164,6 +165,32 @@ def gap_maps(result: DiscoveryResult) -> list[tuple[str, list[tuple[str, Array]]
         (f"{name}, {use(result.after.measurements[name])}", [(label, one.gap[row]) for label, one in maps])
         for row, name in enumerate(result.map_before.measurements)
     ]
+
+
+@dataclass(frozen=True)
+class OnRobot:
+    """The robot at the posture of the first measurement, with the gap of each model at its points (n,): RMS
+    over all measurements, bands and directions, NaN where nothing was measured.
+    """
+
+    geometry: Geometry
+    gaps: list[tuple[str, Array]]
+
+
+def on_robot(result: DiscoveryResult) -> OnRobot:
+    """The study's model, and the final one where it is another."""
+    geometry = next(iter(result.after.measurements.values())).geometry
+    maps = [(BEFORE, result.map_before)]
+    if result.added.sentence:
+        maps.append((AFTER, result.map_after))
+    return OnRobot(geometry, [(label, _by_point(one, geometry.point_names)) for label, one in maps])
+
+
+def _by_point(found: GapByBand, names: Texts) -> Array:
+    squares = found.gap**2
+    of = np.array([channel.rpartition(":")[0] for channel in found.channels])
+    values = [squares[..., of == name] for name in names]
+    return np.array([np.sqrt(np.nanmean(v)) if np.isfinite(v).any() else np.nan for v in values])
 
 
 def reach(result: DiscoveryResult) -> float:

@@ -16,11 +16,13 @@ from identify.reports.discovery.pick import (
     BEFORE,
     SHOWN,
     STANDINGS,
+    OnRobot,
     beside,
     few,
     gap_maps,
     is_wide,
     models,
+    on_robot,
     part_bars,
     reach,
     standing,
@@ -59,6 +61,7 @@ from identify.reports.kit.report import (
     Text,
     origin,
 )
+from identify.reports.kit.robot_figure import Marks, projected
 from identify.results.discovery import DiscoveryResult, StepResult
 
 _PARTS = (
@@ -71,6 +74,10 @@ _OPTIONS = (
     f" {CONVINCING:.0f}, above which it convinces."
 )
 _FALLS = "Gap of each model, measured from noise (1), and what each addition does to it."
+_ROBOT = (
+    "RMS of the gap over all measurements, bands and directions of each point. Ringed: where what was added"
+    " sits, with the axes along or about which it acts."
+)
 _MAP = "One row per response channel, one column per band, all maps in the same colours: neutral is noise."
 _BRIEF = ("Candidate", "Gap", "Gap, other data", "Log odds", "Verdict")
 _SCRIPTS = ("compare.js", "discovery.js")
@@ -188,6 +195,7 @@ def _gap(result: DiscoveryResult, shown: list[Shared], several: bool) -> Section
     parts = [
         Drawing("falls-plot", falls, note, lambda: [_fall_table(result)], note),
         Tabular(tables.gap_table(shown), heading=True),
+        *_robot(result),
         Heading("By band and channel", on=PAGE),
         *maps,
         Text(_MAP, "note", PAGE),
@@ -196,8 +204,52 @@ def _gap(result: DiscoveryResult, shown: list[Shared], several: bool) -> Section
         Text("All FRFs of a measurement together, in bands.", "note", PAGE),
     ]
     title = "Before and after" if several else "The gap that is left"
-    data = {**residual_data(with_frf), "falls": _fall_data(result), "maps": _map_data(result)}
+    data = {
+        **residual_data(with_frf),
+        "falls": _fall_data(result),
+        "maps": _map_data(result),
+        "robot": _robot_data(result),
+    }
     return Section("gap", title, parts, "Before and after", data)
+
+
+def _robot(result: DiscoveryResult) -> list[Part]:
+    """The gap at the points of the robot; nothing where no point was measured."""
+    found = on_robot(result)
+    if not any(np.isfinite(values).any() for _, values in found.gaps):
+        return []
+    return [
+        Heading("On the robot", on=PAGE),
+        Drawing("gap-robot", partial(figure.on_robot, result), _ROBOT, lambda: [_point_table(found)], _ROBOT),
+    ]
+
+
+def _point_table(found: OnRobot) -> Table:
+    columns = (Column("Node"), words("Point"), *(Column(f"Gap, {label}") for label, _ in found.gaps))
+    g = found.geometry
+    rows = tuple(
+        (str(node), name, *(number(values[k]) for _, values in found.gaps))
+        for k, (node, name) in enumerate(zip(g.nodes, g.point_names, strict=True))
+    )
+    return Table("gap at every point", columns, rows)
+
+
+def _robot_data(result: DiscoveryResult) -> dict[str, Any]:
+    """All places as they are on the picture."""
+    found, marks = on_robot(result), result.marks
+    g = found.geometry
+    return {
+        "skeleton": projected(g.skeleton),
+        "points": projected(g.points),
+        "names": [
+            f"{node} {name}, {link}"
+            for node, name, link in zip(g.nodes, g.point_names, g.point_links, strict=True)
+        ],
+        "gaps": [{"label": label, "gap": values} for label, values in found.gaps],
+        "marks": projected(marks.at_m),
+        "said": list(marks.sentence),
+        "arrows": [projected(ends).T for ends in Marks(marks.at_m, marks.along).arrows(g)],
+    }
 
 
 def _fall_table(result: DiscoveryResult) -> Table:

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import Colormap, LogNorm
 from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
 from identify.reports.fit.pick import arrows
-from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, RED, WIDTH_IN
 from identify.reports.kit.shapes import ModeView
 from identify.results.tables import Geometry
 
@@ -44,9 +45,9 @@ def postures(views: Sequence[PostureView]) -> Figure:
     for axes, view in zip(panels, views, strict=False):
         g = view.geometry
         _floor(axes, g)
-        axes.plot(*_project(g.skeleton), "-o", color=INK, lw=2.4, ms=4, mfc="white", mew=1.1)
+        axes.plot(*projected(g.skeleton), "-o", color=INK, lw=2.4, ms=4, mfc="white", mew=1.1)
         _arrows(axes, view)
-        x, y = _project(g.points)
+        x, y = projected(g.points)
         for link in dict.fromkeys(g.point_links):
             chosen = np.array([name == link for name in g.point_links])
             axes.plot(
@@ -76,7 +77,7 @@ def _arrows(axes: Axes, view: PostureView) -> None:
     size = float(np.ptp(_places(g), axis=0).max())
     for channels, length, color, width in ((view.outputs, 0.06, BLUE, 0.6), (view.inputs, 0.15, ORANGE, 1.1)):
         for row, way in arrows(g, channels):
-            ends = _project(np.stack([g.points[row], g.points[row] + length * size * way]))
+            ends = projected(np.stack([g.points[row], g.points[row] + length * size * way]))
             look: Any = {
                 "arrowstyle": "-|>,head_width=0.09,head_length=0.18",
                 "color": color,
@@ -98,16 +99,16 @@ def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
     size = _REACH * float(np.ptp(_places(g), axis=0).max())
     for axes, view in zip(panels, views, strict=True):
         _floor(axes, g)
-        axes.plot(*_project(g.skeleton), color=MUTED, lw=1.2)
+        axes.plot(*projected(g.skeleton), color=MUTED, lw=1.2)
         if view.points is None or view.skeleton is None:
             _measured_alone(axes, g, view, size)
             continue
         for sign, color in ((1, BLUE), (-1, ORANGE)):
-            axes.plot(*_project(g.skeleton + sign * size * view.skeleton.real), "-", color=color, lw=1.5)
-        axes.plot(*_project(g.points + size * view.points.real), ".", color=BLUE, ms=3)
+            axes.plot(*projected(g.skeleton + sign * size * view.skeleton.real), "-", color=color, lw=1.5)
+        axes.plot(*projected(g.points + size * view.points.real), ".", color=BLUE, ms=3)
         if view.measured_points is not None:
             axes.plot(
-                *_project(g.points + size * view.measured_points.real),
+                *projected(g.points + size * view.measured_points.real),
                 "o",
                 mfc="none",
                 mec=INK,
@@ -118,24 +119,87 @@ def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
     return figure
 
 
+@dataclass(frozen=True)
+class Marks:
+    """Places (n, 3) that are ringed, and directions (n, 3) that are arrows from there, NaN for none."""
+
+    places: Array
+    along: Array
+
+    def arrows(self, geometry: Geometry) -> list[Array]:
+        """The ends (2, 3) of each arrow, a fifth of the robot long, in both directions."""
+        reach = 0.2 * float(np.ptp(_places(geometry), axis=0).max())
+        both = zip(self.places, self.along, strict=True)
+        return [
+            np.stack([at, at + sign * reach * way])
+            for at, way in both
+            if np.isfinite(way).all()
+            for sign in (1, -1)
+        ]
+
+
+def coloured(
+    geometry: Geometry, panels: Sequence[tuple[str, Array]], marks: Marks, colors: Colors, label: str
+) -> Figure:
+    """The robot once a panel (title, values (points,), NaN for none), its points in the colour of their
+    value on a logarithmic scale.
+    """
+    figure, every = _grid([geometry] * len(panels))
+    x, y = projected(geometry.points)
+    for axes, (title, values) in zip(every, panels, strict=True):
+        _floor(axes, geometry)
+        axes.plot(*projected(geometry.skeleton), "-o", color=MUTED, lw=2.4, ms=4, mfc="white", mew=1.1)
+        known = np.isfinite(values)
+        shown = axes.scatter(
+            x[known],
+            y[known],
+            c=values[known],
+            norm=LogNorm(*colors.limits),
+            cmap=colors.map,
+            s=26,
+            edgecolors=INK,
+            linewidths=0.5,
+            zorder=4,
+        )
+        axes.plot(*projected(marks.places), "o", ms=13, mfc="none", mec=RED, mew=1.3, zorder=5)
+        for ends in projected(np.array(marks.arrows(geometry)).reshape(-1, 2, 3)).transpose(1, 2, 0):
+            look: Any = {"arrowstyle": "-|>", "color": RED, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", ends[1], ends[0], arrowprops=look)
+        axes.set_title(title)
+    bar = figure.colorbar(shown, ax=every, pad=0.02, aspect=25)
+    bar.set_label(label)
+    bar.set_ticks(colors.ticks, labels=[f"{tick:g}" for tick in colors.ticks])
+    bar.ax.minorticks_off()
+    return figure
+
+
+@dataclass(frozen=True)
+class Colors:
+    """A scale of colours between limits, with what is written beside it."""
+
+    map: Colormap
+    limits: tuple[float, float]
+    ticks: Sequence[float]
+
+
 def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> None:
     if view.measured_points is None:
         return
     moved = g.points + size * view.measured_points.real
     for ends in g.segments if g.segments is not None else ():
-        axes.plot(*_project(g.points[ends]), color=GRID, lw=0.7, zorder=0)
-        axes.plot(*_project(moved[ends]), color=INK, lw=0.7)
+        axes.plot(*projected(g.points[ends]), color=GRID, lw=0.7, zorder=0)
+        axes.plot(*projected(moved[ends]), color=INK, lw=0.7)
     if g.segments is None:
         for rest, end in zip(g.points, moved, strict=True):
-            axes.plot(*_project(np.stack([rest, end])), color=BLUE, lw=0.7)
-    axes.plot(*_project(moved), ".", color=BLUE, ms=3)
+            axes.plot(*projected(np.stack([rest, end])), color=BLUE, lw=0.7)
+    axes.plot(*projected(moved), ".", color=BLUE, ms=3)
     axes.set_title(view.label.replace("damping ", ""))
 
 
 def _grid(geometries: Sequence[Geometry]) -> tuple[Figure, list[Axes]]:
     """Equal panels, three a row, high enough for the highest picture."""
     boxes = [
-        np.ptp(np.concatenate([_project(_corners(g)), _project(_places(g))], axis=1), axis=1)
+        np.ptp(np.concatenate([projected(_corners(g)), projected(_places(g))], axis=1), axis=1)
         for g in geometries
     ]
     width, height = np.max(boxes, axis=0)
@@ -156,8 +220,8 @@ def _places(geometry: Geometry) -> Array:
     return np.concatenate([geometry.points, geometry.skeleton])
 
 
-def _project(places: Array) -> Array:
-    """Across and up on the page, (2, ...), of places (..., 3), m."""
+def projected(places: Array) -> Array:
+    """Across and up on the page, (2, ...), of places (..., 3), m, in parallel projection."""
     depth = places @ [np.cos(_AZIMUTH), np.sin(_AZIMUTH), 0.0]
     across = places @ [-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0]
     return np.array([across, np.cos(_ELEVATION) * places[..., 2] - np.sin(_ELEVATION) * depth])
@@ -178,12 +242,12 @@ def _floor(axes: Axes, geometry: Geometry) -> None:
     """A floor grid of 0.5 m below the robot and the base's axes."""
     (x0, y0, _), _, (x1, y1, _), _ = _corners(geometry)
     for x in np.arange(x0, x1 + 1e-9, _STEP_M):
-        axes.plot(*_project(np.array([[x, y0, 0], [x, y1, 0]])), color=GRID, lw=0.5, zorder=0)
+        axes.plot(*projected(np.array([[x, y0, 0], [x, y1, 0]])), color=GRID, lw=0.5, zorder=0)
     for y in np.arange(y0, y1 + 1e-9, _STEP_M):
-        axes.plot(*_project(np.array([[x0, y, 0], [x1, y, 0]])), color=GRID, lw=0.5, zorder=0)
+        axes.plot(*projected(np.array([[x0, y, 0], [x1, y, 0]])), color=GRID, lw=0.5, zorder=0)
     for axis, name in enumerate("XYZ"):
         end = np.zeros((2, 3))
         end[1, axis] = 0.35
-        axes.plot(*_project(end), color=MUTED, lw=0.7, zorder=1)
-        x, y = _project(1.2 * end[1])
+        axes.plot(*projected(end), color=MUTED, lw=0.7, zorder=1)
+        x, y = projected(1.2 * end[1])
         axes.text(float(x), float(y), name, fontsize=6, color=MUTED, ha="center", va="center")
