@@ -67,10 +67,11 @@ def next_best(impact: str, angles_deg: str, gain: float | None) -> str:
 
 def notes(known: Known) -> tuple[str, ...]:
     """What a reader must be warned of."""
+    noise = known.noise
     said = [
-        f"the promise holds for a noise of {known.noise.floor:.3g} m/s²/N in the real and in the imaginary"
-        f" part of each accelerance and of {100 * known.noise.relative:.2g} % in the force, and for parameters"
-        " near those given"
+        f"the promise holds for a noise of {noise.floor:.3g} m/s²/N in the real and in the imaginary part of"
+        f" each accelerance and of {100 * noise.relative:.2g} % in the force, and for parameters near those"
+        " given"
     ]
     if known.settings is not None:
         said.append(

@@ -22,6 +22,7 @@ from identify.fitting.selection.workbench import Story
 from identify.results import file as result_file
 from identify.results.discovery import DiscoveryResult, fit_of
 from identify.vibration.costs.base import parse_cost
+from identify.vibration.fitted_model import fitted_model
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
 from tests.generator.cases import hide
@@ -138,6 +139,8 @@ def test_the_result_file_holds_all_of_it(tilted: tuple[DiscoveryResult, list[Pat
     assert read.added.config == result.added.config
     assert np.array_equal(read.map_after.gap, result.map_after.gap, equal_nan=True)
     assert read.after.gap == fit_of(written[0]).gap == result.after.gap != result.before.gap
+    effects = [effect.sentence() for effect in fitted_model(fit_of(written[0]), "found").effects]
+    assert effects == list(result.after.effects)
     assert list(read.steps) == list(result.steps)
 
 

@@ -131,6 +131,13 @@ def test_a_fit_s_own_test_is_promised_what_the_fit_found(careful: Path) -> None:
     ), "without the force's noise and the window"
 
 
+def test_a_plan_counts_what_was_told(careful: Path, tmp_path: Path) -> None:
+    size = PlanOptions(postures=1, impacts=1, sensors=1, among=1)
+    found, _ = run_plan(careful, size, tmp_path / "p.h5")
+    assert any("stated errors of what was told" in note for note in found.notes)
+    assert np.all(found.promised.promised < found.promised.now)
+
+
 def test_a_rival_is_told_apart(planar_fit: Path, tmp_path: Path) -> None:
     study = planar_fit.parent / "study" / "study.yaml"
     text = study.read_text()
