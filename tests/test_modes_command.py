@@ -21,6 +21,7 @@ from identify.core.errors import EXIT_NOT_CONVERGED, InputError, InputErrors
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.geometry import MeasuredGeometry
+from identify.measured.loaders import load_frf_set
 from identify.measured.modal_tables import read_modal_table
 from identify.measured.uff.geometry import geometry_text, read_geometry
 from identify.measured.uff.shapes import read_shapes
@@ -321,6 +322,40 @@ def test_an_unknown_setting_of_the_analysis_is_named(tmp_path: Path) -> None:
     config = write_config("none_101", tmp_path, extra="modal: {max_ordr: 14}")
     with pytest.raises(InputErrors, match="did you mean `max_order`"):
         run_modes(config, tmp_path / "x.h5")
+
+
+def test_frfs_are_exported_as_they_were_analysed_and_as_the_modes_rebuild_them(tmp_path: Path) -> None:
+    data, out = write_data(tmp_path / "a.uff", with_geometry=False), tmp_path / "a_modes.h5"
+    said = invoke(data, "--window-decay", DECAY, "--band", 6, 50, "--frfs", "--out", out, "--no-report")
+    assert said.exit_code == 0, said.output
+    kept, rebuilt = (load_frf_set(tmp_path / f"a_modes_{name}.uff") for name in ("frfs", "rebuilt"))
+    lines = (frf_set().frequency_hz >= 6) & (frf_set().frequency_hz <= 50)
+    assert kept.quantity == rebuilt.quantity == "accelerance"
+    assert np.max(np.abs(kept.frf - load_frf_set(data).frf[lines])) == 0
+    exact = frf_set(noise=0.0).frf[lines]
+    errors = [np.linalg.norm(one.frf - exact) / np.linalg.norm(exact) for one in (kept, rebuilt)]
+    assert errors[1] < 0.3 * errors[0] < 0.3 * 0.01
+
+
+def test_choices_come_from_a_file_that_the_command_line_overrides(tmp_path: Path) -> None:
+    data, choices = write_data(tmp_path / "a.uff", with_geometry=False), tmp_path / "mine.yaml"
+    choices.write_text("band_hz: [6, 50]\ndrop_hz: [31.0]\n")
+    out = tmp_path / "a_modes.h5"
+    given = (data, "--window-decay", DECAY, "--out", out, "--no-report", "--choices", choices)
+    assert invoke(*given).exit_code == 0
+    found = read_modal_table(tmp_path / "a_modes.yaml").frequency_hz
+    assert found == pytest.approx([12.0, 47.5], rel=2e-3)
+    assert invoke(*given, "--band", 6, 40).exit_code == 0
+    found = read_modal_table(tmp_path / "a_modes.yaml").frequency_hz
+    assert found == pytest.approx([12.0], rel=2e-3)
+    choices.write_text("band_hz: [6, 50]\ndrop: [31.0]\n")
+    assert isinstance(invoke(*given).exception, InputErrors)
+    with pytest.raises(InputErrors, match=r"mine.yaml.*line 2.*drop.*unknown key"):
+        run_modes(data, out, choices=choices)
+    assert choices.read_text().endswith("drop: [31.0]\n")
+    with pytest.raises(InputError, match="would be overwritten"):
+        choices.write_text("drop_hz: [31.0]\n")
+        run_modes(data, tmp_path / "mine.h5", choices=choices)
 
 
 def test_aircraft_from_the_command(tmp_path: Path) -> None:

@@ -213,8 +213,9 @@ def run_modes(data: Path, options: ModesOptions) -> Result:
 
     prepare([data])
     file = file_options(**options.file())
+    place = options.geometry, options.length_unit
     result, written = analysed(
-        data, options.out, file, options.modal(), options.geometry, options.length_unit
+        data, options.out, file, options.modal(), *place, options.frfs, options.choices
     )
     return Result(result, tuple(written))
 

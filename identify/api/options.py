@@ -168,6 +168,13 @@ class ModesOptions:
     length_unit: Annotated[
         str | None, typer.Option(help="m, mm, cm, in or ft, where the geometry does not say")
     ] = None
+    choices: Annotated[
+        Path | None,
+        typer.Option(help="YAML file of settings as under `modal:` of a study; options here override it"),
+    ] = None
+    frfs: Annotated[
+        bool, typer.Option("--frfs", help="also the analysed and the rebuilt FRFs, as universal files (58b)")
+    ] = False
     report: Report = True
     quiet: Quiet = False
 

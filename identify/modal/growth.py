@@ -52,7 +52,7 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
         if not len(more.poles):
             break
         grown, slim = _round(state, more, barred, layout, others)
-        if len(grown.modes) > len(state.modes) or len(slim) or excess(grown.fit) < _FALLS * left[-1]:
+        if len(slim) or _is_better(grown, state):
             state, barred, widest = grown, np.append(barred, slim), np.inf
             left.append(excess(state.fit))
             doubts = doubts + 1 if _has_pattern(state, begun, layout) else 0
@@ -64,6 +64,11 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
     share = leftover(state.fit)[1]
     idle = np.flatnonzero(_added(state, begun, layout) & _is_idle(state))
     return dropped(state, {int(r): idle_reason(share[r]) for r in idle})
+
+
+def _is_better(grown: State, state: State) -> bool:
+    """Whether a round added a mode, or put better ones in place of others."""
+    return len(grown.modes) > len(state.modes) or excess(grown.fit) < _FALLS * excess(state.fit)
 
 
 def _may_grow(begun: State) -> bool:

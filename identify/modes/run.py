@@ -19,6 +19,7 @@ from ruamel.yaml import YAML
 from threadpoolctl import threadpool_limits
 
 from identify.core.atomic import write_atomically
+from identify.core.config import read_yaml, validated
 from identify.core.errors import InputError
 from identify.core.interruption import check
 from identify.fitting.resume import held
@@ -33,6 +34,7 @@ from identify.measured.uff.shapes import write_shapes
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.settings import ModalSettings
 from identify.modes.evaluate import Measured, analysed, verdict
+from identify.modes.export import frf_paths, write_frfs
 from identify.results import file as result_file
 from identify.results import tables
 from identify.results.modes import AnalysedMeasurement, ModesResult
@@ -51,17 +53,21 @@ def run_modes(
     modal: dict[str, Any] | None = None,
     geometry: Path | None = None,
     length_unit: str | None = None,
+    frfs: bool = False,
+    choices: Path | None = None,
 ) -> tuple[ModesResult, list[Path]]:
     """Modes of the FRFs in a file, or of every FRF measurement of a study; returns the result and what was
     written, the HDF5 file first.
 
     file: what the user says about a data file; modal: keys of `ModalSettings` that replace those of the study
     or the defaults; geometry: universal file with the measurement points, by default the data file itself,
-    its lengths in length_unit where it says none.  A study has all but `modal` itself.  InputError for
-    anything that cannot be read, analysed or written.
+    its lengths in length_unit where it says none; frfs: whether analysed and rebuilt FRFs are written
+    too; choices: YAML file of keys like modal, which overrides it.  A study has all but `modal` itself.
+    InputError for anything that cannot be read, analysed or written.
     """
     begun = time.perf_counter()
     notes: list[str] = []
+    modal = {**_chosen(choices), **(modal or {})}
     with threadpool_limits(1):
         if data.suffix.lower() in _STUDIES:
             # A study brings the robot and its engine, which take seconds to import.
@@ -75,14 +81,14 @@ def run_modes(
             file = file or FrfFileOptions()
             one, notes = _of_file(data, file, geometry, length_unit)
             measured, settings, name = [one], _settings(ModalSettings(), modal), data.stem
-            inputs = [(str(path), sha256(path)) for path in (data, geometry) if path is not None]
+            inputs = [(str(path), sha256(path)) for path in (data, geometry, choices) if path is not None]
             came_from = provenance(
                 "", _asked(file, settings, geometry, length_unit), inputs, _sources(file, settings, modal)
             )
         path = out or Path("reports") / f"{name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, measured)}.yaml") for m in measured]
-        beside = [*tables, *(table.with_suffix(".uff") for table in tables)]
-        read = [data, *filter(None, [geometry]), *(Path(m.data.source) for m in measured)]
+        beside = [path for table in tables for path in (table, table.with_suffix(".uff"), *frf_paths(table))]
+        read = [data, *filter(None, [geometry, choices]), *(Path(m.data.source) for m in measured)]
         result_file.check_new(path, "modes", read, beside)
         with held(path):
             pairs = _analysed(measured, settings)
@@ -99,6 +105,7 @@ def run_modes(
             written = [path]
             for (found, _), one, table in zip(pairs, measured, tables, strict=True):
                 written += _write_tables(found.table, one.sensors, table)
+                written += write_frfs(found, table) if frfs else []
     return result, written
 
 
@@ -111,6 +118,15 @@ def _analysed(
         check()
         found.append(analysed(one, settings))
     return found
+
+
+def _chosen(path: Path | None) -> dict[str, Any]:
+    """The settings of the analysis that a YAML file gives; InputError for what is none, with its line."""
+    if path is None:
+        return {}
+    data, _ = read_yaml(path)
+    settings = validated(path, data, ModalSettings)
+    return settings.model_dump(exclude_unset=True)
 
 
 def file_options(**given: Any) -> FrfFileOptions:
