@@ -21,7 +21,7 @@ from identify.results import file as result_file
 from identify.results.motion import MotionResult
 from tests.motion import arms
 from tests.motion.test_simulate import DC
-from tests.motion.test_trajectory_fit import COULOMB, FREE, NOISE, SERVO, record
+from tests.motion.test_trajectory_fit import COULOMB, FREE, NOISE, SERVO, STAGE, record
 from tests.programs import ran
 
 
@@ -66,7 +66,7 @@ def test_a_simulation_is_kept_and_read_again(tmp_path: Path) -> None:
 
 
 def test_a_fit_is_reported_on_one_page_and_on_paper(tmp_path: Path) -> None:
-    result, path = run_motion_fit(written(tmp_path), tmp_path / "run.h5", {"seed": 3})
+    result, path = run_motion_fit(written(tmp_path, optimizer=STAGE), tmp_path / "run.h5", {"seed": 3})
     assert result.parameters is not None
     assert result.trials is not None
     assert result.seed == 3
@@ -92,8 +92,7 @@ def test_a_killed_fit_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.M
         return residuals(self, values, free)
 
     monkeypatch.setattr(TrajectoryObjective, "residuals", counted)
-    stage = {"kind": "gauss-newton", "tolerance": 1e-4}
-    config, out, full = written(tmp_path, optimizer=stage), tmp_path / "killed.h5", tmp_path / "full.h5"
+    config, out, full = written(tmp_path, optimizer=STAGE), tmp_path / "killed.h5", tmp_path / "full.h5"
     undisturbed, _ = run_motion_fit(config, full, {})
     steps = 0
 
