@@ -18,13 +18,16 @@ settings.load_profile("unhurried")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+_LONG = ("test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py", "test_house.py")
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files of few tests first: theirs are the long ones, and a long one at the end keeps other processes
-    waiting.
+    """Long files first, because one at the end keeps other processes waiting: files of few tests, which are
+    the long ones, but for some.
     """
     tests = Counter(item.path for item in items)
-    items.sort(key=lambda item: tests[item.path])
+    items.sort(key=lambda item: 0 if item.path.name in _LONG else tests[item.path])
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,8 @@
 """Limits of published stability charts, recomputed two ways: python -m tests.benchmarks.charts [--speeds 4].
 
-The parameters are those that the papers state; the charts themselves are not read off.  Printed is how far
-the exact limits of `identify` are from those of a simulation in time (`tests.generator.milling`, which shares
-no code with it), whose step is taken to its end.
+The parameters are those under which the charts are usually quoted, not checked against the papers; the charts
+themselves are not read off.  Printed is how far the exact limits of `identify` are from those of a simulation
+in time (`tests.generator.milling`, which shares no code with it), whose step is taken to its end.
 
 - One and two degrees of freedom of Insperger and Stepan (2004, Int. J. Numer. Meth. Eng. 61): 0.03993 kg, 922
   Hz, 1.1 %, alike in both directions; two teeth, 600 and 200 N/mm^2, down-milling with 5, 10, 50 and 100 % of
