@@ -29,7 +29,6 @@ from identify.core.analyses import analysis_for, check_options, load
 from identify.core.config import family_of
 from identify.core.errors import InputError
 from identify.reports.outcome import Result, read_result
-from identify.reports.write import write_reports
 
 __all__ = [
     "Result",
@@ -307,7 +306,12 @@ def _model(model: _Path | Result) -> Path:
 
 
 def _reported(result: Result, report: bool) -> Result:
-    return Result(result.data, (*result.written, *write_reports(result.path))) if report else result
+    if not report:
+        return result
+    # Reports bring all libraries that draw.
+    from identify.reports.write import write_reports
+
+    return Result(result.data, (*result.written, *write_reports(result.path)))
 
 
 def _path(of: _Path | None) -> Path | None:
