@@ -9,6 +9,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
+from identify.core.thresholds import SIGMAS_95
 from identify.excite.limits import Limits, per_joint
 from identify.excite.series import PeriodicMotion
 from identify.excite.study import ExciteStudy
@@ -62,7 +63,7 @@ class Experiment:
         unit = information * np.outer(scale, scale)
         if np.linalg.eigvalsh(unit)[0] < 1e-12:
             return np.full(len(unit), np.inf)
-        return np.asarray(1.96 * scale * np.sqrt(np.diag(np.linalg.inv(unit)) / samples))
+        return np.asarray(SIGMAS_95 * scale * np.sqrt(np.diag(np.linalg.inv(unit)) / samples))
 
 
 def _log_determinant(matrix: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.interruption import check
+from identify.core.thresholds import SIGMAS_95
 from identify.excite.information import Experiment, noise_of, rotors_of, true_values
 from identify.excite.series import PeriodicMotion, Series
 from identify.excite.study import ExciteStudy
@@ -57,7 +58,7 @@ def rehearsed(
         halves.append(half)
     off = np.array(found) - truth
     return Rehearsal(
-        1.96 * off.std(axis=0, ddof=1),
+        SIGMAS_95 * off.std(axis=0, ddof=1),
         off.mean(axis=0),
         (np.abs(off) <= halves).mean(axis=0),
         (np.abs(off) <= promised).mean(axis=0),

@@ -29,8 +29,6 @@ AT_LOWER, AT_UPPER = BOUNDS = ("at its lower bound", "at its upper bound")
 """What is said of a parameter that the fit would take further than it may: its interval has one side."""
 _AT_BOUND = 1e-6
 """Part of the way between the bounds, on the search scale, that counts as being there."""
-_TWO_SIDED, _ONE_SIDED = 1.96, 1.645
-"""Standard normal limits of 95 %."""
 _UNDETERMINED = 1.0
 """Above this (95 %: a factor of seven) the data do not determine it."""
 

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from identify.core.arrays import Array, Index
 from identify.core.correlated import correlation_time
+from identify.core.thresholds import SIGMAS_95
 from identify.joints.arm_motion import ArmMotion, ArmRegression
 from identify.joints.base_set import all_names, parameters_of, pseudo_inertia_basis
 from identify.joints.consistent import ConsistentFit, covariances
@@ -170,7 +171,7 @@ def _values(fit: ConsistentFit, values: Array, own: Robot, bodies: Sequence[Link
         )
         part += list(std / before)
         rows += [
-            symmetric(f"{described.name}.{name}", unit, value, 1.96 * one, expected=stated_value)
+            symmetric(f"{described.name}.{name}", unit, value, SIGMAS_95 * one, expected=stated_value)
             for (name, unit), value, one, stated_value in zip(
                 _PARTS.items(), _listed(bodies[link]), std, _listed(described), strict=True
             )

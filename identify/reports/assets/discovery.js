@@ -72,13 +72,16 @@
 
   const {bands, channels, reach, sets} = DATA.maps;
   const top = Math.log10(reach), ticks = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100].filter(t => Math.abs(Math.log10(t)) <= top + 1e-9);
+  const gapColors = showscale => ({
+    showscale, colorscale: [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]],
+    colorbar: {title: {text: GAP, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
+  });
   const row = Math.min(14, 780 / channels.length), every = Math.ceil(12 / row);
   const shown = channels.map((_, i) => i).filter(i => i % every === 0);
   sets.forEach(({maps}, k) => draw(`map-${k}`, () => [maps.map((map, side) => ({
     type: "heatmap", x: bands, y: channels.map((_, i) => i), z: map.gap.map(line => line.map(v => v === null ? null : Math.log10(Math.max(v, 1e-6)))), zmin: -top, zmax: top, name: map.label,
-    colorscale: [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]], xaxis: side ? "x2" : "x", showscale: side === maps.length - 1,
+    ...gapColors(side === maps.length - 1), xaxis: side ? "x2" : "x",
     text: channels.map(name => bands.slice(1).map((high, b) => `${name}, ${bands[b].toPrecision(3)} to ${high.toPrecision(3)} Hz`)), customdata: map.gap, hovertemplate: "%{text}: gap %{customdata:.3g}",
-    colorbar: {title: {text: GAP, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
   })), {
     height: Math.max(220, 100 + row * channels.length), margin: {l: 90, r: 16, t: 30, b: 48},
     ...Object.fromEntries(maps.map((_, side) => [side ? "xaxis2" : "xaxis", {
@@ -100,9 +103,7 @@
         {
           ...on, x: pick(r.points[0], chosen), y: pick(r.points[1], chosen), text: pick(r.names, chosen), customdata: pick(gap, chosen), mode: "markers", hovertemplate: `%{text}: gap %{customdata:.3g}<extra>${label}</extra>`,
           marker: {
-            size: 11, color: pick(gap, chosen).map(v => Math.log10(Math.max(v, 1e-6))), cmin: -top, cmax: top, line: {color: color("ink"), width: 1}, showscale: side === last,
-            colorscale: [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]],
-            colorbar: {title: {text: GAP, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
+            size: 11, color: pick(gap, chosen).map(v => Math.log10(Math.max(v, 1e-6))), cmin: -top, cmax: top, line: {color: color("ink"), width: 1}, ...gapColors(side === last),
           },
         },
       ];
