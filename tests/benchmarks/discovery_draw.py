@@ -1,0 +1,70 @@
+"""Draw new cases for `tests.benchmarks.discovery` at random: python -m tests.benchmarks.discovery_draw OUT
+--seed N [--count 60].
+
+Every sixth case has nothing hidden in it, every sixth two effects, the others one, each kind of the catalogue
+about as often; makes of arm, places and sizes by the seed.  Draw after the work is done, and score once.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from tests.generator.cases import CASES, hide
+from tests.generator.generate import generate
+from tests.generator.makes import MAKES
+from tests.generator.spec import TestSpec
+
+_BESIDES = ("pad", "fractional")
+"""Laws that no effect of the catalogue has."""
+_JOINTS, _LINKS = ("tilt", "radial", "axial", "rotor", "friction", "hardening"), ("absorber",)
+_STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
+"""What two effects at once are drawn from."""
+
+
+def named(kind: str, rng: np.random.Generator) -> str:
+    """A case of a kind, at a place where it is seen."""
+    if kind == "flex":
+        return f"link{rng.integers(2, 4)}_flex"
+    if kind in _JOINTS:
+        return f"{kind}_j{rng.integers(2, 4)}"
+    return f"{kind}_l{rng.integers(2, 5)}" if kind in _LINKS else kind
+
+
+def drawn(count: int, seed: int) -> list[str]:
+    """So many cases, by name."""
+    rng = np.random.default_rng(seed)
+    kinds = [kind for kind in CASES if kind not in _BESIDES]
+    order = [kind for _ in range(-(-count // len(kinds))) for kind in rng.permutation(kinds)]
+    found = []
+    for number in range(count):
+        if number % 6 == 5:
+            found.append("none")
+        elif number % 6 == 2:
+            pair = rng.choice(_STRUCTURE, 2, replace=False)
+            found.append("+".join(named(str(kind), rng) for kind in pair))
+        else:
+            found.append(named(str(order.pop()), rng))
+    return found
+
+
+def main() -> None:
+    """Write the folders of a draw with their truths."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.discovery_draw", description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--count", type=int, default=60)
+    given = parser.parse_args()
+    rng = np.random.default_rng([given.seed, 1])
+    for number, case in enumerate(drawn(given.count, given.seed)):
+        seed = int(rng.integers(1, 10**6))
+        spec = TestSpec(MAKES[str(rng.choice(list(MAKES)))](seed), seed=seed, binary=True)
+        folder = given.out / f"{number:02d}_{case.replace('+', '_and_')}"
+        generate(hide(spec, case), folder, given.out / f"{folder.name}.truth.json")
+        print(folder.name, flush=True)
+
+
+if __name__ == "__main__":
+    main()
