@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent
 VENV = ROOT / ".venv"
-READY, COMPILED = VENV / "ready", VENV / "compiled"
+READY = VENV / "ready"
 _MADE_OF = ("requirements.lock", "pyproject.toml")
 _UV = "uv==0.13.8"
 _LEAST = (3, 11)
@@ -26,10 +26,19 @@ def program(name: str, environment: Path = VENV, windows: bool = os.name == "nt"
     return environment / ("Scripts" if windows else "bin") / (f"{name}.exe" if windows else name)
 
 
+def environment() -> dict[str, str]:
+    """One thread a process; and where Python is told not to write bytecode beside sources, another place for
+    it: each of the hundreds of processes that the tests start would compile all libraries anew.
+    """
+    found = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **os.environ}
+    if found.pop("PYTHONDONTWRITEBYTECODE", ""):
+        found["PYTHONPYCACHEPREFIX"] = str(VENV / "bytecode")
+    return found
+
+
 def run(name: str, *words: str) -> None:
     """Run a program of the environment in this folder; stop with its exit code where it fails."""
-    alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run([str(program(name)), *words], check=False, cwd=ROOT, env={**alone, **os.environ})
+    done = subprocess.run([str(program(name)), *words], check=False, cwd=ROOT, env=environment())
     if done.returncode:
         sys.exit(done.returncode)
 
@@ -51,16 +60,6 @@ def ready() -> None:
     READY.touch()
 
 
-def compiled() -> None:
-    """Bytecode of the libraries, where Python is told not to write it as it goes: each of the hundreds of
-    processes that the tests start would compile them anew.
-    """
-    if not sys.dont_write_bytecode or (COMPILED.exists() and _is_newer(COMPILED, READY)):
-        return
-    run("python", "-m", "compileall", "-q", "-j", "0", str(VENV / ("Lib" if os.name == "nt" else "lib")))
-    COMPILED.touch()
-
-
 def demo() -> None:
     """Check and fit a hammer test of a six-axis arm."""
     ready()
@@ -72,12 +71,10 @@ def demo() -> None:
 def test() -> None:
     """Style, types and tests."""
     ready()
-    compiled()
     run("ruff", "format", "--check", ".")
     run("ruff", "check", ".")
     run("mypy")
-    # one process more than processors: some tests wait for processes of their own
-    run("pytest", "-n", str((os.cpu_count() or 1) + 1), "--dist", "loadfile", "--no-loadscope-reorder")
+    run("pytest", "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
 
 
 def release() -> None:

@@ -16,6 +16,7 @@ from scipy.io import savemat
 
 from identify.batch.settings import read_batch
 from identify.core.config import family_of
+from identify.excite.study import read_excite_study
 from identify.explain.study import read_explain_study
 from identify.joints.study import read_joint_study
 from identify.machining.tool import read_tool
@@ -141,6 +142,7 @@ def config_facts(path: Path) -> Facts:
         "identify-joints": read_joint_study,
         "identify-batch": read_batch,
         "identify-tool": read_tool,
+        "identify-excite": read_excite_study,
     }
     read = readers.get(family_of(path), read_study)(path)
     study: BaseModel = read.settings if hasattr(read, "settings") else read.study
