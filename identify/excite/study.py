@@ -36,7 +36,9 @@ class WorkspaceRegion(Settings):
 class RecordNoise(Settings):
     """Standard deviations of what will be recorded, a number per joint or one for all."""
 
-    torque_nm: float | list[float] = Field(description="of a torque, at the joint")
+    torque_nm: float | list[float] | None = Field(
+        None, description="of a torque, at the joint; for base parameters and friction"
+    )
     position_deg: float | list[float] = Field(0.0, description="of a motor position, at the joint")
     deflection_deg: float | list[float] | None = Field(
         None, description="of link less motor position; for transmission errors"

@@ -182,6 +182,7 @@ FAULTS: list[tuple[dict[str, Any], str]] = [
     ({"harmonics": 50, "period_s": 1.0}, "a tenth of sample_rate_hz"),
     ({"lowpass_hz": 60}, "below half of sample_rate_hz"),
     ({"target": "transmission-error"}, "noise.deflection_deg"),
+    ({"target": "friction", "noise": {"deflection_deg": 1e-3}}, "noise.torque_nm"),
     ({"target": "everything"}, "target"),
     ({"noise": {"torque_nm": 0}}, "above zero"),
     ({"drives": {"rotor_inertia_kg_m2": [1, 1, 1]}}, "drives.gear_ratio"),
