@@ -109,7 +109,8 @@ def _refitted(
     brief = tried(others, "brief")
     reached = min((trial.gap for trial in (*quick, *brief)), default=np.inf)
     if reached > _SETTLED:
-        unseen = _not_seen(found, [*placed[:_REFITTED], *others])
+        arrived = _arrived(model, quick, places)
+        unseen = _not_seen(found, [*(o for o in placed[:_REFITTED] if o.effect in arrived), *others])
         left = min(_WITHIN * (reached - 1), _PROMISED * (before.gap - 1))
         brief += tried([o for o in unseen if _foreseen(model, o.effect, places) - 1 <= left], "brief")
     quick += _again(workers, brief, quick)
@@ -145,6 +146,20 @@ def _not_seen(found: Sequence[Effect], seen: Sequence[Looked]) -> list[Looked]:
     known = {one.effect.model_dump_json() for one in seen}
     left = [effect for effect in found if not effect.of_measurement]
     return [Looked(effect, np.nan) for effect in left if effect.model_dump_json() not in known]
+
+
+def _arrived(problem: Problem, quick: Sequence[Trial], places: Sequence[PlaceFit]) -> list[Effect]:
+    """Effects of trials that came about as far as their place says: others may have begun in a wrong
+    valley.
+    """
+    found = []
+    for trial in quick:
+        effect = trial.task.new[0]
+        own = effect.places(problem.robot, problem.points)
+        least = min((one.fit.gap for one in places if one.place in own), default=np.inf)
+        if trial.gap - 1 <= _UNEXPLAINED * max(least - 1, _EXPLAINED):
+            found.append(effect)
+    return found
 
 
 def _foreseen(problem: Problem, effect: Effect, places: Sequence[PlaceFit]) -> float:
