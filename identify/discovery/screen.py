@@ -15,6 +15,7 @@ from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, rem
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
+from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.promote import stated_already
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
@@ -155,8 +156,7 @@ def _arrived(problem: Problem, quick: Sequence[Trial], places: Sequence[PlaceFit
     found = []
     for trial in quick:
         effect = trial.task.new[0]
-        own = effect.places(problem.robot, problem.points)
-        least = min((one.fit.gap for one in places if one.place in own), default=np.inf)
+        least = min((fit.gap for fit in _fits_of(problem, effect, places)), default=np.inf)
         if trial.gap - 1 <= _UNEXPLAINED * max(least - 1, _EXPLAINED):
             found.append(effect)
     return found
@@ -166,9 +166,14 @@ def _foreseen(problem: Problem, effect: Effect, places: Sequence[PlaceFit]) -> f
     """The least gap that one more linear step would leave at a place of the effect; 0 where none was
     fitted.
     """
-    own = effect.places(problem.robot, problem.points)
-    fits = [one.fit for one in places if one.place in own]
+    fits = _fits_of(problem, effect, places)
     return min((fit.gap_before - fit.fall_foreseen for fit in fits), default=0.0)
+
+
+def _fits_of(problem: Problem, effect: Effect, places: Sequence[PlaceFit]) -> list[SemiParametricFit]:
+    """Of the places of an effect."""
+    own = effect.places(problem.robot, problem.points)
+    return [one.fit for one in places if one.place in own]
 
 
 def screened_softly(

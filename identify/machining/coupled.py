@@ -21,6 +21,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.machining.structure import conjugated
 from identify.machining.tool import Coupling
 from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
@@ -93,15 +94,19 @@ class CoupledTip:
 
     def _at(self, line_hz: Array) -> tuple[Complex, Complex, Complex]:
         there = np.abs(line_hz)
-        back = (line_hz < 0)[:, None, None]
         parts = self.on.coupled(there, self.arm(there), self.turn)
-        tip, left, right = (np.where(back, np.conj(one), one) for one in parts)
+        tip, left, right = (conjugated(one, line_hz) for one in parts)
         return tip, left, right
 
 
-@lru_cache(maxsize=4)
 def substructure(coupling: Coupling) -> Substructure:
     """Of a file of FRFs; InputError for FRFs that are missing, by the channel's name."""
+    path = Path(coupling.file)
+    return _substructure(coupling, path.stat().st_mtime_ns if path.exists() else 0)
+
+
+@lru_cache(maxsize=4)
+def _substructure(coupling: Coupling, changed: int) -> Substructure:
     found = load_frf_set(Path(coupling.file))
     if found.window_decay_per_s:
         raise InputError(coupling.file, "an exponential window", "FRFs without one, to be coupled")

@@ -82,7 +82,11 @@ def on_both_sides(at: Callable[[Complex], Complex], line_hz: Array) -> Complex:
     """What is known at s on the positive axis, at lines (l,) of any sign, Hz: conjugate at negative ones, as
     hysteresis turns with the sign.
     """
-    found = at(np.asarray(2j * np.pi * np.abs(line_hz), dtype=complex))
+    return conjugated(at(np.asarray(2j * np.pi * np.abs(line_hz), dtype=complex)), line_hz)
+
+
+def conjugated(found: Complex, line_hz: Array) -> Complex:
+    """Values (l, ...) of positive lines, conjugate where a line (l,) is negative."""
     negative = (line_hz < 0).reshape(-1, *[1] * (found.ndim - 1))
     return np.where(negative, np.conj(found), found)
 

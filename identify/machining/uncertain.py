@@ -68,18 +68,23 @@ class UncertainTip:
         """Of the receptance at lines (l,), Hz, of any sign: per unit of each independent standard normal
         number c, (l, 3, 3, c), and RMS by the misfit of each stiffness (l, 3, 3, m).
         """
-        by = self.slopes(line_hz, np.arange(len(self.root)))
+        owners = np.arange(len(self.root))
+
+        def at(s: Complex) -> Complex:
+            return np.concatenate([self._by_owners(s, owners), self._by_angles(s)], axis=-1)
+
+        by, angles = np.split(self._at_tip(at, line_hz), [len(owners)], axis=-1)
         wrong = np.flatnonzero(self.errors)
         own = by[..., wrong] * (self.values * self.errors)[wrong]
-        return np.concatenate([by @ self.root, self._by_angles(line_hz)], axis=-1), own
+        return np.concatenate([by @ self.root, angles], axis=-1), own
 
     def slopes(self, line_hz: Array, owners: Index) -> Complex:
         """(l, 3, 3, o): derivatives of the receptance, m/N, at lines of any sign, Hz."""
+        return self._at_tip(lambda s: self._by_owners(s, owners), line_hz)
 
-        def at(s: Complex) -> Complex:
-            return frf_and_gradient(self.matrices, self.factors, s, self.out, self.out.T, 0, owners)[1]
-
-        return self._at_tip(at, line_hz)
+    def _by_owners(self, s: Complex, owners: Index) -> Complex:
+        """(l, k, k, o), of the arm alone."""
+        return frf_and_gradient(self.matrices, self.factors, s, self.out, self.out.T, 0, owners)[1]
 
     def _at_tip(self, at: Callable[[Complex], Complex], line_hz: Array) -> Complex:
         """(l, 3, 3, c) of changes of the arm at s."""
@@ -89,11 +94,8 @@ class UncertainTip:
         left, right = self.carried.sides(line_hz)
         return np.asarray(np.einsum("lak,lkmc,lmb->labc", left, on_both_sides(at, line_hz), right))
 
-    def _by_angles(self, line_hz: Array) -> Complex:
-        """(l, 3, 3, j), per standard deviation of each joint's angle."""
-        return self._at_tip(self._by_angles_at, line_hz)
-
-    def _by_angles_at(self, s: Complex) -> Complex:
+    def _by_angles(self, s: Complex) -> Complex:
+        """(l, k, k, j), per standard deviation of each joint's angle, of the arm alone."""
         z = dynamic_stiffness(*self.matrices, s)
         moved = np.linalg.solve(z, np.broadcast_to(self.out.T.astype(complex), (len(s), *self.out.T.shape)))
         turned = np.einsum("jan,lnb->labj", self.turned_out, moved)

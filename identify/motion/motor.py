@@ -78,7 +78,7 @@ class _DcPlant(MotorPlant):
 
     def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
         """Exact for constant voltage and velocity."""
-        voltage = np.minimum(np.maximum(command, -self.limit), self.limit)
+        voltage = np.clip(command, -self.limit, self.limit)
         end = (voltage - self.back_emf * velocity) / self.resistance
         return np.asarray(end + (state - end) * np.exp(-step_s * self.resistance / self.inductance))
 
@@ -120,7 +120,7 @@ class _TorquePlant(MotorPlant):
 
     def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
         """Exact for a constant command."""
-        end = np.minimum(np.maximum(command, -self.limit), self.limit)
+        end = np.clip(command, -self.limit, self.limit)
         return np.asarray(end + (state - end) * np.exp(-step_s * 2 * np.pi * self.bandwidth_hz))
 
     def torque(self, state: Array) -> Array:

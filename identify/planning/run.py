@@ -42,8 +42,8 @@ class PlanOptions:
     by name (default: all), modes (`mode2.frequency`) or `depth`, the limit of a cutter (file of a tool), both
     at a posture at_deg (default: the first), and whether the data of the fit count (anew: they do not);
     noise: floor of an accelerance, m/s^2/N, resolution, Hz, and force_noise, relative, by default those of
-    the fit's FRFs.  rival: a
-    fit with other effects, from which the test is to tell the model, in place of targets.
+    the fit's FRFs.  rival: a fit with other effects, from which the test is to tell the model, in place of
+    targets.
     """
 
     postures: int = 3

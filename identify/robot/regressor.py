@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from identify.core.arrays import Array
 from identify.robot.description import Joint, Robot
@@ -78,10 +79,8 @@ def _next(
 
 def _turns(axis: Array, angle: Array) -> Array:
     """(samples, 3, 3): rotations about an axis (3,)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    sine, versine = np.sin(angle)[:, None, None], (1 - np.cos(angle))[:, None, None]
-    return np.asarray(np.eye(3) + sine * cross + versine * (cross @ cross))
+    turns = scipy.spatial.transform.Rotation.from_rotvec(angle[:, None] * axis)
+    return np.asarray(turns.as_matrix())
 
 
 def _wrenches(link: _Moved) -> tuple[Array, Array]:

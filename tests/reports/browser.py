@@ -46,6 +46,7 @@ _FLAGS = (
     "--remote-debugging-pipe",
 )
 _PATIENCE_S = 60.0
+_CLICKS = 10
 
 
 def chromium() -> str:
@@ -116,13 +117,34 @@ class Page:
             raise RuntimeError(f"{script}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
-    def wait(self, condition: str) -> None:
+    def wait(self, condition: str, patience_s: float = _PATIENCE_S) -> None:
         """Wait until a JavaScript expression is true."""
-        end = time.monotonic() + _PATIENCE_S
+        end = time.monotonic() + patience_s
         while not self.run(condition):
             if time.monotonic() > end:
                 raise TimeoutError(f"{condition} stayed false; the console says {self.console}")
             time.sleep(0.05)
+
+    def click_until(self, condition: str, selector: str, right: float, down: float) -> None:
+        """Click on a place of an element, as shares of its width and height, until a JavaScript expression
+        is true: a plot that is still settling its margins moves away from under the mouse.
+        """
+        for _ in range(_CLICKS):
+            self.run(f"document.querySelector({selector!r}).scrollIntoView()")
+            left, top, width, height = self.box(selector)
+            x, y = left + right * width, top + down * height
+            self.mouse("mouseMoved", x, y)
+            self.mouse("mouseMoved", x + 1, y)
+            self.mouse("mousePressed", x + 1, y, button="left", clickCount=1)
+            self.mouse("mouseReleased", x + 1, y, button="left", clickCount=1)
+            with contextlib.suppress(TimeoutError):
+                return self.wait(condition, _PATIENCE_S / _CLICKS)
+        raise TimeoutError(f"{condition} stayed false after {_CLICKS} clicks")
+
+    def box(self, selector: str) -> list[float]:
+        """Left, top, width and height of an element in the window, px."""
+        corners = "(b => [b.left, b.top, b.width, b.height])"
+        return list(self.run(f"{corners}(document.querySelector({selector!r}).getBoundingClientRect())"))
 
     def mouse(self, kind: str, x: float, y: float, **params: Any) -> None:
         """One mouse event (mousePressed, mouseMoved, mouseReleased, mouseWheel) at a place of the window,

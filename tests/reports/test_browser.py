@@ -119,17 +119,8 @@ def test_rows_and_cells_lead_to_their_frf(page: Page, files: dict[str, Path]) ->
     channels = page.run(f"[{row}.cells[0].textContent, {row}.cells[1].textContent].join(' / ')")
     page.run(f"{row}.cells[2].click()")
     page.wait(f"$('frf-title').textContent.startsWith('posture2, accelerance {channels}:')")
-    page.run("$('gap-plot').scrollIntoView()")
-    box = page.run(
-        "(b => [b.left, b.top, b.width, b.height])(document.querySelector('#gap-plot"
-        " .nsewdrag').getBoundingClientRect())"
-    )
-    x, y = box[0] + box[2] / 2, box[1] + 0.5 * box[3] / 36
-    page.mouse("mouseMoved", x, y)
-    page.mouse("mouseMoved", x + 1, y)
-    page.mouse("mousePressed", x + 1, y, button="left", clickCount=1)
-    page.mouse("mouseReleased", x + 1, y, button="left", clickCount=1)
-    page.wait("$('frf-title').textContent.startsWith('posture1, accelerance 1:+X / 6:-X')")
+    title = "$('frf-title').textContent.startsWith('posture1, accelerance 1:+X / 6:-X')"
+    page.click_until(title, "#gap-plot .nsewdrag", 0.5, 0.5 / 36)
 
 
 def test_the_mode_shapes_move(page: Page, files: dict[str, Path]) -> None:
@@ -156,9 +147,7 @@ def test_the_view_turns_and_points_tell_their_names(page: Page, files: dict[str,
     page.open(files["frf"])
     page.run("$('robot-play').click(); $('robot').scrollIntoView()")
     before = _picture(page)
-    x, y, width, height = page.run(
-        "(b => [b.left, b.top, b.width, b.height])($('robot-model').getBoundingClientRect())"
-    )
+    x, y, width, height = page.box("#robot-model")
     said = page.run(
         f"""(() => {{ for (let y = {y}; y < {y + height}; y += 6) for (let x = {x}; x < {x + width}; x += 6) {{
         $('robot-model').dispatchEvent(new PointerEvent('pointermove', {{clientX: x, clientY: y}}));

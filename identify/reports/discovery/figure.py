@@ -20,11 +20,11 @@ from identify.reports.discovery.pick import (
     Fall,
     few,
     gap_maps,
+    gaps_on_robot,
     is_wide,
     reach,
     standing,
 )
-from identify.reports.discovery.pick import on_robot as pick_on_robot
 from identify.reports.kit import robot_figure
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import BLUE, DIVERGING, GRID, INK, MUTED, PALETTE, WIDTH_IN
@@ -60,11 +60,15 @@ def parts(bars: list[Bars]) -> Figure:
 
 def on_robot(result: DiscoveryResult) -> Figure:
     """The gap at every point of the robot, and where the added effects sit."""
-    found, far = pick_on_robot(result), reach(result)
+    found, far = gaps_on_robot(result), reach(result)
     marks = robot_figure.Marks(result.marks.at_m, result.marks.along)
-    ticks = [tick for tick in _TICKS if 1 / far <= tick * 1.001 and tick <= far * 1.001]
-    colors = robot_figure.Colors(DIVERGING, (1 / far, far), ticks)
+    colors = robot_figure.Colors(DIVERGING, (1 / far, far), _ticks(far))
     return robot_figure.coloured(found.geometry, found.gaps, marks, colors, GAP)
+
+
+def _ticks(far: float) -> list[float]:
+    """Of a scale of colours as far as that to both sides of noise."""
+    return [tick for tick in _TICKS if 1 / far <= tick * 1.001 and tick <= far * 1.001]
 
 
 def _height(bars: Bars) -> float:
@@ -244,7 +248,7 @@ def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
     several[0].tick_params(length=0, axis="y")
     bar = figure.colorbar(mesh, ax=list(several), pad=0.01, aspect=30)
     bar.set_label(GAP)
-    shown = [tick for tick in _TICKS if 1 / most <= tick * 1.001 and tick <= most * 1.001]
+    shown = _ticks(most)
     bar.ax.yaxis.set_major_locator(FixedLocator(shown))
     bar.set_ticks(shown, labels=[f"{tick:g}" for tick in shown])
     bar.ax.minorticks_off()

@@ -177,7 +177,7 @@ class OnRobot:
     gaps: list[tuple[str, Array]]
 
 
-def on_robot(result: DiscoveryResult) -> OnRobot:
+def gaps_on_robot(result: DiscoveryResult) -> OnRobot:
     """The study's model, and the final one where it is another."""
     geometry = next(iter(result.after.measurements.values())).geometry
     maps = [(BEFORE, result.map_before)]

@@ -20,9 +20,9 @@ from identify.reports.discovery.pick import (
     beside,
     few,
     gap_maps,
+    gaps_on_robot,
     is_wide,
     models,
-    on_robot,
     part_bars,
     reach,
     standing,
@@ -215,7 +215,7 @@ def _gap(result: DiscoveryResult, shown: list[Shared], several: bool) -> Section
 
 def _robot(result: DiscoveryResult) -> list[Part]:
     """The gap at the points of the robot; nothing where no point was measured."""
-    found = on_robot(result)
+    found = gaps_on_robot(result)
     if not any(np.isfinite(values).any() for _, values in found.gaps):
         return []
     return [
@@ -236,7 +236,7 @@ def _point_table(found: OnRobot) -> Table:
 
 def _robot_data(result: DiscoveryResult) -> dict[str, Any]:
     """All places as they are on the picture."""
-    found, marks = on_robot(result), result.marks
+    found, marks = gaps_on_robot(result), result.marks
     g = found.geometry
     return {
         "skeleton": projected(g.skeleton),

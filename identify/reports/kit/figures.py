@@ -24,7 +24,6 @@ from identify.results.fit import FitResult, FrfComparison, MeasurementResult
 
 WIDTH_IN = 6.85
 INK, MUTED, GRID, BLUE, ORANGE, GREEN = "#1b2027", "#5c6673", "#dfe3e8", "#0072b2", "#d98200", "#00805f"
-RED = "#d55e00"
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#7f7f7f")
 """Okabe and Ito's colours, told apart by colour-blind readers."""
 _STATUS = {

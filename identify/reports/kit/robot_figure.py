@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
 from identify.reports.fit.pick import arrows
-from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, RED, WIDTH_IN
+from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.shapes import ModeView
 from identify.results.tables import Geometry
 
@@ -161,9 +161,9 @@ def coloured(
             linewidths=0.5,
             zorder=4,
         )
-        axes.plot(*projected(marks.places), "o", ms=13, mfc="none", mec=RED, mew=1.3, zorder=5)
+        axes.plot(*projected(marks.places), "o", ms=13, mfc="none", mec=PALETTE[1], mew=1.3, zorder=5)
         for ends in projected(np.array(marks.arrows(geometry)).reshape(-1, 2, 3)).transpose(1, 2, 0):
-            look: Any = {"arrowstyle": "-|>", "color": RED, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
+            look: Any = {"arrowstyle": "-|>", "color": PALETTE[1], "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
             axes.annotate("", ends[1], ends[0], arrowprops=look)
         axes.set_title(title)
     bar = figure.colorbar(shown, ax=every, pad=0.02, aspect=25)
