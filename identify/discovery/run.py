@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
+from identify.core.threads import one_thread
 from identify.discovery import sentences
 from identify.discovery.advise import advise
 from identify.discovery.curves import curves, place_table
@@ -67,7 +67,7 @@ def run_discover(
     if config.resolve() == study.resolve():
         raise InputError(str(config), "would be overwritten by the new study", fix=ELSEWHERE)
     check_cost(file)
-    with threadpool_limits(1):
+    with one_thread():
         problem = load_problem(file)
         check_data(problem)
         key = run_key(provenance_of(file), file)

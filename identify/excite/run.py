@@ -6,10 +6,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.core import atomic
 from identify.core.arrays import Array
+from identify.core.threads import one_thread
 from identify.excite.information import Experiment, experiment_of
 from identify.excite.limits import limits_of
 from identify.excite.rehearsal import Rehearsal, rehearsed
@@ -42,7 +42,7 @@ def run_excite(
     table = path.with_suffix(".csv")
     robot_file = file.study.robot.urdf or file.study.robot.dh or Path()
     result_file.check_new(path, "a motion", [file.path, file.resolve(robot_file)], [table])
-    with held(path), threadpool_limits(1), file.located():
+    with held(path), one_thread(), file.located():
         robot = read_robot(file.study.robot, file.path.parent)
         limits = limits_of(file.study, robot)
         experiment = experiment_of(file.study, robot, limits)

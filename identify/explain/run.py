@@ -9,11 +9,11 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
+from identify.core.threads import one_thread
 from identify.explain.body_errors import with_body_errors
 from identify.explain.candidates import candidates
 from identify.explain.effects.base import MotionEffect, Target
@@ -148,7 +148,7 @@ def run_explain(
     begun = time.perf_counter()
     file = read_explain_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    with threadpool_limits(1):
+    with one_thread():
         robot = read_robot(file.study.robot, file.path.parent)
         known = known_of(file.study, robot)
         records = read_records(file, robot)

@@ -14,10 +14,9 @@ from multiprocessing.synchronize import Event
 from types import TracebackType
 from typing import Any, TypeVar
 
-from threadpoolctl import threadpool_limits
-
 from identify.core.errors import InputError
 from identify.core.interruption import ask, check, children_unasked
+from identify.core.threads import one_thread
 
 T = TypeVar("T")
 _LOOK_S = 0.2
@@ -64,7 +63,7 @@ def _start(end: Event, begin: Callable[..., None], given: tuple[Any, ...]) -> No
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to a whole terminal; the parent decides
     threading.Thread(target=_end_with_parent, daemon=True).start()
     threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
-    threadpool_limits(1)
+    one_thread()
     begin(*given)
 
 

@@ -8,10 +8,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.core import atomic
 from identify.core.interruption import check
+from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.joints.data import JointTestData
 from identify.joints.intervals import AS_DESCRIBED, BLIND, WEAK, ZERO
@@ -31,7 +31,7 @@ def run_joints(config: Path, out: Path | None = None) -> tuple[JointsResult, lis
     file = read_joint_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
     robots = _robots(file, path)
-    with threadpool_limits(1), held(path):
+    with one_thread(), held(path):
         bench = bench_of(file)
         result = _result(file, bench, _identified(file, bench), begun)
         result_file.write(result, path)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.core.config import ConfigFile
+from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.machining import sentences
 from identify.machining.mounted import Mounted, mounted
@@ -69,7 +69,7 @@ def run_stability(
     read = read_both(model, tool)
     path = out or model.with_name(f"{model.stem}_stability.h5")
     result_file.check_new(path, "depth limits", [model, tool])
-    with held(path), threadpool_limits(1):
+    with held(path), one_thread():
         on = mounted(
             read.model,
             read.file.study,

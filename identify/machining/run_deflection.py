@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.machining.deflection import Loaded, deflections, dynamic_deflection
 from identify.machining.force import mean_force, parse_force, path_text, read_path
@@ -84,7 +84,7 @@ def run_deflection(
     if tool is not None and tool.coupling is not None:
         found = "a coupling, whose FRFs say nothing of rest"
         raise InputError(f"{load.tool}: coupling", found, "a tool without, at the place where forces act")
-    with held(path), threadpool_limits(1):
+    with held(path), one_thread():
         point = (
             tool_point(fitted, load.node, "--node") if tool is None else tool.point(fitted, str(load.tool))
         )

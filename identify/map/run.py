@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.batch.executor import open_executor
 from identify.batch.index import BatchIndex, Entry
@@ -24,6 +23,7 @@ from identify.batch.loop import Watch, run_jobs
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.threads import one_thread
 from identify.core.version import VERSION
 from identify.fitting.resume import held
 from identify.map.asked import Asked, MapOptions, asked_of
@@ -157,7 +157,7 @@ def map_part(
     path, model = Path(out), str(asked["model"])
     if result_file.kind_of(path) == MapPart.KIND and result_file.read(path, MapPart).key == key:
         return {"kept": True}
-    with threadpool_limits(1):
+    with one_thread():
         fitted, errors = _model(model, Path(model).stat().st_mtime_ns)
         there = asked["point"]
         point = Point(0, "tip", there["link"], np.array(there["position"]), np.eye(3), "")

@@ -108,17 +108,15 @@ class Equations:
         """Derivatives of the modal columns of the free modes: for each Re, Im of the pole, then of each
         participation but the largest; each with the real and the imaginary part of the shape.
         """
-        unit = np.diag(self.reference).astype(complex)
-        function, vectors = [], []
-        first = len(participation) + len(self.kinds)
-        for k, r in enumerate(np.flatnonzero(free)):
-            row = participation[r]
-            pairs = [(first + k, row * self.reference)] + [(int(r), unit[j]) for j in _others(row)]
-            for which, vector in pairs:
-                function += [which] * 4
-                vectors += [vector, 1j * vector, 1j * vector, -vector]
-        shape = -1, participation.shape[1]
-        return Columns(np.array(function, dtype=np.intp), np.array(vectors, dtype=complex).reshape(shape))
+        rows, refs = participation[free], participation.shape[1]
+        number = np.arange(len(rows))
+        function = np.repeat(np.flatnonzero(free)[:, None], refs, axis=1)
+        function[:, 0] = len(participation) + len(self.kinds) + number
+        unit = np.broadcast_to(np.diag(self.reference), (len(rows), refs, refs))[_others(rows)]
+        first = (rows * self.reference)[:, None]
+        vectors = np.concatenate([first, unit.reshape(len(rows), refs - 1, refs)], axis=1)
+        turned = vectors[:, :, None] * np.array([1, 1j, 1j, -1])[:, None]
+        return Columns(np.repeat(function.ravel(), 4), turned.reshape(-1, refs))
 
 
 @dataclass(frozen=True)
@@ -223,8 +221,8 @@ def _solved(
     size = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
     factor = factored(normal / np.outer(size, size), _RIDGE)
     right = right / size[:, None]
-    solution = scipy.linalg.cho_solve(factor, right)
-    inverse = scipy.linalg.cho_solve(factor, np.eye(len(size)))
+    solution = solved(factor, right)
+    inverse = solved(factor, np.eye(len(size)))
     cost = max(moments.energy - float(np.sum(right * solution)), 0.0)
     return Fit(equations, poles, participation, free, moments, size, inverse, solution, cost)
 
@@ -278,18 +276,25 @@ def _step(normal: Array, gradient: Array, damping: float) -> Array:
     # Of a pole that changes nothing, rounding leaves a diagonal on either side of zero.
     scale = np.sqrt(np.maximum(diagonal, 1e-30 * np.max(np.abs(diagonal))) + np.finfo(float).tiny)
     factor = factored(normal / np.outer(scale, scale), damping)
-    return np.asarray(scipy.linalg.cho_solve(factor, gradient / scale) / scale)
+    return np.asarray(solved(factor, gradient / scale) / scale)
 
 
-def factored(matrix: Array, ridge: float) -> tuple[Array, bool]:
-    """Cholesky factor of a matrix of unit diagonal with a ridge, as small a one as rounding allows."""
-    while True:
-        try:
-            factor, lower = scipy.linalg.cho_factor(matrix + ridge * np.eye(len(matrix)), lower=True)
-        except np.linalg.LinAlgError:
-            ridge *= 10
-        else:
-            return factor, lower
+def factored(matrix: Array, ridge: float) -> Array:
+    """Lower Cholesky factor of a matrix of unit diagonal with a ridge, as small a one as rounding allows."""
+    while np.isfinite(ridge):
+        ridged = matrix.copy()
+        ridged.flat[:: len(matrix) + 1] += ridge
+        # What cho_factor calls, without checks that take longer than factoring a small matrix does.
+        factor, failed = scipy.linalg.lapack.dpotrf(ridged, lower=True, overwrite_a=True)
+        if not failed:
+            return np.asarray(factor)
+        ridge *= 10
+    raise np.linalg.LinAlgError("a normal matrix that is not finite")
+
+
+def solved(factor: Array, right: Array) -> Array:
+    """The solution of equations with such a factor, for right sides (n,) or (n, k)."""
+    return np.asarray(scipy.linalg.lapack.dpotrs(factor, right, lower=True)[0])
 
 
 def slope(state: Fit) -> tuple[Array, Array]:
@@ -314,16 +319,15 @@ def _shapes(state: Fit) -> Array:
     return np.asarray(real.reshape(m, 2, -1)[state.free])
 
 
-def _others(row: Complex) -> list[int]:
-    largest = int(np.argmax(np.abs(row)))
-    return [j for j in range(len(row)) if j != largest]
+def _others(rows: Complex) -> Mask:
+    """Components of each row but its largest, as rows (m, references)."""
+    return np.asarray(np.arange(rows.shape[1]) != np.argmax(np.abs(rows), axis=1)[:, None])
 
 
 def _moved(state: Fit, step: Array) -> tuple[Complex, Complex]:
     poles, participation = state.poles.copy(), state.participation.copy()
     parts = step.reshape(int(state.free.sum()), -1, 2)
     moves = parts[..., 0] + 1j * parts[..., 1]
-    for r, move in zip(np.flatnonzero(state.free), moves, strict=True):
-        poles[r] += move[0]
-        participation[r, _others(participation[r])] += move[1:]
+    poles[state.free] += moves[:, 0]
+    participation[_others(participation) & state.free[:, None]] += moves[:, 1:].ravel()
     return poles, unit_participation(participation)

@@ -16,12 +16,12 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
-from threadpoolctl import threadpool_limits
 
 from identify.core.atomic import write_atomically
 from identify.core.config import read_yaml, validated
 from identify.core.errors import InputError
 from identify.core.interruption import check
+from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import MeasuredGeometry
@@ -68,7 +68,7 @@ def run_modes(
     begun = time.perf_counter()
     notes: list[str] = []
     modal = {**_chosen(choices), **(modal or {})}
-    with threadpool_limits(1):
+    with one_thread():
         if data.suffix.lower() in _STUDIES:
             # A study brings the robot and its engine, which take seconds to import.
             from identify.modes.from_study import modal_study  # noqa: PLC0415

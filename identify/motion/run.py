@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.core.atomic import check_writable, write_atomically
 from identify.core.part_file import PartFile
+from identify.core.threads import one_thread
 from identify.fitting.fit import Progress
 from identify.fitting.resume import held, override, resumable, run_key
 from identify.motion.evaluate import evaluate_fit, evaluate_simulation, provenance_of_motion
@@ -35,7 +35,7 @@ def run_simulation(
     """
     file = read_motion_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    with threadpool_limits(1):
+    with one_thread():
         problem = load_motion(file)
         if tables is not None:
             check_writable(tables / "table.csv", _OTHER_TABLES)
@@ -58,7 +58,7 @@ def run_motion_fit(
     """
     file = override(read_motion_study(config), overrides)
     path, progress = out or Path("reports") / f"{file.study.name}.h5", progress or Progress()
-    with threadpool_limits(1):
+    with one_thread():
         problem = load_motion(file)
         key = run_key(provenance_of_motion(problem), file)
 

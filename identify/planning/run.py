@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.machining.tool import read_tool
 from identify.model.geometry import drawn_geometry, drawn_modes, standing
@@ -86,7 +86,7 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
     study = path.with_suffix(".yaml")
     inputs = [one for one in (options.table, options.cutter, options.rival) if one is not None]
     result_file.check_new(path, "a plan", [model, *inputs], [study])
-    with held(path), threadpool_limits(1):
+    with held(path), one_thread():
         result = _planned(model, known, options, path.parent)
         result = replace(result, seconds=time.perf_counter() - begun)
         result_file.write(result, path)

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
+from identify.core.threads import one_thread
 from identify.fitting.fit import Progress, fit
 from identify.fitting.resume import finished, override, resumable, run_key
 from identify.results import fit as results
@@ -55,7 +54,7 @@ def fit_study(
     anew instead of refusing.
     """
     progress = progress or Progress()
-    with threadpool_limits(1):
+    with one_thread():
         problem = load_problem(file)
         came_from = provenance_of(file)
         key = run_key(came_from, file, profiled)

@@ -1,0 +1,40 @@
+"""The limit of one thread reaches scipy's own library for linear algebra, which is loaded late."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+_COUNT = """
+from threadpoolctl import threadpool_info
+{limit}:
+    import scipy.linalg
+    print(*(library["num_threads"] for library in threadpool_info()))
+"""
+
+
+def threads(limit: str) -> set[str]:
+    """Threads of every library for linear algebra in a new process, two allowed by its environment."""
+    several = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "2")
+    code = _COUNT.format(limit=limit)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **several},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return set(done.stdout.split())
+
+
+def test_one_thread_in_every_library() -> None:
+    assert threads("from identify.core.threads import one_thread\nwith one_thread()") == {"1"}
+
+
+def test_a_limit_before_scipy_is_loaded_does_not_reach_it() -> None:
+    if "2" not in threads("if True"):
+        pytest.skip("the libraries here do not take two threads")
+    assert "2" in threads("from threadpoolctl import threadpool_limits\nwith threadpool_limits(1)")
