@@ -15,7 +15,7 @@ from identify import __version__  # noqa: E402
 project = "identify"
 author = "The identify developers"
 version = release = __version__
-extensions = ["myst_parser", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx-mathjax-offline"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 source_suffix = {".md": "markdown"}

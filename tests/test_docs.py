@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -31,6 +32,17 @@ def _built(docs: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, check=False, capture_output=True, text=True, env=environment)
 
 
+def _loaded_from_afar(page: str) -> list[str]:
+    """Addresses on the network of what a page loads by itself: scripts, styles, pictures."""
+    loaded = r'<(?:script|img|iframe)[^>]*\bsrc="(https?:[^"]*)"|<link[^>]*\bhref="(https?:[^"]*)"'
+    return ["".join(found) for found in re.findall(loaded, page)]
+
+
+def test_what_a_page_loads_from_the_network_is_seen() -> None:
+    page = '<script defer src="https://cdn.example/mathjax.js"></script><a href="https://example.org">x</a>'
+    assert _loaded_from_afar(page) == ["https://cdn.example/mathjax.js"]
+
+
 @pytest.fixture(scope="module")
 def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The sources of the documentation, without what was built of them."""
@@ -53,6 +65,10 @@ def test_the_docs_are_built_strictly_and_have_every_option_key_and_effect(copied
         page = (html / "reference" / "effects" / f"{kind}.html").read_text()
         assert 'class="math' in page, kind
     assert (html / "searchindex.js").exists()
+    pages = [page.read_text() for page in html.rglob("*.html")]
+    assert [address for page in pages for address in _loaded_from_afar(page)] == []
+    assert any("mathjax" in page for page in pages)
+    assert (html / "_static" / "mathjax" / "tex-chtml.js").exists(), "formulas are set without network"
     (copied / "faq.md").write_text("# Questions\n\n[gone](gone.md)\n")
     assert _built(copied).returncode != 0, "a link to nowhere is an error"
 
