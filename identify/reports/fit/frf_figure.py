@@ -6,19 +6,30 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.reports.fit.measurement_tables import pair_name
 from identify.reports.fit.pick import is_drive_point, shown_frfs
 from identify.reports.kit.cells import NONE, number, unit
 from identify.reports.kit.figures import BLUE, GREEN, INK, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.kit.small_panels import Box, Panel, SmallPanels, limits, ticks
 from identify.results.fit import FrfComparison
 
 _COLUMNS = 3
-_ROW_IN, _COHERENCE_IN, _LEGEND_IN = 2.45, 0.3, 0.4
+_ROW_IN, _COHERENCE_IN, _LEGEND_IN = 2.4, 0.3, 0.3
+_LEFT_IN, _APART_IN, _HEAD_IN, _FOOT_IN, _BETWEEN_IN = 0.6, 0.42, 0.16, 0.36, 0.12
+"""Room left of the first column, between columns, above, below and inside a cell."""
+_SHARES = (5.0, 2.0, 1.1)
+"""Of magnitude, phase and coherence in the height of a cell."""
+_LABEL_IN = 0.5
+_PHASES = [(-180.0, "\N{MINUS SIGN}180"), (0.0, "0"), (180.0, "180")]
+_COHERENCES = [(0.0, "0"), (1.0, "1")]
+_LOOKS: dict[str, dict[str, Any]] = {
+    "measured": {"color": INK, "lw": 0.5},
+    "start model": {"color": ORANGE, "lw": 0.8, "ls": "--"},
+}
 
 
 def overlays(
@@ -31,47 +42,23 @@ def overlays(
     """
     pairs = shown_frfs(frf)
     rows = -(-len(pairs) // _COLUMNS)
-    heights = [5, 2] if frf.coherence is None else [5, 2, 1.1]
-    labels = (f"Magnitude ({unit(frf.unit)})", "Phase (°)", f"\N{GREEK SMALL LETTER GAMMA}² ({NONE})")
-    height = (_ROW_IN + (0.0 if frf.coherence is None else _COHERENCE_IN)) * rows + _LEGEND_IN
-    figure = Figure((WIDTH_IN, height))
-    # Fixed places: a layout engine takes a second a figure.
-    cells = figure.add_gridspec(
-        rows,
-        _COLUMNS,
-        left=0.085,
-        right=0.995,
-        top=1 - _LEGEND_IN / height,
-        bottom=0.38 / height,
-        hspace=0.24,
-        wspace=0.2,
-    )
+    high = _ROW_IN + (0.0 if frf.coherence is None else _COHERENCE_IN)
+    figure = Figure((WIDTH_IN, high * rows + _LEGEND_IN))
+    panels = SmallPanels(figure)
     for place, pair in enumerate(pairs):
-        panels = (
-            cells[place]
-            .subgridspec(len(heights), 1, height_ratios=heights, hspace=0.2)
-            .subplots(sharex=True, squeeze=False)
-            .ravel()
-        )
-        _overlay((panels[0], panels[1]), frf, pair, modelled)
-        for turn, (name, values) in enumerate((beside or {}).items(), 1):
-            look: Any = {
-                "color": PALETTE[turn % len(PALETTE)],
-                "lw": 0.9,
-                "ls": ("--", "-.", ":")[(turn - 1) % 3],
-                "label": name,
-            }
-            panels[0].plot(frf.frequency_hz, np.abs(values[:, pair]), **look)
-            panels[1].plot(frf.frequency_hz, _degrees(values[:, pair]), **look)
-        if frf.coherence is not None:
-            _coherence(panels[2], frf.frequency_hz, frf.coherence[:, pair])
-        if place % _COLUMNS == 0:
-            for axes, label in zip(panels, labels, strict=False):
-                axes.set_ylabel(label)
+        row, column = divmod(place, _COLUMNS)
+        boxes = _boxes(high * (rows - row), high, column, 2 if frf.coherence is None else 3)
+        curves = _curves(frf, pair, modelled, beside or {})
+        _drawn(panels, boxes, frf, pair, curves)
+        if column == 0:
+            labels = (f"Magnitude ({unit(frf.unit)})", "Phase (°)", f"\N{GREEK SMALL LETTER GAMMA}² ({NONE})")
+            for box, label in zip(boxes, labels, strict=False):
+                panels.beside(box, label, _LABEL_IN)
         if place + _COLUMNS >= len(pairs):
-            panels[-1].set_xlabel("Frequency (Hz)")
+            panels.under(boxes[-1], "Frequency (Hz)")
+    panels.finish()
     figure.legend(
-        *figure.axes[0].get_legend_handles_labels(),
+        *panels.axes.get_legend_handles_labels(),
         loc="upper left",
         ncols=4,
         bbox_to_anchor=(0.07, 1.0),
@@ -80,45 +67,78 @@ def overlays(
     return figure
 
 
-def _overlay(panels: tuple[Axes, Axes], frf: FrfComparison, pair: int, modelled: str) -> None:
-    top, bottom = panels
+def _boxes(top: float, high: float, column: int, count: int) -> list[Box]:
+    """Of the panels of a cell whose upper end is at `top`, from above, inches."""
+    width = (WIDTH_IN - _LEFT_IN - 0.04 - (_COLUMNS - 1) * _APART_IN) / _COLUMNS
+    inside = high - _HEAD_IN - _FOOT_IN - (count - 1) * _BETWEEN_IN
+    found, upper = [], top - _HEAD_IN
+    for share in _SHARES[:count]:
+        height = inside * share / sum(_SHARES[:count])
+        found.append((_LEFT_IN + column * (width + _APART_IN), upper - height, width, height))
+        upper -= height + _BETWEEN_IN
+    return found
+
+
+def _curves(
+    frf: FrfComparison, pair: int, modelled: str, beside: Mapping[str, NDArray[np.complex128]]
+) -> dict[str, tuple[NDArray[np.complex128], dict[str, Any]]]:
+    """Values (lines,) and looks by name, in the order in which they are drawn."""
+    found = {"measured": (frf.measured[:, pair], _LOOKS["measured"])}
+    if frf.initial is not None:
+        found["start model"] = frf.initial[:, pair], _LOOKS["start model"]
+    found[modelled] = frf.fitted[:, pair], {"color": BLUE, "lw": 1.0}
+    for turn, (name, values) in enumerate(beside.items(), 1):
+        dashes = ("--", "-.", ":")[(turn - 1) % 3]
+        found[name] = values[:, pair], {"color": PALETTE[turn % len(PALETTE)], "lw": 0.9, "ls": dashes}
+    return found
+
+
+Curves = Mapping[str, tuple[NDArray[np.complex128], dict[str, Any]]]
+
+
+def _drawn(panels: SmallPanels, boxes: list[Box], frf: FrfComparison, pair: int, curves: Curves) -> None:
+    """One FRF in its cell."""
     f = frf.frequency_hz
-    measured, fitted = frf.measured[:, pair], frf.fitted[:, pair]
-    for axes, shape in ((top, np.abs), (bottom, _degrees)):
-        axes.plot(f, shape(measured), color=INK, lw=0.5, marker=".", ms=1.8, mew=0, label="measured")
-        if frf.initial is not None:
-            axes.plot(f, shape(frf.initial[:, pair]), color=ORANGE, lw=0.8, ls="--", label="start model")
-        axes.plot(f, shape(fitted), color=BLUE, lw=1.0, label=modelled)
-    if frf.band_95 is not None:
-        half, size = frf.band_95[:, pair], np.abs(fitted)
-        top.fill_between(
-            f,
-            np.maximum(size - half, size * 1e-3),
-            size + half,
-            color=BLUE,
-            alpha=0.25,
-            lw=0,
-            label="95 % band",
-        )
-    top.set(yscale="log" if np.any(np.abs(measured) > 0) else "linear", xlim=(f[0], f[-1]))
+    limit, across = (float(f[0]), float(f[-1])), ticks((float(f[0]), float(f[-1])))
+    band = _band(frf, pair)
+    sizes = [np.abs(values) for values, _ in curves.values()] + list(band or ())
+    log = bool(np.any(sizes[0] > 0))
+    top = Panel(boxes[0], limit, limits(sizes, log), log)
+    bottom = Panel(boxes[1], limit, (-190.0, 190.0))
+    panels.frame(top, across, ticks(top.y, log), written=False)
+    panels.frame(bottom, across, _PHASES, written=frf.coherence is None)
+    panels.title(top.box, _title(frf, pair))
+    panels.dots(top, f, sizes[0], color=INK)
+    panels.dots(bottom, f, _degrees(curves["measured"][0]), color=INK)
+    for name, (values, look) in curves.items():
+        panels.curve(top, name, f, np.abs(values), **look)
+        panels.curve(bottom, name, f, _degrees(values), **look)
+    if band:
+        panels.band(top, "95 % band", f, band, BLUE)
+    if frf.coherence is not None:
+        lowest = Panel(boxes[2], limit, (0.0, 1.08))
+        panels.frame(lowest, across, _COHERENCES)
+        panels.curve(lowest, "_coherence", f, frf.coherence[:, pair], color=GREEN, lw=0.7)
+
+
+def _band(frf: FrfComparison, pair: int) -> tuple[Array, Array] | None:
+    """Lower and upper end of the band of magnitudes, where there is one."""
+    if frf.band_95 is None:
+        return None
+    half, size = frf.band_95[:, pair], np.abs(frf.fitted[:, pair])
+    return np.maximum(size - half, size * 1e-3), size + half
+
+
+def _title(frf: FrfComparison, pair: int) -> str:
     error = (
         f"relative error {number(100 * frf.relative_error[pair])} %"
         if frf.gap is None
         else f"gap {number(frf.gap[pair])}"
     )
-    top.set_title(
-        f"{pair_name(frf, pair)}{' drive point' if is_drive_point(frf, pair) else ''}, {error}", fontsize=7.5
-    )
-    top.yaxis.set_minor_locator(NullLocator())
-    bottom.set(ylim=(-190, 190), yticks=[-180, 0, 180])
+    return f"{pair_name(frf, pair)}{' drive point' if is_drive_point(frf, pair) else ''}, {error}"
 
 
-def _coherence(axes: Axes, frequency_hz: NDArray[np.float64], coherence: NDArray[np.float64]) -> None:
-    axes.plot(frequency_hz, coherence, color=GREEN, lw=0.7)
-    axes.set(ylim=(0, 1.08), yticks=[0, 1])
-
-
-def _degrees(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+def _degrees(values: NDArray[np.complex128]) -> Array:
     """Phase in degrees, none of zero; the line is broken where it jumps from one end of the circle to the
     other.
     """

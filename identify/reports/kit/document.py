@@ -38,8 +38,8 @@ _TEMPLATE = Path(__file__).parents[1] / "assets" / "report.typ"
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure of the document: where it stands, as SVG, as it can be drawn again, and the numbers behind
-    it.
+    """A figure of the document: where it stands, as SVG with text in `figures.fonts`, as it can be drawn
+    again, and the numbers behind it.
     """
 
     title: str
@@ -95,7 +95,8 @@ class Document:
         data = json.dumps({**head, "blocks": self.blocks}).encode()
         drawn = {f"figure{number}.svg": one.svg for number, one in enumerate(self.drawn, 1)}
         files: Any = {"main.typ": _TEMPLATE.read_bytes(), "data.json": data, **drawn}
-        return bytes(typst.compile(files, format="pdf", ignore_system_fonts=True))
+        own = [str(figures.fonts())]
+        return bytes(typst.compile(files, format="pdf", ignore_system_fonts=True, font_paths=own))
 
 
 def document(result: Header, report: Report) -> Document:

@@ -30,8 +30,8 @@ def contents(document: Document) -> Contents:
     """
     for number, one in enumerate(document.drawn, 1):
         name = f"figure{number:02d}_{_slug(one.title or 'overview')}"
-        yield f"{name}.svg", one.svg
         with figures.style():
+            yield f"{name}.svg", figures.outlined(one.figure)
             yield f"{name}.png", _png(one.figure)
         data = one.data or drawn_curves(one.figure)
         for ending, part in zip(_endings([part.title for part in data]), data, strict=True):

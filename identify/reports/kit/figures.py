@@ -8,6 +8,7 @@ import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -62,7 +63,7 @@ _STYLE: Any = {
     "legend.frameon": False,
     "lines.linewidth": 1.0,
     "path.simplify": False,
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",
     "svg.hashsalt": "identify",
 }
 
@@ -74,14 +75,25 @@ def style() -> Iterator[None]:
         yield
 
 
+def fonts() -> Path:
+    """The folder of the fonts in which figures are written."""
+    return Path(mpl.get_data_path()) / "fonts" / "ttf"
+
+
+def outlined(figure: Figure) -> bytes:
+    """The figure as SVG that looks the same where its fonts are not installed."""
+    with mpl.rc_context({"svg.fonttype": "path"}):
+        return svg(figure)
+
+
 def svg(figure: Figure) -> bytes:
-    """The figure without date or random names."""
+    """The figure as SVG without date or random names, for readers that have `fonts`."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine(None)  # else all is laid out and drawn twice, to the same places
     stream = io.BytesIO()
-    figure.savefig(stream, format="svg", dpi=300, metadata={"Date": None, "Creator": None})
+    figure.savefig(stream, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
     return stream.getvalue()
 
 
@@ -91,8 +103,8 @@ def parameters(result: FitResult) -> Figure:
     """
     table = result.parameters
     rows = np.arange(len(table.name))
-    figure = Figure((WIDTH_IN, 0.75 + 0.165 * len(rows)), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+    figure = Figure((WIDTH_IN, 0.75 + 0.165 * len(rows)))
+    left, right = Room(0.15 + wide(table.name), bottom=0.4, top=0.3).axes(figure, (3, 2), 0.35)
     place = {
         name: pick.between_bounds(table, getattr(table, name))
         for name in ("initial", "value", "low_95", "high_95")
@@ -114,31 +126,33 @@ def parameters(result: FitResult) -> Figure:
     left.set_xticks([0, 0.25, 0.5, 0.75, 1], ["lower", "¼", "½", "¾", "upper"])
     left.set_yticklabels(table.name)
     right.set(xscale="log", xlabel="Half the 95 % interval (% of the value)")
-    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=5)
+    head(figure, left, 5)
     return figure
+
+
+def head(figure: Figure, axes: Axes, columns: int) -> None:
+    """A legend at the upper left end of a figure."""
+    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", ncols=columns, borderaxespad=0.2)
 
 
 def gap_map(name: str, frf: FrfComparison) -> Figure:
     """Band by FRF: RMS residual over noise, or over the measurement where the noise is not known."""
     found, order = pick.gap_map(frf), pick.map_order(frf)
     values = np.maximum(found.values.T[order], 1e-12)
-    figure = Figure((WIDTH_IN, float(np.clip(0.9 + 0.026 * len(order), 2.2, 4.2))), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure((WIDTH_IN, float(np.clip(0.9 + 0.026 * len(order), 2.2, 4.2))))
+    ticks = _first_of_inputs(frf, order)
+    labels = [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks]
+    axes, beside = Room(0.42 + wide(labels)).with_bar(figure)
     top = float(np.nanmax(values))
     reach = float(np.clip(top, 4.0, 100.0))
     low, high = (1 / reach, reach) if found.in_noise else (1e-3, float(np.clip(top, 1.0, 10.0)))
     colors = DIVERGING if found.in_noise else _RISING
     rows = np.arange(len(order) + 1)
-    mesh = axes.pcolormesh(
-        found.edges_hz, rows, values, norm=LogNorm(low, high), cmap=colors, rasterized=True
-    )
+    mesh = axes.pcolorfast(found.edges_hz, rows, values, norm=LogNorm(low, high), cmap=colors)
     axes.grid(False)
-    ticks = _first_of_inputs(frf, order)
-    axes.set_yticks(
-        [row + 0.5 for row in ticks], [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks]
-    )
+    axes.set_yticks([row + 0.5 for row in ticks], labels)
     axes.set(xlabel="Frequency (Hz)", ylabel="Output / input", ylim=(len(order), 0), title=name)
-    bar = figure.colorbar(mesh, ax=axes, pad=0.01, aspect=30)
+    bar = figure.colorbar(mesh, cax=beside)
     bar.set_label("Residual / noise (1 = noise)" if found.in_noise else "Residual / measured")
     shown = [
         t
@@ -149,6 +163,46 @@ def gap_map(name: str, frf: FrfComparison) -> Figure:
     bar.ax.minorticks_off()
     bar.ax.spines["outline"].set_visible(False)
     return figure
+
+
+@dataclass(frozen=True)
+class Room:
+    """What is kept free around the axes of a figure, inches: told, because a layout engine takes as long to
+    find it as it takes to draw the figure.
+    """
+
+    left: float = 0.5
+    right: float = 0.08
+    bottom: float = 0.42
+    top: float = 0.22
+
+    def axes(self, figure: Figure, shares: Sequence[float] = (1.0,), apart: float = 0.15) -> list[Axes]:
+        """Axes side by side, as wide as their shares, so far apart; several share y."""
+        width, height = figure.get_size_inches()
+        each = (width - self.left - self.right - (len(shares) - 1) * apart) / sum(shares)
+        bottom, high = self.bottom / height, (height - self.bottom - self.top) / height
+        found: list[Axes] = []
+        at = self.left
+        for share in shares:
+            box = (at / width, bottom, share * each / width, high)
+            found.append(figure.add_axes(box, sharey=found[0] if found else None))
+            at += share * each + apart
+        for axes in found[1:]:
+            axes.tick_params(labelleft=False)
+        return found
+
+    def with_bar(self, figure: Figure) -> tuple[Axes, Axes]:
+        """Axes of a map, and of its bar of colours to their right."""
+        width, height = figure.get_size_inches()
+        [axes] = Room(self.left, self.right + 0.72, self.bottom, self.top).axes(figure)
+        high = (height - self.bottom - self.top) / height
+        bar = ((width - self.right - 0.66) / width, self.bottom / height, 0.1 / width, high)
+        return axes, figure.add_axes(bar)
+
+
+def wide(labels: Sequence[str], size: float = 8.0) -> float:
+    """About how wide the widest label is, inches, in letters of a size in points."""
+    return 0.5 * size / 72 * max(map(len, labels), default=0)
 
 
 def _first_of_inputs(frf: FrfComparison, order: NDArray[np.intp]) -> list[int]:
@@ -189,17 +243,20 @@ def pair_mac(m: MeasurementResult) -> Mac | None:
 
 def mac(found: Sequence[Mac]) -> Figure:
     """MAC matrices, three a row where they are small."""
-    columns = min(len(found), 3 if max(one.values.shape[1] for one in found) <= 8 else 1)
+    most = max(one.values.shape[1] for one in found)
+    columns = min(len(found), 3 if most <= 8 else 1)
     rows = -(-len(found) // columns)
     height = 0.75 + 0.26 * max(len(one.values) for one in found)
-    wide = min(WIDTH_IN, 0.7 + 0.42 * max(one.values.shape[1] for one in found))
-    figure = Figure((max(WIDTH_IN * columns / 3, wide, 3.2), height * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, one in zip(panels, found, strict=False):
+    figure = Figure((max(WIDTH_IN * columns / 3, min(WIDTH_IN, 0.7 + 0.42 * most), 3.2), height * rows))
+    each, high = 1 / columns, 1 / rows
+    left, bottom = 0.62 / figure.get_figwidth(), 0.42 / figure.get_figheight()
+    for place, one in enumerate(found):
+        row, column = divmod(place, columns)
+        box = (column * each + left, 1 - (row + 1) * high + bottom)
+        size = (each - left - 0.08 / figure.get_figwidth(), high - bottom - 0.2 / figure.get_figheight())
+        axes = figure.add_axes((*box, *size))
         _mac(axes, one)
         axes.set_title(one.name)
-    for axes in panels[len(found) :]:
-        axes.set_axis_off()
     return figure
 
 
@@ -243,8 +300,8 @@ def profiles(result: FitResult) -> Figure:
 
 def convergence(result: FitResult) -> Figure:
     """Best cost of every start and stage over the evaluations of the start."""
-    figure = Figure((WIDTH_IN, 2.1), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure((WIDTH_IN, 2.1))
+    [axes] = Room(0.62, top=0.1).axes(figure)
     for start, stage, evaluations, cost in pick.cost_lines(result.history):
         label = f"start {start + 1}" if stage == 0 else None
         color = PALETTE[start % len(PALETTE)]

@@ -24,6 +24,7 @@ ARROWS = "arrows: directions of responses (blue) and of forces (orange, longer)"
 _COLUMNS = 3
 _AZIMUTH, _ELEVATION = -0.9, 0.35
 _STEP_M = 0.5
+_TITLE_IN = 0.22
 _REACH = 0.16
 """Largest displacement drawn, as a part of the robot's size."""
 
@@ -40,7 +41,9 @@ class PostureView:
 
 def postures(views: Sequence[PostureView]) -> Figure:
     """The robot at its first six postures; points in the colour of their link, with their nodes."""
-    figure, panels = _grid([view.geometry for view in views[:POSTURES]])
+    shown = [view.geometry for view in views[:POSTURES]]
+    below = len(shown) > 1
+    figure, panels = _grid(shown, foot=0.22 if below else 0.0, right=0.0 if below else 1.0)
     links = list(dict.fromkeys(link for view in views for link in view.geometry.point_links))
     for axes, view in zip(panels, views, strict=False):
         g = view.geometry
@@ -66,7 +69,7 @@ def postures(views: Sequence[PostureView]) -> Figure:
                 str(node), (at_x, at_y), (3, 2.5), textcoords="offset points", fontsize=5.5, color=MUTED
             )
         axes.set_title(view.title)
-    where = {"loc": "outside lower left", "ncols": 8} if len(panels) > 1 else {"loc": "outside right center"}
+    where: Any = {"loc": "lower left", "ncols": 8} if below else {"loc": "center right"}
     figure.legend(*panels[0].get_legend_handles_labels(), handletextpad=0.2, columnspacing=1.2, **where)
     return figure
 
@@ -76,16 +79,19 @@ def _arrows(axes: Axes, view: PostureView) -> None:
     g = view.geometry
     size = float(np.ptp(_places(g), axis=0).max())
     for channels, length, color, width in ((view.outputs, 0.06, BLUE, 0.6), (view.inputs, 0.15, ORANGE, 1.1)):
-        for row, way in arrows(g, channels):
-            ends = projected(np.stack([g.points[row], g.points[row] + length * size * way]))
-            look: Any = {
-                "arrowstyle": "-|>,head_width=0.09,head_length=0.18",
-                "color": color,
-                "lw": width,
-                "shrinkA": 0,
-                "shrinkB": 0,
-            }
-            axes.annotate("", (ends[0, 1], ends[1, 1]), (ends[0, 0], ends[1, 0]), arrowprops=look)
+        found = list(arrows(g, channels))
+        if found:
+            ends = projected(np.array([[g.points[row], length * size * way] for row, way in found]))
+            look: Any = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "inches"}
+            axes.quiver(
+                *ends[:, :, 0],
+                *ends[:, :, 1],
+                color=color,
+                width=width / 72,
+                headwidth=4,
+                headlength=5,
+                **look,
+            )
 
 
 def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
@@ -144,7 +150,7 @@ def coloured(
     """The robot once a panel (title, values (points,), NaN for none), its points in the colour of their
     value on a logarithmic scale.
     """
-    figure, every = _grid([geometry] * len(panels))
+    figure, every = _grid([geometry] * len(panels), right=0.75)
     x, y = projected(geometry.points)
     for axes, (title, values) in zip(every, panels, strict=True):
         _floor(axes, geometry)
@@ -166,7 +172,8 @@ def coloured(
             look: Any = {"arrowstyle": "-|>", "color": PALETTE[1], "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
             axes.annotate("", ends[1], ends[0], arrowprops=look)
         axes.set_title(title)
-    bar = figure.colorbar(shown, ax=every, pad=0.02, aspect=25)
+    width = figure.get_figwidth()
+    bar = figure.colorbar(shown, cax=figure.add_axes((1 - 0.65 / width, 0.1, 0.1 / width, 0.8)))
     bar.set_label(label)
     bar.set_ticks(colors.ticks, labels=[f"{tick:g}" for tick in colors.ticks])
     bar.ax.minorticks_off()
@@ -196,8 +203,10 @@ def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> Non
     axes.set_title(view.label.replace("damping ", ""))
 
 
-def _grid(geometries: Sequence[Geometry]) -> tuple[Figure, list[Axes]]:
-    """Equal panels, three a row, high enough for the highest picture."""
+def _grid(geometries: Sequence[Geometry], foot: float = 0.0, right: float = 0.0) -> tuple[Figure, list[Axes]]:
+    """Equal panels, three a row, high enough for the highest picture, with room below and at the right side,
+    inches.
+    """
     boxes = [
         np.ptp(np.concatenate([projected(_corners(g)), projected(_places(g))], axis=1), axis=1)
         for g in geometries
@@ -206,14 +215,19 @@ def _grid(geometries: Sequence[Geometry]) -> tuple[Figure, list[Axes]]:
     columns = min(len(geometries), _COLUMNS)
     rows = -(-len(geometries) // columns)
     across = WIDTH_IN / max(columns, 1.6)
-    figure = Figure(
-        (across * columns, rows * (min(across * height / width, 2.6) + 0.2) + 0.25), layout="constrained"
-    )
-    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
-    for axes in panels:
+    up = min(across * height / width, 2.6)
+    figure = Figure((across * columns, rows * (up + _TITLE_IN) + foot + 0.05))
+    whole, tall = figure.get_size_inches()
+    across = (whole - right) / columns
+    panels = []
+    for place in range(len(geometries)):
+        row, column = divmod(place, columns)
+        bottom = tall - row * (up + _TITLE_IN) - _TITLE_IN - up
+        axes = figure.add_axes((column * across / whole, bottom / tall, 0.97 * across / whole, up / tall))
         axes.set_axis_off()
         axes.set_aspect("equal")
-    return figure, panels[: len(geometries)]
+        panels.append(axes)
+    return figure, panels
 
 
 def _places(geometry: Geometry) -> Array:
