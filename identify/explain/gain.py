@@ -13,6 +13,8 @@ _TOUCH = 1e-6
 """Fraction of its residual by which a joint must change to count as touched."""
 _MOVED = 0.03
 """The same where errors of bodies are fitted along, which an effect at one joint moves a little at all."""
+_ENOUGH = 0.1
+"""Part of the moving samples below which a direction of motion is not asked."""
 _CHANCE = 0.05
 """Chance of no mean gain from which on a gain is not confirmed: it is not spread over the record."""
 
@@ -60,6 +62,28 @@ def record_gain(
     return Gain(
         float(log_odds) + price - other_price + relief, explained, chance < _CHANCE, True, parts, chance
     )
+
+
+def loses_a_direction(problem: RegressionProblem, before: Fit, after: Fit, fitted: RegressionProblem) -> bool:
+    """Whether waves that `after` has and `before` has not leave more squares of a record, all else the same,
+    than there are without them while their joint turns one of the two ways.
+
+    A wave over an angle is there whichever way the joint turns; what looks like one and is made of friction,
+    which changes with the way, need not be.
+    """
+    there = {effect.name for effect in before.effects}
+    turned = aligned(problem, after)
+    for wave in [e for e in after.effects if e.harmonic and e.name not in there]:
+        less = turned.replaced(wave, np.zeros(len(wave.coefficients)))
+        old, new = (_with_own_bodies(problem, fit, fitted)[0] for fit in (less, turned))
+        column = problem.scene.axes.index(wave.axis)
+        fall = np.where(problem.mask, old**2 - new**2, 0.0)[:, column]
+        way = np.sign(problem.scene.velocity[:, wave.axis - 1])
+        counted = [problem.mask[:, column] & (way == sign) for sign in (1, -1)]
+        enough = _ENOUGH * sum(int(one.sum()) for one in counted)
+        if any(one.sum() > enough and fall[one].sum() <= 0 for one in counted):
+            return True
+    return False
 
 
 def _with_own_bodies(

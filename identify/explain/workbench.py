@@ -19,7 +19,7 @@ from identify.core.arrays import Array
 from identify.core.correlated import effective_samples
 from identify.core.interruption import check
 from identify.explain.effects.base import MotionEffect
-from identify.explain.gain import record_gain
+from identify.explain.gain import loses_a_direction, record_gain
 from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
 from identify.explain.screen import Screen, refine
 from identify.explain.workers import Stage, Workers
@@ -59,9 +59,9 @@ class HeldOut:
     """Gains are judged on a record that was not fitted; label: which stage of which target it is.
 
     An effect that humbler ones may look like gains only what it gains over them, and none gains that loses
-    the other way: fitted to the judge and judged by the fitted record.  tried: names of all effects that are
-    looked for; each of them has its price, because the odds for one of n that nothing speaks for are 1 to n
-    before the data speak.
+    the other way: fitted to the judge and judged by the fitted record; no wave gains that loses in one
+    direction of motion.  tried: names of all effects that are looked for; each of them has its price, because
+    the odds for one of n that nothing speaks for are 1 to n before the data speak.
     """
 
     fitted: RegressionProblem
@@ -91,6 +91,8 @@ class HeldOut:
             back = self._the_other_way(before, after)
             lesser = _lesser(gain, back)
             gain = lesser if back.log_odds <= 0 else replace(gain, explained=lesser.explained)
+        if (gain.log_odds > price or gain.confirmed) and self._one_way_only(before, after):
+            gain = replace(gain, log_odds=0.0, explained=0.0, confirmed=False)
         for other in self._humbler(before, after):
             if gain.log_odds <= price:
                 break
@@ -113,9 +115,19 @@ class HeldOut:
         return record_gain(self.judge, other, after, self.fitted)
 
     def _the_other_way(self, before: Fit, after: Fit) -> Gain:
-        """The gain on the fitted record of both fitted to the judge, parameters inside the columns kept."""
+        """The gain on the fitted record of both fitted to the judge."""
+        return record_gain(self.fitted, *self._of_judge(before, after), self.judge)
+
+    def _of_judge(self, before: Fit, after: Fit) -> tuple[Fit, Fit]:
+        """Both fitted to the judge, parameters inside the columns kept."""
         first, last = (solve(self.judge, fit.effects, fit.nonlinear, fit.weights) for fit in (before, after))
-        return record_gain(self.fitted, first, last, self.judge)
+        return first, last
+
+    def _one_way_only(self, before: Fit, after: Fit) -> bool:
+        """Whether new waves lose on either record, fitted to the other, in one direction of motion."""
+        return loses_a_direction(self.judge, before, after, self.fitted) or loses_a_direction(
+            self.fitted, *self._of_judge(before, after), self.judge
+        )
 
 
 @dataclass(frozen=True)

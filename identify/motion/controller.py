@@ -24,6 +24,7 @@ CONTROLLERS = Registry(
     {
         "cascade": "identify.motion.cascade:Cascade",
         "pid-voltage": "identify.motion.pid_voltage:PidVoltage",
+        "state-feedback": "identify.motion.state_feedback:StateFeedback",
         "two-degree-of-freedom": "identify.motion.two_degree_of_freedom:TwoDegreeOfFreedom",
     },
 )
@@ -35,12 +36,23 @@ where they are commanded; the elastic arm."""
 
 
 @dataclass(frozen=True)
+class Twist:
+    """A joint's twist, turn of the drive less that of the link, rad, and the gains of a feedback of it, N
+    m/rad, and of its rate, N m s/rad.  In a sample the twist is what was measured beyond the command's.
+    """
+
+    value: Array
+    stiffness: Array
+    damping: Array
+
+
+@dataclass(frozen=True)
 class Sample:
     """What a controller sees at a tick, (lanes, joints) each.
 
     tick: its number; position, velocity: commanded, rad, rad/s; feedforward: torque of the command by inverse
     dynamics at the gear output, N m; turn: measured turn of the drive, rad; current: measured, A; mode_hz:
-    the arm's first mode at the commanded posture.
+    the arm's first mode at the commanded posture; twist: where a controller feeds it back.
     """
 
     tick: int
@@ -50,6 +62,7 @@ class Sample:
     turn: Array
     current: Array
     mode_hz: Array
+    twist: Twist | None = None
 
 
 class ControlLaw(ABC):
@@ -96,6 +109,13 @@ class Controller(BaseModel, ABC):
     def knows_mode(self) -> bool:
         """Whether it follows the arm's first mode."""
         return False
+
+    @property
+    def places_poles(self) -> float:
+        """Damping ratio of the poles that a feedback of twist places at each link's frequency with its drive
+        held; 0 without such a feedback.
+        """
+        return 0.0
 
     @abstractmethod
     def law(self, numbers: Mapping[str, Array]) -> ControlLaw:

@@ -4,7 +4,7 @@ records read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,18 +16,19 @@ from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.laws.friction import Smoothing
 from identify.model.system import build_site, list_parameters
-from identify.motion.controller import ControlLaw
+from identify.motion.controller import ControlLaw, Twist
 from identify.motion.gear import gear_spring
 from identify.motion.numbers import JointNumber, NumberTable, number_table
 from identify.motion.recording import PreparedRecord, check_record, read_recording
 from identify.motion.simulate import Orders, Plant, SimulatedMotion, Timing, extrapolated, simulate
+from identify.motion.state_feedback import TwoInertias
 from identify.motion.study import MotionFile
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm, Passive
 from identify.robot.read import read_robot
 
 _EVERY = 20
-"""Ticks between postures at which the first mode is computed."""
+"""Ticks between postures at which what depends on them slowly is computed."""
 _FASTEST = 0.3
 """Largest step times angular frequency of the fastest mode: leapfrog is stable to 2 and off by (0.3)^2 / 24 =
 0.4 % in frequency.
@@ -172,10 +173,10 @@ class MotionProblem:
         torque = all_lanes([self._carried(r) for r in records])
         if servo.knows_mode:
             mode = all_lanes([self.first_mode(r.command.position) for r in records])
+        windup = np.zeros_like(position)
         if servo.model != "rigid":
-            position = position + np.stack(
-                [plant.spring.windup(row) for row in np.moveaxis(torque, 1, 0)], axis=1
-            )
+            windup = np.stack([plant.spring.windup(row) for row in np.moveaxis(torque, 1, 0)], axis=1)
+            position = position + windup
             velocity = np.gradient(position, servo.period_s, axis=1)
             acceleration = np.gradient(velocity, servo.period_s, axis=1)
         rotors = (plant.numbers["gear.ratio"] ** 2 * plant.numbers["motor.rotor_inertia"])[:, None]
@@ -185,7 +186,30 @@ class MotionProblem:
             torque + rotors * acceleration,
             mode,
             all_lanes([self._excitation(r) for r in records]),
+            self._twist(windup, plant, all_lanes([self._link_inertia(r) for r in records]))
+            if servo.places_poles
+            else None,
         )
+
+    def _twist(self, windup: Array, plant: Plant, inertia: Array) -> Twist:
+        """Twist that the command takes (lanes, ticks, joints), and the gains of its feedback by the inertia
+        (lanes, ticks, joints) of the links.
+        """
+        joint, wound = plant.wound
+        numbers, damping = plant.numbers, np.zeros_like(plant.spring.stiffness)
+        damping[:, joint] = plant.passive.damping[:, wound]
+        drive = numbers["gear.ratio"] ** 2 * numbers["motor.rotor_inertia"]
+        own = (drive, plant.spring.stiffness, damping)
+        drive, stiffness, damping = (np.broadcast_to(part[:, None], inertia.shape) for part in own)
+        names = ("position_gain", "velocity_gain", "velocity_integral")
+        gains = {name: numbers[f"servo.{name}"][:, None] for name in names}
+        joints = TwoInertias(drive, inertia, stiffness, damping)
+        return Twist(windup, *joints.placed(self.file.study.servo.places_poles, gains))
+
+    def _link_inertia(self, record: PreparedRecord) -> Array:
+        """(ticks, joints), kg m^2: what each joint carries at the commanded posture, the others held."""
+        rigid, position = MovingArm(self.robot), record.command.position
+        return _between(position, lambda turn: np.diag(rigid.mass_matrix(turn)))
 
     def _carried(self, record: PreparedRecord) -> Array:
         """(ticks, joints), N m: what the command takes of the links by the model of the feed-forward; of each
@@ -212,10 +236,12 @@ class MotionProblem:
         """(ticks, 1), Hz: the first mode of the arm at its start values, drives free, at commanded positions
         (ticks, joints).
         """
-        rows = np.unique(np.append(np.arange(0, len(position), _EVERY), len(position) - 1))
-        found = [_modes(self, row) for row in position[rows]]
-        first = [min((omega for omega in modes if omega > 1.0), default=0.0) / 2 / np.pi for modes in found]
-        return np.asarray(np.interp(np.arange(len(position)), rows, first)[:, None])
+
+        def first(turn: Array) -> Array:
+            modes = _modes(self, turn)
+            return np.array([min((omega for omega in modes if omega > 1.0), default=0.0) / 2 / np.pi])
+
+        return _between(position, first)
 
 
 def load_motion(file: MotionFile) -> MotionProblem:
@@ -278,6 +304,9 @@ def _check_gears(file: MotionFile, arm: MovingArm) -> None:
     if soft and not elastic:
         found = "a gear with hardening, backlash or transmission error, and no joint that is elastic about rz"
         raise InputError("gear", found, "an effect of kind joint-compliance with axes [rz]")
+    if file.study.servo.places_poles and not elastic:
+        found = f"{file.study.servo.kind}, and no joint that is elastic about rz"
+        raise InputError("servo.kind", found, "an effect of kind joint-compliance with axes [rz]")
     if elastic and np.min(file.study.motor.rotor_inertia.initial) <= 0:
         raise InputError(
             "motor.rotor_inertia",
@@ -330,6 +359,15 @@ def _modes(problem: MotionProblem, turn: Array) -> Array:
     mass = problem.arm.mass_matrix(position) + np.diag(passive.armature[0])
     squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(passive.stiffness[0]))).real
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+
+
+def _between(position: Array, of: Callable[[Array], Array]) -> Array:
+    """(ticks, k): what depends on the posture, computed at every twentieth of the positions (ticks, joints),
+    and straight lines between.
+    """
+    rows = np.unique(np.append(np.arange(0, len(position), _EVERY), len(position) - 1))
+    found, ticks = np.array([of(row) for row in position[rows]]), np.arange(len(position))
+    return np.stack([np.interp(ticks, rows, column) for column in found.T], axis=1)
 
 
 def _padded(rows: Array, ticks: int) -> Array:

@@ -16,7 +16,7 @@ from identify.core.arrays import Array, Index
 from identify.core.interruption import check
 from identify.model.laws.friction import Smoothing
 from identify.model.laws.gear import GearSpring
-from identify.motion.controller import ControlLaw, Sample
+from identify.motion.controller import ControlLaw, Sample, Twist
 from identify.motion.friction import FrictionDamper
 from identify.motion.motor import MotorPlant
 from identify.robot.engine_motion import Lanes, MovingArm, Passive
@@ -66,7 +66,8 @@ class Orders:
     dynamics, at the gear output.
 
     mode_hz (lanes, ticks, 1): the first mode at the commanded posture, 0 where no controller asks for it;
-    excitation: torque at the gear output that is added to the controller's.
+    excitation: torque at the gear output that is added to the controller's; twist: of the command, with the
+    gains of its feedback, where a controller has one.
     """
 
     position: Array
@@ -74,6 +75,7 @@ class Orders:
     feedforward: Array
     mode_hz: Array
     excitation: Array
+    twist: Twist | None = None
 
 
 @dataclass(frozen=True)
@@ -204,4 +206,16 @@ def _sample(plant: Plant, orders: Orders, tick: int, lanes: Lanes, state: Array)
     position, velocity, feedforward = (
         rows[:, tick] for rows in (orders.position, orders.velocity, orders.feedforward)
     )
-    return Sample(tick, position, velocity, feedforward, turn, current, orders.mode_hz[:, tick])
+    twist = None if orders.twist is None else _twist(plant, orders.twist, tick, lanes, turn)
+    return Sample(tick, position, velocity, feedforward, turn, current, orders.mode_hz[:, tick], twist)
+
+
+def _twist(plant: Plant, ordered: Twist, tick: int, lanes: Lanes, turn: Array) -> Twist:
+    """Measured by encoders of motor and link, less what the command takes."""
+    link = lanes.position[:, plant.arm.drive].copy()
+    joint, wound = plant.wound
+    link[:, joint] += lanes.position[:, wound]
+    wanted, stiffness, damping = (
+        rows[:, tick] for rows in (ordered.value, ordered.stiffness, ordered.damping)
+    )
+    return Twist(turn - link - wanted, stiffness, damping)

@@ -5,7 +5,7 @@ The paper's block diagram (its Fig. 11) is not in the copy that we could read, s
 words: the feed-forward is that of the identified flexible two-link model, and a variable notch filter takes
 the arm's vibration mode, which moves with the posture, out of the feedback loop.  Each of the two stands
 alone too: `feedforward: rigid` with a notch, or no notch; and `feedforward: two-inertia` is that of the
-paper's conventional controller, whose state feedback, of which the paper says no more, is not here.
+paper's conventional controller, whose state feedback is in `identify.motion.state_feedback`.
 """
 
 from __future__ import annotations

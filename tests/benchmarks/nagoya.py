@@ -1,4 +1,4 @@
-"""The Nagoya study beside the paper: identified numbers, FRFs in three postures, five controllers; tables
+"""The Nagoya study beside the paper: identified numbers, FRFs in three postures, six controllers; tables
 and figures of its page.
 
 identify fit configs/nagoya_two_link.yaml python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5
@@ -27,11 +27,12 @@ from identify.results.motion import MotionResult
 
 ROOT = Path(__file__).parents[2]
 Array = NDArray[np.float64]
-COLOURS = ("#0072B2", "#D55E00", "#009E73")
+COLOURS = ("#0072B2", "#D55E00", "#CC79A7", "#009E73")
 POSTURES = {"upright": "90°, -90°", "reaching": "45°, -20°", "folded": "110°, -150°"}
 CONTROLS = {
     "conventional": "conventional, feed-forward of the rigid arm",
     "inertia": "conventional, feed-forward of two inertias a joint",
+    "feedback": "conventional, two inertias a joint and state feedback",
     "shaped": "notch alone, feed-forward of the rigid arm",
     "flexible": "two degrees of freedom",
     "notched": "two degrees of freedom, notch",
@@ -125,6 +126,8 @@ def control_text(text: str, control: str, gain: int) -> str:
         text = text.replace(
             "  position_gain: 12\n", f"  position_gain: 12\n  feedforward: {MODELS[control]}\n"
         )
+    if control == "feedback":
+        text = text.replace("kind: two-degree-of-freedom", "kind: state-feedback")
     text = text.replace("velocity_gain: [24000, 8000]", f"velocity_gain: [{12000 * gain}, {4000 * gain}]")
     return text.replace("notched2", f"{control}{gain}")
 
@@ -220,7 +223,7 @@ def draw_frfs(records: dict[str, Seen], path: Path) -> None:
 
     figure, axes = plt.subplots(3, 4, figsize=(13, 7.2), sharex=True, sharey="row", layout="constrained")
     for column, (joint, which) in enumerate((j, w) for j in (0, 1) for w in ("measured", "model")):
-        for colour, (posture, angles) in zip(COLOURS, POSTURES.items(), strict=True):
+        for colour, (posture, angles) in zip(COLOURS, POSTURES.items(), strict=False):
             f, velocity, acceleration = frfs(records, posture, which)
             h, a = velocity[:, joint, joint], acceleration[:, joint, joint]
             axes[0, column].semilogx(f, 20 * np.log10(np.abs(h)), color=colour, label=f"{posture} ({angles})")
@@ -246,7 +249,7 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
     """Errors of the links over time: measured drawn through, model dashed."""
     import matplotlib.pyplot as plt
 
-    chosen = (("conventional", 1), ("inertia", 1), ("flexible", 1))
+    chosen = (("conventional", 1), ("inertia", 1), ("feedback", 1), ("flexible", 1))
     figure, axes = plt.subplots(2, 2, figsize=(11, 6), sharex="col", layout="constrained")
     for colour, key in zip(COLOURS, chosen, strict=True):
         record = runs[key]
@@ -274,7 +277,7 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
     for ax in axes[1]:
         ax.set_xlabel("time, s")
     handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, fontsize=8, loc="outside lower center", ncols=3)
+    figure.legend(handles, names, fontsize=8, loc="outside lower center", ncols=2)
     axes[0, 0].set_title("drawn through: measured; dashed: model", fontsize=9)
     figure.savefig(path, dpi=90)
 

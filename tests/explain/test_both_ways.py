@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from identify.explain.effects.friction import ViscousFriction
+from identify.explain.effects.torque_ripple import TorqueRipple
 from identify.explain.gain import record_gain
 from identify.explain.regression import RegressionProblem, solve
 from identify.explain.run import run_explain
@@ -22,7 +23,7 @@ from identify.results import file as result_file
 from identify.results.explain import ExplainResult
 from identify.robot.dh import read_dh
 from identify.robot.inverse_dynamics import RigidArm
-from tests.explain.moved import moved, problem
+from tests.explain.moved import RATIO, moved, problem
 from tests.motion.hidden_drive import Hidden, record, study
 
 EXACT = "{mass_percent: 0, centre_percent: 0, inertia_percent: 0}"
@@ -50,6 +51,24 @@ def test_an_effect_gains_only_what_it_gains_either_way() -> None:
     assert record_gain(other, *fits).log_odds > 20
     assert _gain(one, other) < 0
     assert _gain(one, _made(0.5, 3)) > 20
+
+
+@pytest.mark.parametrize(("back", "gains"), [(1.0, True), (0.5, True), (-0.2, False)])
+def test_a_wave_is_there_whichever_way_the_joint_turns(back: float, gains: bool) -> None:
+    """With a fifth of it against the wave one way, all of it together still speaks for it."""
+    wave = TorqueRipple(1, 8)
+
+    def made(seed: int) -> RegressionProblem:
+        scene, rng = moved(), np.random.default_rng(seed)
+        way = np.where(scene.velocity[:, 0] > 0, 1.0, back)
+        history = 0.5 * way * np.cos(8 * RATIO * scene.position[:, 0])
+        return problem(scene, history + rng.normal(scale=0.3, size=len(history)))
+
+    one, other = made(1), made(2)
+    before, after = solve(one, (), (), np.ones(1)), solve(one, (wave,), (np.zeros(1),), np.ones(1))
+    assert record_gain(other, before, after).log_odds > 20
+    judged = HeldOut(one, other, Memory(), "", frozenset({"one"})).gain(before, after)
+    assert (judged.log_odds > 20, judged.confirmed) == (gains, gains)
 
 
 def test_each_effect_that_was_looked_for_has_its_price() -> None:

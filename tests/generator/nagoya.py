@@ -1,5 +1,5 @@
 """Reference records of the Nagoya two-link study: slow and fast moves, excitation in the closed loop, and
-five controllers.
+six controllers.
 
 Nothing here comes from identify: the arm is in `nagoya_arm`, its controllers in `nagoya_control`.
 `python -m tests.generator.nagoya FOLDER` writes the records as CSV and the truth as JSON, in some minutes.
@@ -66,7 +66,7 @@ TESTS = (
             duration_s=2.5,
             every=8,
         )
-        for control in ("conventional", "flexible", "notched", "inertia", "shaped")
+        for control in ("conventional", "flexible", "notched", "inertia", "shaped", "feedback")
         for gain in (1, 2)
     ),
 )
@@ -107,11 +107,11 @@ def simulate(test: Test) -> tuple[Array, Array, Array]:
     added = excitation(test, len(wanted))
     servo = Servo(plant, test.control, wanted, test.gain)
     state, torque = plant.at_rest(servo.position[0])
-    servo.holds(torque)
+    servo.holds(torque, state[0], state[2])
     rows = []
     for tick, extra in enumerate(added):
         rows.append((state[0], state[2], RATIO * torque))
-        torque = servo.torque(tick, state[0]) + extra / RATIO
+        torque = servo.torque(tick, state[0], state[2]) + extra / RATIO
         for _ in range(PARTS):
             state = plant.advance(state, torque, PERIOD_S / PARTS)
     turn, link, given = np.stack(rows, axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from identify.motion.controller import CONTROLLERS, Sample, parse_controller
+from identify.motion.controller import CONTROLLERS, Sample, Twist, parse_controller
 from identify.motion.gear import Gear
 from identify.motion.motor import DcMotor, TorqueMotor
 from identify.motion.numbers import number_table
@@ -20,6 +20,7 @@ from identify.motion.numbers import number_table
 GIVEN: dict[str, dict[str, Any]] = {
     "pid-voltage": {"position_gain": 300.0, "derivative_gain": 5.0, "integral_gain": 100.0},
     "cascade": {"position_gain": 8.0, "velocity_gain": 60.0, "velocity_integral": 4.0},
+    "state-feedback": {"position_gain": 8.0, "velocity_gain": 60.0, "velocity_integral": 4.0},
     "two-degree-of-freedom": {
         "position_gain": 8.0,
         "velocity_gain": 60.0,
@@ -39,7 +40,10 @@ def law_of(kind: str) -> Any:
 
 def sample(tick: int, turn: float) -> Sample:
     full = np.ones((3, 2))
-    return Sample(tick, 0.5 * full, 0.1 * full, 20.0 * full, turn * full, 2.0 * full, 9.0 * full[:, :1])
+    twist = Twist(0.01 * turn * full, 500.0 * full, 3.0 * full)
+    return Sample(
+        tick, 0.5 * full, 0.1 * full, 20.0 * full, turn * full, 2.0 * full, 9.0 * full[:, :1], twist
+    )
 
 
 def assert_same(state: Any, before: Any) -> None:
@@ -76,6 +80,7 @@ def test_a_controller_that_stands_goes_on_holding(kind: str) -> None:
         0.5 - error,
         np.full((3, 2), 2.0),
         np.full((3, 1), 9.0),
+        Twist(*(np.full((3, 2), value) for value in (0.01, 500.0, 3.0))),
     )
     given, _ = law.act(law.begin(still, holding), still)
     np.testing.assert_allclose(given, holding, rtol=1e-9)
