@@ -40,15 +40,16 @@ def joints(engine: Engine, points: Sequence[Point]) -> list[tuple[str, Array]]:
 
 def drawn_geometry(engine: Engine, points: Sequence[Point]) -> DrawnGeometry:
     """Points and skeleton in the base's axes, m."""
+    places = joints(engine, points)
+    ground = (name for name, (body, _) in engine.mechanism.frames.items() if body < 0)
     return DrawnGeometry(
         nodes=np.array([point.node for point in points], dtype=int),
         point_names=tuple(point.name for point in points),
         point_links=tuple(point.link for point in points),
         points=np.array([engine.position(point.link, point.position) for point in points]).reshape(-1, 3),
-        skeleton=np.array(
-            [np.zeros(3), *(engine.position(frame, at) for frame, at in joints(engine, points))]
-        ),
+        skeleton=np.array([np.zeros(3), *(engine.position(frame, at) for frame, at in places)]),
         axes=_axes(engine, points),
+        skeleton_links=(next(ground, "base"), *(frame for frame, _ in places[:-1])),
     )
 
 

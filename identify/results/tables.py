@@ -51,7 +51,8 @@ class Geometry:
     of joint origins (k, 3).
 
     segments (j, 2): rows of points that a measurement's trace lines join; axes (n, 3, 3): rows are the
-    directions of the channels X, Y and Z of each point, None in files written before they were kept.
+    directions of the channels X, Y and Z of each point, None in files written before they were kept, as are
+    skeleton_links (k - 1,): the link that lies between each place of the skeleton and the next.
     """
 
     nodes: NDArray[np.int_]
@@ -61,6 +62,7 @@ class Geometry:
     skeleton: Array
     segments: NDArray[np.int_] | None = None
     axes: Array | None = None
+    skeleton_links: Texts | None = None
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ DATA.banded.forEach(({id, x, log, panels}) => draw(`${id}`, () => {
     return [`yaxis${axis(row)}`, {...scale, domain: [1 - (row + 1) * size - row * gap, 1 - row * (size + gap)]}];
   }));
   const xs = panels.flatMap(panel => panel.lines.flatMap(line => line.x));
-  const across = log ? logAxis(xs, x) : {title: {text: x}};
+  const counts = xs.every(Number.isInteger) && Math.max(...xs) - Math.min(...xs) <= 12;
+  const across = log ? logAxis(xs, x) : {title: {text: x}, ...(counts && {dtick: 1})};
   return [traces, {
     height: 90 + 270 * count, margin: {l: 72, r: 16, t: 34, b: 48}, legend: {orientation: "h", x: 0, y: 1.01, yanchor: "bottom"},
     xaxis: {...across, anchor: `y${axis(count - 1)}`}, ...axes,

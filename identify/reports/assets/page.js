@@ -63,7 +63,8 @@ function render(id) {
   };
   // Named one by one, because the library's own choice has a button that uploads the plot.
   const buttons = [["toImage"], ["zoom2d"], ["pan2d"], ["resetScale2d"]];
-  const config = {displaylogo: false, responsive: true, modeBarButtons: buttons, toImageButtonOptions: {format: "svg", filename: id}};
+  // On a telephone the buttons would lie over legends; fingers zoom and pan without them.
+  const config = {displaylogo: false, responsive: true, displayModeBar: window.innerWidth < 600 ? false : "hover", modeBarButtons: buttons, toImageButtonOptions: {format: "svg", filename: id}};
   Plotly.react(id, traces, {...common, ...layout, ...styled, ...(printing && {width: $(id).clientWidth})}, config);
   if (first) plot.drawn($(id));
 }

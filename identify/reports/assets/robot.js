@@ -126,24 +126,26 @@
       floor();
       line(robot.skeleton, color("muted"), 1.5, [5, 6]);
       for (const ends of robot.segments || []) line(ends.map(i => robot.points[i]), color("line"), 1, [4, 4]);
-      stage.spots = stage.kind === "model" ? paintModel() : paintMeasured();
+      stage.lines = [];
+      stage.spots = stage.kind === "model" ? paintModel(stage) : paintMeasured();
     }
   }
 
   // Links as capsules, thinner towards the tool: their outline first, so that they look like one body.
-  function bodies(skeleton) {
+  function bodies(skeleton, stage) {
     const size = i => Math.max(6, pixels() * radius * 0.13 * (1 - 0.6 * i / Math.max(skeleton.length - 1, 1)));
     for (const [stroke, less] of [["muted", 0], ["neutral", 2.5]])
       for (let i = 0; i + 1 < skeleton.length; i++) line([skeleton[i], skeleton[i + 1]], color(stroke), size(i) - less);
+    stage.lines = skeleton.slice(1).map((end, i) => [project(skeleton[i]), project(end), size(i)]);
   }
 
-  function paintModel() {
+  function paintModel(stage) {
     const skeleton = moved(robot.skeleton, mode.skeleton), points = moved(robot.points, mode.points);
     points.forEach((point, i) => {
       const {segment, part} = feet[i];
       if (skeleton.length > 1) line([add(skeleton[segment], add(skeleton[segment + 1], skeleton[segment], -1), part), point], linkColor(robot.link[i]), 1.5);
     });
-    bodies(skeleton);
+    bodies(skeleton, stage);
     skeleton.forEach(p => disc(project(p), 4.5, color("paper"), color("ink")));
     paintArrows(points);
     return paintPoints(points);
@@ -201,18 +203,35 @@
     $("robot-play").textContent = on ? "Pause" : "Play";
   }
 
-  function hover(event, {canvas, spots}) {
+  function hover(event, {canvas, spots, lines}) {
     const box = canvas.getBoundingClientRect(), frame = tip.parentElement.getBoundingClientRect();
-    const distances = spots.map(([a, b]) => Math.hypot(a - event.clientX + box.left, b - event.clientY + box.top));
-    const i = distances.indexOf(Math.min(...distances));
-    tip.hidden = !(distances[i] < 14);
+    const at = [event.clientX - box.left, event.clientY - box.top];
+    const distances = spots.map(([a, b]) => Math.hypot(a - at[0], b - at[1])), i = distances.indexOf(Math.min(...distances));
+    const near = distances[i] < 14;
+    const name = near ? "" : linkAt(at, lines);
+    tip.hidden = !(near || name);
     if (tip.hidden) return;
+    tip.style.left = `${Math.min(event.clientX - frame.left + 14, frame.width - 130)}px`;
+    tip.style.top = `${event.clientY - frame.top + 14}px`;
+    tip.textContent = name || about(i);
+  }
+
+  // What is said of a point.
+  function about(i) {
     const measured = robot.measured.includes(robot.node[i]) ? "" : "\nwithout FRFs";
     const excited = robot.ring.nodes.includes(robot.node[i]) ? `\n${robot.ring.tip}` : "";
     const link = robot.link[i] && `\non ${robot.link[i]}`;
-    tip.textContent = `${robot.node[i]} ${robot.name[i]}${link}${measured}${excited}`;
-    tip.style.left = `${Math.min(event.clientX - frame.left + 14, frame.width - 130)}px`;
-    tip.style.top = `${event.clientY - frame.top + 14}px`;
+    return `${robot.node[i]} ${robot.name[i]}${link}${measured}${excited}`;
+  }
+
+  // The name of the link that is drawn there, or nothing.
+  function linkAt([x, y], lines) {
+    const found = lines.findLastIndex(([[x0, y0], [x1, y1], size]) => {
+      const along = [x1 - x0, y1 - y0], length = dot(along, along);
+      const part = length ? Math.min(1, Math.max(0, dot([x - x0, y - y0], along) / length)) : 0;
+      return Math.hypot(x - x0 - part * along[0], y - y0 - part * along[1]) < size / 2;
+    });
+    return found < 0 ? "" : robot.bodies[found] || "";
   }
 
   for (const stage of stages) {

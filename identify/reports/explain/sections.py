@@ -33,8 +33,8 @@ from identify.results.explain import ExplainResult, TargetResult
 
 _USE = {"fit": "fitted", "validate": "held out", "test": "only reported"}
 _BARS = (
-    "Left: how much of the squares on the held-out record, before any effect, each effect took when it was"
-    " added, in that order. Right: the gap, the RMS residual over noise, before and after."
+    "By effect: how much of the squares on the held-out record, before any effect, each took when it was"
+    " added, in that order. By joint: the gap, the RMS residual over noise, before and after."
 )
 
 

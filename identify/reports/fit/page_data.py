@@ -74,6 +74,7 @@ def robot_data(
         "link": list(g.point_links),
         "points": g.points,
         "skeleton": g.skeleton,
+        "bodies": list(g.skeleton_links or ()),
         "segments": g.segments,
         "arrows": {
             kind: [[row, *way] for row, way in pick.arrows(g, some)]

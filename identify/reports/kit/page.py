@@ -34,6 +34,7 @@ def page(result: Header, report: Report) -> str:
     )
     environment.filters["kind"] = lambda part: type(part).__name__
     environment.filters["visible"] = lambda parts: visible(parts, PAGE)
+    data = _together([section.data for section, _ in shown])
     return environment.get_template("page.html.j2").render(
         result=result,
         tiles=report.tiles,
@@ -43,7 +44,8 @@ def page(result: Header, report: Report) -> str:
         gap=GAP if speaks_of_gap(report) else "",
         style=_text("report.css"),
         scripts=[*map(_text, _EARLY), Markup(_plotly()), *map(_text, (_LATE[0], *own, _LATE[1]))],
-        data=Markup(_json(_together([section.data for section, _ in shown]))),
+        packed=any(one.get("frf") for one in data.get("measurements", [])),
+        data=Markup(_json(data)),
     )
 
 
