@@ -6,9 +6,11 @@ from __future__ import annotations
 
 import signal
 import sys
+import time
 from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -20,6 +22,8 @@ from identify.results.fit import FitResult
 from identify.vibration.run import run_fit
 from tests.benchmarks.kills import Case, fits
 from tests.programs import Trouble, begun, differences, part_of, programs, wait_for_more
+
+KILLS, EVALUATIONS = 6, 1000
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends signals as POSIX has them")
 
@@ -33,7 +37,9 @@ def context() -> ForkServerContext:
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Case:
     """A fit of some seconds."""
-    [found] = [one for one in fits(tmp_path_factory.mktemp("study"), 3000) if "differential" in one.name]
+    [found] = [
+        one for one in fits(tmp_path_factory.mktemp("study"), EVALUATIONS) if "differential" in one.name
+    ]
     return found
 
 
@@ -77,6 +83,24 @@ def test_twice_in_a_row(context: ForkServerContext, case: Case, calm: Path, tmp_
     run.signal(signal.SIGINT)
     assert run.ended() == 130
     assert PartFile.read(part_of(out)) is not None
+    _resumed(case, out, calm)
+
+
+def test_killed_again_and_again_at_any_moment(
+    context: ForkServerContext, case: Case, calm: Path, tmp_path: Path
+) -> None:
+    out, rng, kept = tmp_path / "out.h5", np.random.default_rng(7), [0]
+    for number in range(KILLS):
+        run = begun(context, _words(case, out, "--resume"), tmp_path / "said.txt", Trouble(each_record=True))
+        if number % 2:
+            wait_for_more(run, part_of(out))
+        time.sleep(rng.uniform(0.0, 0.2))
+        run.signal(signal.SIGTERM if number % 4 == 3 else signal.SIGKILL)
+        assert run.ended() in (0, 4, 130, -signal.SIGKILL)
+        found = PartFile.read(part_of(out))
+        kept += [] if found is None else [len(found.records)]
+    assert kept == sorted(kept), "no work that was saved is lost"
+    assert kept[-1] > 0, "the kills must hit runs that are under way"
     _resumed(case, out, calm)
 
 
@@ -175,12 +199,15 @@ def test_every_input_is_in_the_key(case: Case, tmp_path: Path) -> None:
         with pytest.raises(InputError, match="another config, data or version"):
             run_fit(config, out, {}, resume=True)
         (tmp_path / name).write_text(before)
+    with pytest.raises(InputError, match="another config, data or version"):
+        run_fit(config, out, {"seed": 99}, resume=True)
+    assert part_of(out).exists(), "nothing is lost by a refusal"
 
 
 @pytest.mark.parametrize("name", ["day1/posture 1", ".", "a%2Fb"])
 def test_any_name_of_a_measurement_comes_back(case: Case, tmp_path: Path, name: str) -> None:
     config = Path(case.words[1]).with_name("named.yaml")
-    text = Path(case.words[1]).read_text().replace("evaluations: 3000", "evaluations: 20")
+    text = Path(case.words[1]).read_text().replace(f"evaluations: {EVALUATIONS}", "evaluations: 20")
     config.write_text(text.replace("{file: p1.csv,", f"{{file: p1.csv, name: '{name}',"))
     out = tmp_path / "out.h5"
     CliRunner().invoke(app, ["fit", str(config), "--out", str(out), "--quiet"], catch_exceptions=False)
@@ -219,7 +246,9 @@ def test_a_large_gap_says_what_to_do_next(case: Case, tmp_path: Path, noise: flo
     """The data scatter by 2 %: stated as 0.2 % they leave a gap of 10."""
     config = Path(case.words[1]).with_name("advised.yaml")
     text = Path(case.words[1]).read_text().replace("relative: 0.02", f"relative: {noise}")
-    config.write_text(text.replace("kind: differential-evolution, evaluations: 3000", "kind: gauss-newton"))
+    config.write_text(
+        text.replace(f"kind: differential-evolution, evaluations: {EVALUATIONS}", "kind: gauss-newton")
+    )
     out = tmp_path / "out.h5"
     done = CliRunner().invoke(app, ["fit", str(config), "--out", str(out)], catch_exceptions=False)
     assert (f"next: identify discover {config}" in done.output) is advised
