@@ -114,7 +114,11 @@ def explain(
 @takes_options
 def modes(
     data: Annotated[
-        Path, typer.Argument(help="FRFs in .uff, .csv, .h5 or .mat; or a study, for all its FRF measurements")
+        Path,
+        typer.Argument(
+            help="FRFs, or with --output-only responses over time, in .uff, .csv, .h5 or .mat; or a study,"
+            " for all its FRF measurements"
+        ),
     ],
     options: ModesOptions,
 ) -> None:
@@ -138,7 +142,10 @@ def modes(
     except typer.Exit:
         said = "no mode was found: see the rejected candidates in the report"
         if found.data.found:
-            said = "the modes do not rebuild the FRFs: narrow the band with `--band` or raise `--max-order`"
+            what = "half spectra" if options.output_only else "FRFs"
+            said = (
+                f"the modes do not rebuild the {what}: narrow the band with `--band` or raise `--max-order`"
+            )
         typer.echo(said, err=True)
         raise
 

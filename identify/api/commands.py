@@ -207,11 +207,21 @@ def has_shapes_alone(data: Path) -> bool:
 def run_modes(data: Path, options: ModesOptions) -> Result:
     """What `identify modes` does."""
     from identify.core.binary_input import prepare
-    from identify.modes.run import file_options
-    from identify.modes.run import run_modes as analysed
+    from identify.modes.said import file_options
 
     prepare([data])
+    options.check()
     file = file_options(**options.file())
+    if options.output_only:
+        from identify.modes.output_only import Asked, run_output_only
+        from identify.modes.said import operational_settings
+
+        turning = operational_settings(**options.operational())
+        wanted = Asked(file, options.modal(), turning, options.geometry, options.length_unit, options.choices)
+        result, written = run_output_only(data, options.out, wanted)
+        return Result(result, tuple(written))
+    from identify.modes.run import run_modes as analysed
+
     place = options.geometry, options.length_unit
     result, written = analysed(
         data, options.out, file, options.modal(), *place, options.frfs, options.choices

@@ -175,8 +175,43 @@ class ModesOptions:
     frfs: Annotated[
         bool, typer.Option("--frfs", help="also the analysed and the rebuilt FRFs, as universal files (58b)")
     ] = False
+    output_only: Annotated[
+        bool,
+        typer.Option("--output-only", help="modes of responses over time, without a force"),
+    ] = False
+    speed: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="with --output-only: 1/min, of a spindle or motor whose multiples are no modes; repeatable"
+        ),
+    ] = None
+    teeth: Annotated[int | None, typer.Option(help="teeth of the cutter that turns at --speed")] = None
+    damping: Annotated[
+        float | None,
+        typer.Option(help="with --output-only: the smallest damping ratio that must be told; default: 0.01"),
+    ] = None
     report: Report = True
     quiet: Quiet = False
+
+    def check(self) -> None:
+        """InputError for options of an analysis of responses beside one of FRFs, and the reverse."""
+        if self.output_only:
+            if self.frfs:
+                raise InputError("--frfs", "given beside --output-only", "measured FRFs", "leave it out")
+            return
+        for name, value in (("speed", self.speed), ("teeth", self.teeth), ("damping", self.damping)):
+            if value:
+                found, fix = "given without --output-only", "add `--output-only`, or leave it out"
+                raise InputError(f"--{name}", found, "an analysis of responses alone", fix)
+
+    def operational(self) -> dict[str, Any]:
+        """What they say of an analysis of responses alone, by the keys of its settings."""
+        given = {
+            "speeds_rpm": tuple(self.speed) if self.speed else None,
+            "teeth": self.teeth,
+            "least_damping": self.damping,
+        }
+        return {key: value for key, value in given.items() if value is not None}
 
     def file(self) -> dict[str, Any]:
         """What they say of the file of FRFs."""

@@ -33,8 +33,13 @@ _QUANTITIES: tuple[Quantity, ...] = ("receptance", "mobility", "accelerance")
 def paths_of(options: FrfFileOptions) -> list[str]:
     """Where in a file the names that can be asked for stand."""
     said = [options.variables.get(name, name) for name in NAMES] + list(options.variables.values())
-    matches = (_PATH.fullmatch(asked) for asked in dict.fromkeys(said))
-    return [match[1].strip() for match in matches if match is not None]
+    return [path_in(asked) for asked in dict.fromkeys(said) if _PATH.fullmatch(asked)]
+
+
+def path_in(asked: str) -> str:
+    """Where in a file an array stands that is asked for, maybe by a column of it."""
+    match = _PATH.fullmatch(asked)
+    return asked if match is None else match[1].strip()
 
 
 class Arrays:

@@ -80,13 +80,13 @@ def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnal
     settings = settings or ModalSettings()
     layout = arrange(frf_set, settings)
     found = identified(layout, settings)
-    _check_by_hand(found.verified, settings)
+    check_by_hand(found.verified, settings)
     rejected = sorted(found.verified.rejected, key=lambda c: c.frequency_hz)
     verified = replace(found.verified, rejected=rejected)
     return _result(frf_set, layout, replace(found, verified=verified), settings)
 
 
-def _check_by_hand(found: Verified, settings: ModalSettings) -> None:
+def check_by_hand(found: Verified, settings: ModalSettings) -> None:
     """InputError for a frequency given by hand where no cluster of poles is."""
     kept = [mode for mode in found.modes if mode.by_hand]
     dropped = [mode for mode in found.rejected if mode.reason == DROPPED]

@@ -71,7 +71,14 @@ def stabilisation(layout: Layout, settings: ModalSettings) -> Diagram:
     # The window adds decay: what is too damped is judged after its correction.
     allowed = settings.max_damping_ratio + layout.decay / (2 * np.pi * layout.frequency_hz[0])
     sets = [pole_set(beta, coefficients, band, min(allowed, 0.999)) for beta in estimator(frf, orders)]
-    flat = _flatten(sets, layout, settings, tuple(orders))
+    return clustered(sets, layout, settings, tuple(orders))
+
+
+def clustered(
+    sets: list[PoleSet], layout: Layout, settings: ModalSettings, orders: tuple[int, ...]
+) -> Diagram:
+    """The diagram of sets of poles that an exponential window on the FRFs has made decay faster."""
+    flat = _flatten(sets, layout, settings, orders)
     return replace(flat, cluster=cluster(flat, settings.cluster_radius))
 
 

@@ -16,7 +16,9 @@ from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac
+from identify.modal.selection import Candidate
 from identify.modal.settings import ESTIMATORS, ModalSettings
+from identify.modal.stabilisation import Diagram
 from identify.results import fit as results
 from identify.results import tables
 from identify.results.modes import (
@@ -39,6 +41,8 @@ _WHY = (
     ("explains", "that the FRFs do not need"),
     ("not a resonance", "that wander off when refined"),
     ("a resonance beyond", "beyond the band"),
+    ("a harmonic", "as harmonics of what turns"),
+    ("differs from block to block", "that differ from block to block"),
     ("only a flank", "beyond the band"),
     ("not chosen", "by hand"),
     ("dropped by hand", "by hand"),
@@ -76,8 +80,8 @@ def analysed(measured: Measured, settings: ModalSettings) -> tuple[ModalAnalysis
         parts=len(found.bands_hz),
         total_error=found.total_error,
         modes=_modes(found),
-        rejected=_rejected(found),
-        diagram=_diagram(found, settings),
+        rejected=rejected_poles(found.rejected),
+        diagram=drawn_diagram(found.diagram, found.layout.frequency_hz, found.mode_indicator, settings),
         reciprocity=_reciprocity(found),
         frf=_frf(found, measured.data),
         geometry=measured.drawn,
@@ -105,16 +109,17 @@ def _modes(found: ModalAnalysis) -> ModeTable:
     )
 
 
-def _rejected(found: ModalAnalysis) -> RejectedPoles:
-    rows = np.array(
-        [[c.frequency_hz, c.damping_ratio, c.presence, c.mpc, np.degrees(c.mpd)] for c in found.rejected]
-    )
+def rejected_poles(found: Sequence[Candidate]) -> RejectedPoles:
+    """Candidates that are no modes, as a result keeps them."""
+    rows = np.array([[c.frequency_hz, c.damping_ratio, c.presence, c.mpc, np.degrees(c.mpd)] for c in found])
     frequency, damping, presence, mpc, mpd = rows.reshape(-1, 5).T
-    return RejectedPoles(frequency, damping, presence, mpc, mpd, tuple(c.reason for c in found.rejected))
+    return RejectedPoles(frequency, damping, presence, mpc, mpd, tuple(c.reason for c in found))
 
 
-def _diagram(found: ModalAnalysis, settings: ModalSettings) -> StabilisationDiagram:
-    diagram = found.diagram
+def drawn_diagram(
+    diagram: Diagram, line_hz: Array, indicator: Array, settings: ModalSettings
+) -> StabilisationDiagram:
+    """Poles of every order over the mode indicator (L, references), as a result keeps them."""
     clustered = diagram.cluster >= 0
     counts = np.bincount(diagram.cluster[clustered], minlength=1)
     firm = counts[np.maximum(diagram.cluster, 0)] >= settings.min_presence * len(diagram.orders)
@@ -123,8 +128,8 @@ def _diagram(found: ModalAnalysis, settings: ModalSettings) -> StabilisationDiag
         diagram.frequency_hz,
         diagram.damping_ratio,
         clustered & firm,
-        found.layout.frequency_hz,
-        found.mode_indicator,
+        line_hz,
+        indicator,
     )
 
 
@@ -176,7 +181,7 @@ def verdict(measurements: Sequence[AnalysedMeasurement]) -> tuple[str, ...]:
     """
     named = len(measurements) > 1
     paragraphs = [
-        " ".join(filter(None, (_found(m), _rebuilt(m), _turned_down(m), _window(m)))) for m in measurements
+        " ".join(filter(None, (_found(m), _rebuilt(m), turned_down(m), _window(m)))) for m in measurements
     ]
     return tuple(
         f"{m.name}: {said}" if named else said for m, said in zip(measurements, paragraphs, strict=True)
@@ -224,7 +229,8 @@ def _where_poor(m: AnalysedMeasurement) -> str:
     return " at " + ", ".join(spans) if spans and not all(poor) else ""
 
 
-def _turned_down(m: AnalysedMeasurement) -> str:
+def turned_down(m: AnalysedMeasurement) -> str:
+    """How many candidates were rejected, and why, in a sentence."""
     reasons = m.rejected.reason
     if not reasons:
         return "No candidate was rejected."

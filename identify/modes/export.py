@@ -1,4 +1,4 @@
-"""FRFs of a modal analysis as universal files (58b): those analysed, and those that its modes rebuild."""
+"""Files of a modal analysis: its modes as tables, and the FRFs, analysed and rebuilt, as universal files."""
 
 from __future__ import annotations
 
@@ -11,6 +11,10 @@ import numpy as np
 from identify.core.arrays import Complex
 from identify.core.atomic import write_atomically
 from identify.measured.frf_set import POWER, FrfSet, Quantity
+from identify.measured.geometry import MeasuredGeometry
+from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import write_modal_table
+from identify.measured.uff.shapes import write_shapes
 from identify.measured.uff.write import write_uff58
 from identify.modal.analysis import ModalAnalysis
 
@@ -43,3 +47,15 @@ def _frf_set(found: ModalAnalysis, frf: Complex, name: str) -> FrfSet:
     return FrfSet(
         layout.frequency_hz, frf, *channels, quantity, window_decay_per_s=layout.decay, source=source
     )
+
+
+def write_tables(table: ModalTable, sensors: MeasuredGeometry | None, path: Path) -> list[Path]:
+    """The modal table as YAML, and shapes with their geometry as a universal file; nothing where no mode was
+    found.
+    """
+    if not len(table):
+        return []
+    shapes = path.with_suffix(".uff")
+    write_atomically(path, partial(write_modal_table, table=table))
+    write_atomically(shapes, partial(write_shapes, table=table, geometry=sensors))
+    return [path, shapes]

@@ -36,6 +36,10 @@ class ModePairs:
     origin: str
 
 
+HALF_SPECTRUM = "half spectrum"
+"""The quantity of what stands in place of FRFs where no force was measured."""
+
+
 @dataclass(frozen=True)
 class FrfComparison:
     """FRFs (lines, pairs): measured, predicted at the start (None: no such model) and as fitted, noise (std
@@ -61,6 +65,16 @@ class FrfComparison:
     relative_error: Array
     frac: Array
     area_error: Array
+
+    @property
+    def noun(self) -> str:
+        """What is compared, in words."""
+        return "half spectrum" if self.quantity == HALF_SPECTRUM else "FRF"
+
+    @property
+    def nouns(self) -> str:
+        """Several of them."""
+        return "half spectra" if self.quantity == HALF_SPECTRUM else "FRFs"
 
 
 @dataclass(frozen=True)

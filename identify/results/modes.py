@@ -87,9 +87,38 @@ class Reciprocity:
 
 
 @dataclass(frozen=True)
+class Tones:
+    """Tones in records of responses (t,): multiple: of the speed told, at speed_hz, 0 where none was told;
+    kurtosis of the complex amplitude, 1 for a tone, 2 for noise; share of the power of all channels.
+    """
+
+    frequency_hz: Array
+    width_hz: Array
+    kurtosis: Array
+    share: Array
+    multiple: NDArray[np.int_]
+    speed_hz: Array
+
+
+@dataclass(frozen=True)
+class OutputOnly:
+    """What is particular to modes from responses alone: seconds of records in all, blocks that were left out
+    one by one, shape_std (m, channels), tones that were taken out; teeth of the cutter, 0 where not told.
+    """
+
+    seconds: float
+    blocks: int
+    shape_std: Array
+    tones: Tones
+    teeth: int
+
+
+@dataclass(frozen=True)
 class AnalysedMeasurement:
     """One measurement: its modes and all that tells how good they are.
 
+    output_only: None where forces were measured; where not, frf has half spectra, whose inputs are reference
+    responses, and shapes have a largest component of 1.
     posture_deg is empty where no robot is known; total_error: RMS over all FRFs of measured minus rebuilt,
     over measured; frf: `fitted` are the FRFs rebuilt from the modes; geometry and shapes (m, points, 3), in
     its axes, NaN at points that were not measured; parts: of the band, that were analysed apart.
@@ -110,6 +139,7 @@ class AnalysedMeasurement:
     geometry: Geometry | None
     shapes: Complex | None
     parts: int = 1
+    output_only: OutputOnly | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +153,11 @@ class ModesResult(Header):
     def found(self) -> int:
         """Modes of all measurements together."""
         return sum(len(m.modes.frequency_hz) for m in self.measurements.values())
+
+    @property
+    def nouns(self) -> str:
+        """What was analysed, in words: FRFs, or half spectra where no force was measured."""
+        return next(iter(self.measurements.values())).frf.nouns if self.measurements else "FRFs"
 
     @property
     def rebuilt(self) -> bool:

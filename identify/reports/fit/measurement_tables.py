@@ -178,7 +178,11 @@ def frf_table(name: str, frf: FrfComparison) -> Table:
         )
         for i in worst_first(frf)
     ]
-    return Table(f"FRF errors, {name}, {frf.quantity}, {band(frf)}", columns, tuple(rows))
+    return Table(
+        f"{frf.noun[:1].upper()}{frf.noun[1:]} errors, {name}, {frf.quantity}, {band(frf)}",
+        columns,
+        tuple(rows),
+    )
 
 
 def pair_errors(frf: FrfComparison, pair: int) -> str:

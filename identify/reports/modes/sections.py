@@ -64,14 +64,16 @@ def report(result: ModesResult) -> Report:
         part for name, frf in named for part in (Heading(name, on=PRINT), *overlays(name, frf, _MODELLED))
     ]
     maps = gap_maps(named, measurements)
+    nouns = result.nouns
+    short = nouns[:1].upper() + nouns[1:]
     sections = [
         Section(
             "modes", "Modes", [_modes(k, m) for k, m in enumerate(measurements)], "", page_data, ("modes.js",)
         ),
         Section("robot", "Mode shapes", _shapes(measurements), "Shapes"),
         Section("stabilisation", "Stabilisation", _diagrams(measurements)),
-        Section("frf", "Measured and rebuilt FRFs", [frf_picker(measurements), *printed], "FRFs"),
-        Section("gap", "Where the modes do not explain the FRFs", maps, "Gap map"),
+        Section("frf", f"Measured and rebuilt {nouns}", [frf_picker(measurements), *printed], short),
+        Section("gap", f"Where the modes do not explain the {nouns}", maps, "Gap map"),
         Section("errors", "Errors", _errors(result)),
         Section("rejected", "Rejected candidates", _rejected(measurements), "Rejected"),
     ]
@@ -86,6 +88,9 @@ def _modes(k: int, m: AnalysedMeasurement) -> Box:
     if matrix is not None:
         title = Heading("MAC of the shapes with each other (autoMAC)", on=PAGE)
         inside.append(Box("table", [title, Drawing(f"mac-{k}", look="auto"), *mac([matrix], _AUTO_MAC)]))
+    tones = tables.tone_table(m)
+    if tones is not None:
+        inside.append(Box("table", [Tabular(tones, heading=True)]))
     return Box("block wide", [Heading(m.name), Box("pairs" if len(hz) <= _FEW else "table", inside)])
 
 

@@ -26,9 +26,9 @@ def tiles(result: ModesResult) -> tuple[tuple[str, str, str], ...]:
     return (
         ("Modes", str(result.found), several),
         (
-            "Rebuilt FRFs",
+            f"Rebuilt {result.nouns}",
             f"{percent(max(errors, default=np.nan))} %",
-            "off (RMS over all FRFs); 0 is perfect",
+            f"off (RMS over all {result.nouns}); 0 is perfect",
         ),
         (
             "Lowest MPC",
@@ -45,7 +45,7 @@ def measurement_table(result: ModesResult) -> Table:
     columns = (
         words("Measurement"),
         words("Joint angles", "°"),
-        words("FRFs"),
+        words(result.nouns[:1].upper() + result.nouns[1:]),
         *([Column("Decay", "1/s")] if windowed else []),
         Column("Modes"),
         Column("Error", "%"),
@@ -54,7 +54,7 @@ def measurement_table(result: ModesResult) -> Table:
         (
             m.name,
             ", ".join(f"{angle:.1f}" for angle in m.posture_deg) or "not told",
-            f"{count(len(m.frf.output), 'FRF')} ({m.frf.quantity}), {band(m.frf)}",
+            _analysed(m),
             *([number(m.frf.window_decay_per_s)] if windowed else []),
             str(len(m.modes.frequency_hz)),
             percent(m.total_error),
@@ -64,9 +64,15 @@ def measurement_table(result: ModesResult) -> Table:
     references = dict.fromkeys(", ".join(m.modes.references) for m in result.measurements.values())
     note = (
         f"{'Decay: of the exponential window on force and response. ' if windowed else ''}"
-        f"Error: of the FRFs rebuilt from the modes. References: {'; '.join(references)}."
+        f"Error: of the {result.nouns} rebuilt from the modes. References: {'; '.join(references)}."
     )
     return Table("Measurements", columns, tuple(rows), note)
+
+
+def _analysed(m: AnalysedMeasurement) -> str:
+    if m.output_only is None:
+        return f"{count(len(m.frf.output), 'FRF')} ({m.frf.quantity}), {band(m.frf)}"
+    return f"{len(m.frf.output)}, from {number(m.output_only.seconds)} s of responses, {band(m.frf)}"
 
 
 def mode_table(m: AnalysedMeasurement) -> Table:
@@ -103,9 +109,16 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         if decay
         else "no exponential window was told"
     )
+    scatter = (
+        f"from scatter over orders and noise together; where modes are missing, a bias comes on top; {window}"
+    )
+    if m.output_only is not None:
+        scatter = (
+            f"from {m.output_only.blocks} blocks of the records, left out one by one; shapes are unscaled, their"
+            " largest component is 1, for without a force there is no modal mass"
+        )
     note = (
-        "± 95 %: half a 95 % interval, from scatter over orders and noise together; where modes are missing,"
-        f" a bias comes on top; {window}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
+        f"± 95 %: half a 95 % interval, {scatter}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
         " mean phase deviation, 0 for a real shape."
     )
     return Table(f"Modes, {m.name}", columns, tuple(rows), note)
@@ -115,9 +128,9 @@ def error_table(result: ModesResult) -> Table:
     """Errors of the rebuilt FRFs of every measurement at a glance."""
     columns = (
         words("Measurement"),
-        Column("All FRFs", "%"),
-        Column("Median FRF", "%"),
-        Column("Worst FRF", "%"),
+        Column(f"All {result.nouns}", "%"),
+        Column("Median", "%"),
+        Column("Worst", "%"),
         words("Which"),
         Column("Median area error", "%"),
         Column("Median FRAC"),
@@ -138,7 +151,35 @@ def error_table(result: ModesResult) -> Table:
         " magnitudes over the area below the measured one. FRAC: frequency response assurance criterion,"
         " blind to level."
     )
-    return Table("Errors of the rebuilt FRFs", columns, tuple(rows), note)
+    return Table(f"Errors of the rebuilt {result.nouns}", columns, tuple(rows), note)
+
+
+def tone_table(m: AnalysedMeasurement) -> Table | None:
+    """Tones that were taken out of records of responses; None where there are none."""
+    if m.output_only is None or not len(m.output_only.tones.frequency_hz):
+        return None
+    t = m.output_only.tones
+    columns = (
+        Column("Frequency", "Hz"),
+        Column("Width", "Hz"),
+        Column("Kurtosis"),
+        Column("Power", "%"),
+        words("Multiple of what was told"),
+    )
+    rows = [
+        (
+            number(t.frequency_hz[i], 5),
+            number(t.width_hz[i], 2),
+            number(t.kurtosis[i], 3),
+            percent(t.share[i]),
+            f"{t.multiple[i]} x {number(t.speed_hz[i])} Hz" if t.multiple[i] else "",
+        )
+        for i in range(len(t.frequency_hz))
+    ]
+    note = (
+        "Kurtosis: of the complex amplitude, 1 for a tone, 2 for noise. Power: of all channels of unit RMS."
+    )
+    return Table(f"Tones, {m.name}", columns, tuple(rows), note)
 
 
 def rejected_table(m: AnalysedMeasurement) -> Table:

@@ -1,0 +1,65 @@
+"""Covariance-driven stochastic subspace identification (SSI-cov): poles of many orders from correlations.
+
+The block Hankel matrix of correlations factors into observability and controllability of the system; its
+singular vectors give the first, whose shift the system matrix.  Source: Peeters and De Roeck, Reference-based
+stochastic subspace identification, MSSP 13 (1999) 855-878; one decomposition serves all orders.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from identify.core.arrays import Array, Complex
+from identify.modal.poles import PoleSet
+
+
+_ROUNDING = 1e-7
+"""Of the largest singular value, what rounding leaves of others."""
+
+
+@dataclass(frozen=True)
+class Subspace:
+    """Leading singular vectors of the Hankel matrix: left (rows x channels, k), right (k, references): the
+    first block column; values (k,).
+    """
+
+    rate_hz: float
+    channels: int
+    left: Array
+    right: Array
+    values: Array
+
+    def poles(self, order: int) -> PoleSet:
+        """Oscillating poles of a model of so many states, of positive frequency."""
+        root = np.sqrt(self.values[:order])
+        observed = self.left[:, :order] * root
+        system = scipy.linalg.lstsq(
+            observed[: -self.channels], observed[self.channels :], lapack_driver="gelsy", check_finite=False
+        )[0]
+        values, vectors = np.linalg.eig(system)
+        kept = np.flatnonzero((values.imag > 0) & (np.abs(values) < 1))
+        shapes = (observed[: self.channels] @ vectors[:, kept]).T
+        participation = np.linalg.solve(vectors, root[:, None] * self.right[:order])[kept]
+        return PoleSet(order, np.log(values[kept]) * self.rate_hz, _unit(participation), _unit(shapes))
+
+
+def subspace(correlation: Array, rate_hz: float, rows: int, order: int) -> Subspace:
+    """Of correlations (lags, channels, references), for models of up to so many states."""
+    _, channels, references = correlation.shape
+    lag = 1 + np.arange(rows + 1)[:, None] + np.arange(rows)
+    hankel = correlation[lag].transpose(0, 2, 1, 3).reshape((rows + 1) * channels, rows * references)
+    # Its eigenvalues are the squares of the singular values: far faster, and those beyond noise are not lost.
+    size = rows * references
+    squares, right = scipy.linalg.eigh(
+        hankel.T @ hankel, subset_by_index=(size - order, size - 1), check_finite=False
+    )
+    values = np.sqrt(np.maximum(squares[::-1], _ROUNDING**2 * squares[-1]))
+    right = right[:, ::-1]
+    return Subspace(rate_hz, channels, hankel @ right / values, right[:references].T, values)
+
+
+def _unit(rows: Complex) -> Complex:
+    return np.asarray(rows / np.linalg.norm(rows, axis=1)[:, None])
