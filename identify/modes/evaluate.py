@@ -235,7 +235,9 @@ def turned_down(m: AnalysedMeasurement) -> str:
     if not reasons:
         return "No candidate was rejected."
     why = Counter(
-        next((short for start, short in _WHY if reason.startswith(start)), "for other reasons")
+        next((short for start, short in _WHY if reason.startswith(start)), "for other reasons").replace(
+            "FRFs", m.frf.nouns
+        )
         for reason in reasons
     )
     parts = ", ".join(f"{count} {short}" for short, count in why.most_common())

@@ -155,6 +155,11 @@ class ModesResult(Header):
         return sum(len(m.modes.frequency_hz) for m in self.measurements.values())
 
     @property
+    def noun(self) -> str:
+        """One of what was analysed, in words."""
+        return next(iter(self.measurements.values())).frf.noun if self.measurements else "FRF"
+
+    @property
     def nouns(self) -> str:
         """What was analysed, in words: FRFs, or half spectra where no force was measured."""
         return next(iter(self.measurements.values())).frf.nouns if self.measurements else "FRFs"

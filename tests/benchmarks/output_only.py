@@ -1,8 +1,8 @@
 """Modes of arms that mill, from their responses alone, beside the true ones: missed, spurious, errors.
 
 Run `python -m tests.benchmarks.output_only --seed N [--count 20]` from the repository's root.  Arms,
-postures, sensors, speeds and lengths of the records are drawn by the seed; half the speeds are told.  Beside it
-pyOMA2 (SSI-cov, poles picked where orders agree) if it is installed, and left out, saying so, if not.
+postures, sensors, speeds and lengths of the records are drawn by the seed; half the speeds are told.  Beside
+it pyOMA2 (SSI-cov, poles picked where orders agree) if it is installed, and left out, saying so, if not.
 """
 
 from __future__ import annotations

@@ -104,12 +104,11 @@ def analyse(
     check_by_hand(replace(verified, rejected=rejected), settings)
     frequency, damping = frequency_and_damping(verified.model.poles)
     shapes = np.array([mode.shape for mode in verified.modes]).reshape(-1, len(whole.size))
-    displacement = whole.size * shapes / verified.model.poles[:, None] ** records.power
-    largest = displacement[np.arange(len(displacement)), np.argmax(np.abs(displacement), axis=1)]
+    largest = shapes[np.arange(len(shapes)), np.argmax(np.abs(shapes), axis=1)]
     return OperationalModes(
         frequency_hz=frequency,
         damping_ratio=damping,
-        shapes=np.asarray(displacement / largest[:, None]),
+        shapes=np.asarray(shapes / largest[:, None]),
         participation=verified.model.participation * whole.size[references],
         scatter=scatter,
         verified=verified,
@@ -155,7 +154,7 @@ def _diagram(found: Correlations, rows: int, layout: Layout, settings: ModalSett
     most = rows * len(layout.references)
     top = min(settings.max_order or _STATES, most) // _STEP * _STEP
     orders = range(max(settings.min_order, _STEP) // _STEP * _STEP, top + 1, _STEP)
-    space = subspace(found.mean, found.rate_hz, rows, top)
+    space = subspace(found, found.mean, rows, top)
     sets = [space.poles(order) for order in orders]
     bare = replace(layout, decay=0.0)  # these poles never saw the window of the half spectra
     return clustered(sets, bare, settings, tuple(orders))

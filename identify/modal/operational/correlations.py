@@ -22,13 +22,15 @@ _END = 4.6
 @dataclass(frozen=True)
 class Correlations:
     """blocks (blocks, lags, channels, references): E x(t + lag) y(t) of each block, channels and references
-    of unit RMS; size (channels,) that RMS; references: positions among the channels.
+    of unit RMS; size (channels,) that RMS; references: positions among the channels; power (channels,): see
+    `Records`.
     """
 
     rate_hz: float
     blocks: Array
     references: Index
     size: Array
+    power: Array
 
     @property
     def mean(self) -> Array:
@@ -62,7 +64,7 @@ def correlations(records: Records, references: Index, lags: int, blocks: int) ->
         for take in records.takes
         for start in range(0, len(take) - length - lags + 1, length)
     ]
-    return Correlations(records.rate_hz, np.array(found), references, size)
+    return Correlations(records.rate_hz, np.array(found), references, size, records.power)
 
 
 def _block(values: Array, references: Index, length: int, lags: int) -> Array:

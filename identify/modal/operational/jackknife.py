@@ -43,12 +43,12 @@ def jackknife(found: Correlations, rows: int, modes: Sequence[Candidate], orders
     """Of modes found in models of some of these orders (see `ssi`)."""
     picked = sorted({orders[k] for k in np.linspace(len(orders) // 3, len(orders) - 1, _ORDERS).astype(int)})
     count, mean = len(found.blocks), found.mean
-    whole = _sets(subspace(mean, found.rate_hz, rows, picked[-1]), picked)
+    whole = _sets(subspace(found, mean, rows, picked[-1]), picked)
     moved = []
     for block in found.blocks:
         check()
         left = (count * mean - block) / (count - 1)
-        moved.append(_followed(whole, _sets(subspace(left, found.rate_hz, rows, picked[-1]), picked), modes))
+        moved.append(_followed(whole, _sets(subspace(found, left, rows, picked[-1]), picked), modes))
     widened = scipy.stats.t.ppf(PERCENTILES_95[1] / 100, count - 1) / SIGMAS_95
     return Scatter(*(widened * _deviation(np.array(values)) for values in zip(*moved, strict=True)))
 

@@ -15,6 +15,8 @@ from identify.measured.units import parse_signal_unit
 
 _RATE = 2.5
 """Samples per period of the highest frequency of the band that are kept."""
+_SLOW = 0.2, 0.8
+"""Of the lowest frequency of the band: below the first all is taken out, above the second nothing."""
 _WIDEST = 100.0
 """Highest over lowest frequency of a band that was not told."""
 _TOLD = 0.2
@@ -83,7 +85,7 @@ def records_of(
         source=history.source,
         sha256=history.sha256,
     )
-    return _slowed(whole), tuple(notes)
+    return _slowed(_without_drift(whole)), tuple(notes)
 
 
 def _moving(take: Array, channels: list[Channel], where: str) -> Array:
@@ -133,6 +135,17 @@ def _too_short(where: str, seconds: float, damping: float, low: float) -> InputE
         f"{needed:.3g} s or more, which tell it to {_TOLD:.0%}",
         "record longer, begin the band (`--band`) higher, or ask for a larger `--damping`",
     )
+
+
+def _without_drift(records: Records) -> Records:
+    """The records without what is slow, which velocities and displacements are full of."""
+    low, takes = records.band_hz[0], []
+    for take in records.takes:
+        hz = np.fft.rfftfreq(len(take), 1 / records.rate_hz)
+        rise = np.clip((hz / low - _SLOW[0]) / (_SLOW[1] - _SLOW[0]), 0.0, 1.0)
+        gain = np.sin(np.pi / 2 * rise) ** 2
+        takes.append(np.fft.irfft(np.fft.rfft(take, axis=0) * gain[:, None], len(take), axis=0))
+    return replace(records, takes=tuple(takes))
 
 
 def _slowed(records: Records) -> Records:

@@ -13,8 +13,8 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Complex
+from identify.modal.operational.correlations import Correlations
 from identify.modal.poles import PoleSet
-
 
 _ROUNDING = 1e-7
 """Of the largest singular value, what rounding leaves of others."""
@@ -23,31 +23,37 @@ _ROUNDING = 1e-7
 @dataclass(frozen=True)
 class Subspace:
     """Leading singular vectors of the Hankel matrix: left (rows x channels, k), right (k, references): the
-    first block column; values (k,).
+    first block column; values (k,); size and power (channels,): see `Correlations`.
     """
 
     rate_hz: float
-    channels: int
     left: Array
     right: Array
     values: Array
+    size: Array
+    power: Array
 
     def poles(self, order: int) -> PoleSet:
-        """Oscillating poles of a model of so many states, of positive frequency."""
+        """Oscillating poles of a model of so many states, of positive frequency; shapes are displacements."""
+        channels = len(self.size)
         root = np.sqrt(self.values[:order])
         observed = self.left[:, :order] * root
         system = scipy.linalg.lstsq(
-            observed[: -self.channels], observed[self.channels :], lapack_driver="gelsy", check_finite=False
+            observed[:-channels], observed[channels:], lapack_driver="gelsy", check_finite=False
         )[0]
         values, vectors = np.linalg.eig(system)
         kept = np.flatnonzero((values.imag > 0) & (np.abs(values) < 1))
-        shapes = (observed[: self.channels] @ vectors[:, kept]).T
+        shapes = (observed[:channels] @ vectors[:, kept]).T
         participation = np.linalg.solve(vectors, root[:, None] * self.right[:order])[kept]
-        return PoleSet(order, np.log(values[kept]) * self.rate_hz, _unit(participation), _unit(shapes))
+        poles = np.log(values[kept]) * self.rate_hz
+        moved = self.size * shapes / poles[:, None] ** self.power
+        return PoleSet(order, poles, _unit(participation), _unit(moved))
 
 
-def subspace(correlation: Array, rate_hz: float, rows: int, order: int) -> Subspace:
-    """Of correlations (lags, channels, references), for models of up to so many states."""
+def subspace(found: Correlations, correlation: Array, rows: int, order: int) -> Subspace:
+    """Of correlations (lags, channels, references), the mean of those found or of some blocks of them, for
+    models of up to so many states.
+    """
     _, channels, references = correlation.shape
     lag = 1 + np.arange(rows + 1)[:, None] + np.arange(rows)
     hankel = correlation[lag].transpose(0, 2, 1, 3).reshape((rows + 1) * channels, rows * references)
@@ -58,7 +64,8 @@ def subspace(correlation: Array, rate_hz: float, rows: int, order: int) -> Subsp
     )
     values = np.sqrt(np.maximum(squares[::-1], _ROUNDING**2 * squares[-1]))
     right = right[:, ::-1]
-    return Subspace(rate_hz, channels, hankel @ right / values, right[:references].T, values)
+    left = hankel @ right / values
+    return Subspace(found.rate_hz, left, right[:references].T, values, found.size, found.power)
 
 
 def _unit(rows: Complex) -> Complex:

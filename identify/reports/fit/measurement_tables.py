@@ -195,7 +195,7 @@ def pair_errors(frf: FrfComparison, pair: int) -> str:
 def _remark(frf: FrfComparison, pair: int) -> str:
     if not np.any(frf.fitted[:, pair]):
         return "the model does not move here"
-    return "drive point" if is_drive_point(frf, pair) else ""
+    return "drive point" if is_drive_point(frf, pair) and frf.noun == "FRF" else ""
 
 
 def pair_name(frf: FrfComparison, pair: int) -> str:

@@ -114,8 +114,8 @@ def mode_table(m: AnalysedMeasurement) -> Table:
     )
     if m.output_only is not None:
         scatter = (
-            f"from {m.output_only.blocks} blocks of the records, left out one by one; shapes are unscaled, their"
-            " largest component is 1, for without a force there is no modal mass"
+            f"from {m.output_only.blocks} blocks of the records, left out one by one; shapes are unscaled,"
+            " their largest component is 1, for without a force there is no modal mass"
         )
     note = (
         f"± 95 %: half a 95 % interval, {scatter}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
@@ -129,8 +129,8 @@ def error_table(result: ModesResult) -> Table:
     columns = (
         words("Measurement"),
         Column(f"All {result.nouns}", "%"),
-        Column("Median", "%"),
-        Column("Worst", "%"),
+        Column(f"Median {result.noun}", "%"),
+        Column(f"Worst {result.noun}", "%"),
         words("Which"),
         Column("Median area error", "%"),
         Column("Median FRAC"),
