@@ -37,7 +37,7 @@ measurements:
     unit: null                       # FILL IN: such as m/s^2/N or g/N
 {%- endif %}
     averages: null                   # FILL IN: averages behind each FRF; the noise follows from them
-    window_decay_per_s: 0.0          # sigma of an exponential window exp(-sigma t); 0: none
+    window_decay_per_s: 0.0          # CHECK: sigma of an exponential window exp(-sigma t); 0: none
 {%- endif %}
     use: fit                         # or `validate`: never fitted, only predicted
 {%- endfor %}
@@ -103,7 +103,9 @@ def _unfilled(text: str) -> list[str]:
         if "FILL IN" in line:
             asked.setdefault(line.strip(" -").partition(":")[0], []).append(str(number))
     lines = [f"`{key}` ({'line' if len(at) == 1 else 'lines'} {listed(at)})" for key, at in asked.items()]
-    return [f"fill in {listed(lines)}"] if lines else []
+    said = [f"fill in {listed(lines)}"] if lines else []
+    window = "`window_decay_per_s: 0.0` says that no exponential window was used: correct it if there was one"
+    return [*said, window] if "window_decay_per_s" in text else said
 
 
 def _points_to_write(points: Path, entries: list[_Entry]) -> list[str]:

@@ -186,6 +186,7 @@ def _stated(joints: int, hidden: Hidden) -> list[tuple[float, list[float], list[
         off = hidden.bodies_off * rng.normal(size=7)
         shifted = np.array(centre) + off[1:4] * float(np.linalg.norm(centre))
         turned = np.array(moments) * (1 + off[4:])
+        turned = np.minimum(turned, 0.999 * (turned.sum() - turned))  # a drawing is of a body that can be
         found.append((float(mass * (1 + off[0])), shifted.tolist(), turned.tolist()))
     return found
 
