@@ -96,7 +96,7 @@ def residuals(one: Shared) -> Figure:
     low, high = axes.dataLim.intervaly
     if high > 5 * low > 0:
         axes.set_yscale("log")
-        plain_decades(axes)
+        plain_decades(axes.yaxis)
     else:
         axes.set_ylim(0, None)
     axes.legend(ncols=4, loc="best")

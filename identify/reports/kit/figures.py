@@ -14,6 +14,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -126,6 +127,7 @@ def parameters(result: FitResult) -> Figure:
     left.set_xticks([0, 0.25, 0.5, 0.75, 1], ["lower", "¼", "½", "¾", "upper"])
     left.set_yticklabels(table.name)
     right.set(xscale="log", xlabel="Half the 95 % interval (% of the value)")
+    plain_decades(right.xaxis)
     head(figure, left, 5)
     return figure
 
@@ -311,15 +313,18 @@ def convergence(result: FitResult) -> Figure:
         ylabel=f"Best cost, {result.cost_kind} ({NONE})",
         yscale="log",
     )
-    plain_decades(axes)
+    plain_decades(axes.yaxis)
     axes.legend(ncols=5, loc="upper right")
     return figure
 
 
-def plain_decades(axes: Axes) -> None:
-    """Label 1, 2 and 5 on a logarithmic y axis of few decades."""
-    low, high = axes.get_ylim()
-    if low > 0 and high < 1e3 * low:
-        axes.yaxis.set_major_locator(mpl.ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter(mpl.ticker.FormatStrFormatter("%g"))
-        axes.yaxis.set_minor_locator(mpl.ticker.NullLocator())
+def plain_decades(axis: Axis) -> None:
+    """Label a logarithmic axis in plain numbers where they are short, which need not be set as formulas: 1, 2
+    and 5 over few decades.
+    """
+    low, high = axis.get_view_interval()
+    if low > 1e-5 and high < 1e5:
+        few = high < 1e3 * low
+        axis.set_major_locator(mpl.ticker.LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+        axis.set_major_formatter(mpl.ticker.FormatStrFormatter("%g"))
+        axis.set_minor_locator(mpl.ticker.NullLocator())
