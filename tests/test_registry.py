@@ -71,10 +71,7 @@ def rubber_pad(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Entr
 def installed(rubber_pad: EntryPoint, monkeypatch: pytest.MonkeyPatch) -> None:
     """The package is installed."""
 
-    def found(**wanted: str) -> EntryPoints:
-        return EntryPoints([rubber_pad]).select(**wanted)
-
-    monkeypatch.setattr(registry, "entry_points", found)
+    monkeypatch.setattr(registry, "installed", lambda group: EntryPoints([rubber_pad]).select(group=group))
 
 
 def _with(folder: Path, entry: str) -> StudyFile:  # noqa: F811  the fixture

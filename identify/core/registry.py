@@ -10,11 +10,18 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from identify.core.errors import InputError
+
+
+@cache
+def installed(group: str) -> tuple[EntryPoint, ...]:
+    """The entry points of third parties, looked up once: it takes a look into every installed package."""
+    return tuple(entry_points(group=group))
 
 
 @dataclass
@@ -30,7 +37,7 @@ class Registry:
 
     def names(self) -> list[str]:
         """Every known name, sorted."""
-        return sorted({*self.builtin, *self.added, *(point.name for point in entry_points(group=self.group))})
+        return sorted({*self.builtin, *self.added, *(point.name for point in installed(self.group))})
 
     def add(self, name: str, thing: Any) -> None:
         """Register `thing` for this process; an existing name is refused."""
@@ -45,8 +52,9 @@ class Registry:
         if name in self.builtin:
             module, attribute = self.builtin[name].split(":")
             return getattr(import_module(module), attribute)
-        for point in entry_points(group=self.group, name=name):
-            return point.load()
+        for point in installed(self.group):
+            if point.name == name:
+                return point.load()
         raise InputError(
             where, f"unknown {self.what} {name!r}", "one of " + ", ".join(self.names()), self.near(name)
         )

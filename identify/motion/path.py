@@ -93,9 +93,11 @@ def joint_path(arm: MovingArm, tool: Tool, start: Array, places: Array, where: s
     rows = 6 if len(start) >= 6 else 3
     angles, found = start.copy(), np.empty((len(places), len(start)))
     for number, place in enumerate(places):
+        if number > 1:  # as fast as it went from the last place but one to the last
+            angles = 2 * found[number - 1] - found[number - 2]
         for _ in range(_STEPS):
             at, turn, jacobian = arm.frame_motion(angles, tool.link, point)
-            tilt = np.cross(turn, upright, axis=0).sum(axis=1) / 2
+            tilt = _tilt(turn, upright)
             step = np.linalg.lstsq(jacobian[:rows], np.concatenate([place - at, tilt])[:rows], rcond=1e-8)[0]
             angles = angles + step
             if np.abs(step).max() < _TOLERANCE or np.abs(step).max() > _REACH:
@@ -109,3 +111,9 @@ def joint_path(arm: MovingArm, tool: Tool, start: Array, places: Array, where: s
             )
         found[number] = angles
     return found
+
+
+def _tilt(turn: Array, wanted: Array) -> Array:
+    """The rotation vector (3,), to first order, from axes (3, 3) to those wanted."""
+    between = wanted @ turn.T
+    return np.asarray([between[i, j] - between[j, i] for i, j in ((2, 1), (0, 2), (1, 0))]) / 2
