@@ -16,13 +16,11 @@ CASES = {
         "{kind: base-compliance, axes: [rx, ry]}",
         "{kind: joint-compliance, joints: [3], axes: [rx, ry]}",
     ],
-    "base_rocking_101": ["{kind: base-compliance, axes: [rx, ry]}"],
     "delay_101": ["{kind: time-delay}"],
     "payload_101": ["{kind: added-mass, link: link6, extent: body}"],
     "polarity_101": ['{kind: channel-polarity, channel: "link5_2:+Y"}'],
     "radial_j2_101": ["{kind: joint-compliance, joints: [2], axes: [tx, ty]}"],
     "tilt_j2_101": ["{kind: joint-compliance, joints: [2], axes: [rx, ry]}"],
-    "tilt_j3_102": ["{kind: joint-compliance, joints: [3], axes: [rx, ry]}"],
 }
 
 

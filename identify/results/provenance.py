@@ -7,6 +7,7 @@ import platform
 import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -28,7 +29,7 @@ def provenance(
         identify=VERSION,
         python=sys.version.split()[0],
         platform=f"{platform.system()} {platform.machine()}",
-        packages=tuple(f"{package} {version(package)}" for package in _PACKAGES),
+        packages=_versions(),
         written=datetime.now(UTC).isoformat(timespec="seconds"),
         config_path=name,
         config_sha256=hashlib.sha256(text.encode()).hexdigest(),
@@ -37,6 +38,11 @@ def provenance(
         input_sha256=tuple(digest for _, digest in inputs),
         settings=settings,
     )
+
+
+@cache
+def _versions() -> tuple[str, ...]:
+    return tuple(f"{package} {version(package)}" for package in _PACKAGES)
 
 
 def sha256(path: Path) -> str:

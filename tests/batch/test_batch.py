@@ -25,7 +25,7 @@ from identify.results.batch import BatchResult
 from tests.batch import planar
 from tests.batch.conftest import Opener, always, in_this_process, kill_one
 
-POSTURES, KILLS = 5, 3
+POSTURES, KILLS = 4, 2
 
 
 @pytest.fixture(scope="module")
