@@ -42,6 +42,10 @@ def test_fit_writes_result_and_reports(fitted: Path) -> None:
     assert fitted.with_suffix(".html").stat().st_size > 1e5
     assert fitted.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
     assert result.provenance.config == (ROOT / "configs" / "umons_tx200.yaml").read_text()
+    geometry = next(iter(result.measurements.values())).geometry
+    assert geometry.skeleton_links is not None
+    assert len(geometry.skeleton_links) == len(geometry.skeleton) - 1
+    assert geometry.skeleton_links[1::6] == ("base", "flange"), "from the floor to the tool"
 
 
 def test_compare_sets_results_side_by_side(fitted: Path) -> None:

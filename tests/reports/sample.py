@@ -115,9 +115,9 @@ def _geometry(points: int) -> Geometry:
     names = tuple(f"p<{i}>" for i in range(1, points + 1))
     turned = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     axes = np.tile(turned, (points, 1, 1))
-    return Geometry(
-        np.arange(1, points + 1), names, links, along + np.array([0.05, 0.03, 0.02]), skeleton, axes=axes
-    )
+    places = along + np.array([0.05, 0.03, 0.02])
+    bodies = ("foot", "column", "upper arm", "forearm")
+    return Geometry(np.arange(1, points + 1), names, links, places, skeleton, None, axes, bodies)
 
 
 def _modes(rng: np.random.Generator, points: int, joints: int) -> Modes:
