@@ -137,7 +137,7 @@ def theirs(case: Case) -> tuple[np.ndarray, np.ndarray]:
     data = case.history.data[0]
     single = setup.SingleSetup(data, fs=case.history.sample_rate_hz)
     rows = int(np.ceil(0.75 * case.history.sample_rate_hz / case.band_hz[0]))
-    ssi = algorithms.SSIcov(name="SSIcov", br=min(rows, 1200 // data.shape[1]), ordmax=80, step=2)
+    ssi = algorithms.SSI(name="SSIcov", method="cov", br=min(rows, 1200 // data.shape[1]), ordmax=80, step=2)
     single.add_algorithms(ssi)
     single.run_by_name("SSIcov")
     return _clustered(np.array(ssi.result.Fn_poles), np.array(ssi.result.Xi_poles), case.band_hz)
