@@ -259,11 +259,13 @@ def _products(
     """(lines, outputs, inputs, p): sum of left (lines, outputs, c) times right (lines, c, inputs) over the
     columns c of each parameter.
     """
+    columns = [np.flatnonzero(owner == parameter) for parameter in parameters]
+    if all(len(own) == 1 for own in columns):
+        every = np.array(columns, dtype=int).reshape(-1)
+        return np.asarray(left[:, :, every][:, :, None] * np.swapaxes(right[:, every], 1, 2)[:, None])
     result = np.empty((*left.shape[:2], right.shape[2], len(parameters)), dtype=complex)
-    for number, parameter in enumerate(parameters):
-        own = np.flatnonzero(owner == parameter)
+    for number, own in enumerate(columns):
         a, b = left[:, :, own], right[:, own, :]
-        result[..., number] = (
-            a * b if len(own) == 1 else a @ b
-        )  # a product of matrices is slow for one column
+        # A product of matrices is slow for one column.
+        result[..., number] = a * b if len(own) == 1 else a @ b
     return result
