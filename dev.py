@@ -74,9 +74,7 @@ def test() -> None:
     run("ruff", "format", "--check", ".")
     run("ruff", "check", ".")
     run("mypy")
-    # One process more than processors, because tests wait for browsers and for programs of their own.
-    processes = str((os.cpu_count() or 1) + 1)
-    run("pytest", "-n", processes, "--dist", "loadfile", "--no-loadscope-reorder")
+    run("pytest", "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
 
 
 def release() -> None:

@@ -25,8 +25,10 @@
 
   function layout() {
     const narrow = $("motion-plot").clientWidth < 560, count = record().panels.length, gap = 0.035, size = (1 - gap * (count - 1)) / count;
+    // Long names in two lines, or they reach into the panels above and below.
+    const named = panel => panel.label.replace(/ (less|of) /, " $1<br>");
     const axes = Object.fromEntries(record().panels.map((panel, row) => [`yaxis${row + 1}`, {
-      title: {text: narrow ? `${panel.label}<br>(${panel.unit})` : `${panel.label} (${panel.unit})`, font: {size: narrow ? 11 : 13}}, domain: [1 - (row + 1) * size - row * gap, 1 - row * (size + gap)], zeroline: false,
+      title: {text: narrow ? `${panel.label}<br>(${panel.unit})` : `${named(panel)} (${panel.unit})`, font: {size: narrow ? 11 : 13}}, domain: [1 - (row + 1) * size - row * gap, 1 - row * (size + gap)], zeroline: false,
     }]));
     return {
       height: 190 * count, margin: {l: 72, r: 16, t: 34, b: 48}, legend: {orientation: "h", x: 0, y: 1.01, yanchor: "bottom"}, hovermode: "x",
