@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from identify.core.text import listed
+from identify.core.text import capital, listed
 from identify.core.thresholds import CONVINCING, MISSING, QUIET
 from identify.discovery.evidence import removed
 from identify.discovery.loop import Discovery, Option, Step
@@ -73,7 +73,7 @@ def decision(step: Step, kept: bool) -> str:
         f"the gap goes from {gaps(before.gap, before.gap_validation)} to"
         f" {gaps(trial.gap, trial.gap_validation)}"
     )
-    found = f"{_capital(best.effect.sentence())} fits best: {fell}, {share:.0%} of what is above noise."
+    found = f"{capital(best.effect.sentence())} fits best: {fell}, {share:.0%} of what is above noise."
     if kept:
         return found + " It was added."
     return found + " It was not kept: it compensates for another missing effect rather than being one."
@@ -138,7 +138,3 @@ def remark(option: Option, before: float) -> str:
         else f", log odds {option.gain.log_odds:.0f} (above {CONVINCING:.0f} convinces)"
     )
     return f"found by identify discover: gap {before:.2f} -> {option.model.gap:.2f}{strength}"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -236,7 +236,7 @@ def turned_down(m: AnalysedMeasurement) -> str:
         return "No candidate was rejected."
     why = Counter(
         next((short for start, short in _WHY if reason.startswith(start)), "for other reasons").replace(
-            "FRFs", m.frf.nouns
+            "FRFs", m.frf.noun.several
         )
         for reason in reasons
     )

@@ -109,19 +109,15 @@ def scores(h: Complex, g: Complex, noise: TestNoise, record_s: float, count: int
     """P and V (u, u) of FRFs (lines, outputs, impacts) with derivatives (..., u); count: of the lines of the
     test, of which those given are all, or some that stand for them and are then taken as independent.
     """
-    sigma = noise.sigma(h)[..., None]
-    j = g / sigma
+    j, alone, of_force = noise.scaled(h, g)
     product = _product(j, j)
-    shared = noise.relative * np.sum(
-        np.conj(j) * (h[..., None] / sigma), axis=1, dtype=complex
-    )  # of the force
-    single = np.asarray(np.conj(j) * (noise.floor / sigma), dtype=complex)
+    shared = np.asarray(of_force.sum(axis=1))
     alike = np.eye(len(h), dtype=complex)
     if count == len(h) and noise.decay_per_s > 0:
         turn = 2 * noise.decay_per_s * record_s
         alike = turn / (turn + 2j * np.pi * (np.arange(len(h)) - np.arange(len(h))[:, None]))
     spread = np.zeros_like(product)
-    for part in (single, shared):
+    for part in (alone, shared):
         flat = part.reshape(len(h), -1)
         spread += _product(part, (alike @ flat).reshape(part.shape))
     weight = count / len(h)

@@ -47,6 +47,15 @@ class TestNoise:
         """Of FRFs, together."""
         return np.asarray(np.sqrt(self.floor**2 + (self.relative * np.abs(h)) ** 2))
 
+    def scaled(self, h: Complex, g: Complex) -> tuple[Complex, Complex, Complex]:
+        """Derivatives g (..., u) of FRFs h (...) over the noise, J; and conj J times the part of the noise
+        that each response has alone, and times that which comes from the force.
+        """
+        sigma = self.sigma(h)[..., None]
+        j = np.asarray(g / sigma, dtype=complex)
+        alone = np.conj(j) * (self.floor / sigma)
+        return j, alone, self.relative * np.conj(j) * (h[..., None] / sigma)
+
 
 @dataclass(frozen=True)
 class FreeModel:

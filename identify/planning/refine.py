@@ -75,15 +75,12 @@ class Refinement:
         line_hz, weight = standing_lines(self.band)
         nodes, hits = [self.among.sensors[k] for k in sensors], [self.among.impacts[k] for k in impacts]
         h, g = slopes(self.models, self._systems[posture], nodes, hits, s_of(line_hz, self.noise))
-        sigma = self.noise.sigma(h)[..., None]
         shape = len(h), len(nodes), 3, len(hits), g.shape[-1]
-        j = np.moveaxis((np.sqrt(weight) * g / sigma).reshape(shape), (1, 3), (0, 1))
-        alone, level = (
-            np.moveaxis(part.reshape(*shape[:-1], 1), (1, 3), (0, 1))
-            for part in (self.noise.floor / sigma, self.noise.relative * h[..., None] / sigma)
+        j, alone, of_force = (
+            np.moveaxis(part.reshape(shape), (1, 3), (0, 1))
+            for part in self.noise.scaled(h, np.sqrt(weight) * g)
         )
-        shared = np.sum(np.conj(j) * level, axis=3)
-        return np.array([_gram(_flat(j)), _gram(_flat(j * alone))]), shared
+        return np.array([_gram(_flat(j)), _gram(_flat(alone))]), np.asarray(of_force.sum(axis=3))
 
     def _by_pair(self, sensors: Index) -> Array:
         """(postures, impacts, 2, u, u), of given sensors."""

@@ -7,7 +7,7 @@ written aside, flushed to disk and renamed, so that it is whole at every moment.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,16 @@ HALF_SPECTRUM = "half spectrum"
 """The quantity of what stands in place of FRFs where no force was measured."""
 
 
+class Noun(NamedTuple):
+    """A word for one and for several."""
+
+    one: str
+    several: str
+
+
+FRF = Noun("FRF", "FRFs")
+
+
 @dataclass(frozen=True)
 class FrfComparison:
     """FRFs (lines, pairs): measured, predicted at the start (None: no such model) and as fitted, noise (std
@@ -67,14 +77,9 @@ class FrfComparison:
     area_error: Array
 
     @property
-    def noun(self) -> str:
+    def noun(self) -> Noun:
         """What is compared, in words."""
-        return "half spectrum" if self.quantity == HALF_SPECTRUM else "FRF"
-
-    @property
-    def nouns(self) -> str:
-        """Several of them."""
-        return "half spectra" if self.quantity == HALF_SPECTRUM else "FRFs"
+        return Noun(HALF_SPECTRUM, "half spectra") if self.quantity == HALF_SPECTRUM else FRF
 
 
 @dataclass(frozen=True)

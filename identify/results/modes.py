@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex, Texts
-from identify.results.fit import FrfComparison
+from identify.results.fit import FRF, FrfComparison, Noun
 from identify.results.header import Header
 from identify.results.tables import Geometry
 
@@ -155,14 +155,9 @@ class ModesResult(Header):
         return sum(len(m.modes.frequency_hz) for m in self.measurements.values())
 
     @property
-    def noun(self) -> str:
-        """One of what was analysed, in words."""
-        return next(iter(self.measurements.values())).frf.noun if self.measurements else "FRF"
-
-    @property
-    def nouns(self) -> str:
+    def noun(self) -> Noun:
         """What was analysed, in words: FRFs, or half spectra where no force was measured."""
-        return next(iter(self.measurements.values())).frf.nouns if self.measurements else "FRFs"
+        return next(iter(self.measurements.values())).frf.noun if self.measurements else FRF
 
     @property
     def rebuilt(self) -> bool:

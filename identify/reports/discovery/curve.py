@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from identify.core.text import listed
+from identify.core.text import capital, listed
 from identify.core.thresholds import SIGMAS_95
 from identify.reports.kit.cells import Column, Curves, Table, number, words
 from identify.reports.kit.figures import BLUE, INK, MUTED, ORANGE, WIDTH_IN
@@ -66,7 +66,7 @@ def sentences(curve: CurveTable) -> str:
     law = f"Among simple laws, {curve.laws[0]} is likeliest" if curve.laws else ""
     if len(curve.laws) > 1:
         law += f" (log odds {curve.law_log_odds[0]:.0f} over {curve.laws[1]})"
-    said = [f"{curve.place[:1].upper()}{curve.place[1:]}: without any law the gap left is {curve.gap:.2f}."]
+    said = [f"{capital(curve.place)}: without any law the gap left is {curve.gap:.2f}."]
     said += [law + "."] if law else []
     apart = [name for name, rms in zip(curve.sets, curve.agreement, strict=True) if rms > AGREE]
     if len(curve.sets) > 1:
@@ -133,7 +133,7 @@ def _parts(number_of: int, curve: CurveTable) -> list[Part]:
     title = curve.effect or curve.place
     table = _law_table(curve)
     return [
-        Heading(f"{title[:1].upper()}{title[1:]}", 4, on=EVERYWHERE),
+        Heading(capital(title), 4, on=EVERYWHERE),
         Text(sentences(curve), on=EVERYWHERE),
         Drawing(
             f"stiffness-{number_of}",

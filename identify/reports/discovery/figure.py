@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from identify.core.arrays import Array
 from identify.core.thresholds import CONVINCING
@@ -27,12 +27,11 @@ from identify.reports.discovery.pick import (
 )
 from identify.reports.kit import robot_figure
 from identify.reports.kit.cells import NONE, number
-from identify.reports.kit.figures import BLUE, DIVERGING, GRID, INK, MUTED, PALETTE, WIDTH_IN
+from identify.reports.kit.figures import BLUE, DIVERGING, GRID, INK, MUTED, PALETTE, WIDTH_IN, decades_beside
 from identify.results.discovery import DiscoveryResult, StepResult
 
 GAP = "Gap: residual / noise (1 = noise)"
 _STANDING = ((PALETTE[0], "o"), (PALETTE[4], "D"), (PALETTE[7], "o"))
-_TICKS = (0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100)
 _COLUMNS, _ROW_IN, _HEAD_IN = 3, 0.145, 0.55
 _LABEL = 48
 """Characters of a name in one line beside an axis."""
@@ -62,13 +61,8 @@ def on_robot(result: DiscoveryResult) -> Figure:
     """The gap at every point of the robot, and where the added effects sit."""
     found, far = gaps_on_robot(result), reach(result)
     marks = robot_figure.Marks(result.marks.at_m, result.marks.along)
-    colors = robot_figure.Colors(DIVERGING, (1 / far, far), _ticks(far))
+    colors = robot_figure.Colors(DIVERGING, (1 / far, far))
     return robot_figure.coloured(found.geometry, found.gaps, marks, colors, GAP)
-
-
-def _ticks(far: float) -> list[float]:
-    """Of a scale of colours as far as that to both sides of noise."""
-    return [tick for tick in _TICKS if 1 / far <= tick * 1.001 and tick <= far * 1.001]
 
 
 def _height(bars: Bars) -> float:
@@ -246,12 +240,6 @@ def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
     several[0].set_ylabel("Response channel")
     several[0].set_yticks(np.arange(0, len(channels), every) + 0.5, channels[::every], fontsize=5)
     several[0].tick_params(length=0, axis="y")
-    bar = figure.colorbar(mesh, ax=list(several), pad=0.01, aspect=30)
-    bar.set_label(GAP)
-    shown = _ticks(most)
-    bar.ax.yaxis.set_major_locator(FixedLocator(shown))
-    bar.set_ticks(shown, labels=[f"{tick:g}" for tick in shown])
-    bar.ax.minorticks_off()
-    bar.ax.spines["outline"].set_visible(False)
+    decades_beside(figure.colorbar(mesh, ax=list(several), pad=0.01, aspect=30), GAP, (1 / most, most))
     figure.suptitle(title, fontsize=8.5, x=0.01, ha="left")
     return figure

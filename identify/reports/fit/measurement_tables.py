@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.text import count
+from identify.core.text import capital, count
 from identify.reports.fit.pick import is_drive_point, mac_of, partner, shown_modes, worst_first
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, words
 from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ModePairs
@@ -179,7 +179,7 @@ def frf_table(name: str, frf: FrfComparison) -> Table:
         for i in worst_first(frf)
     ]
     return Table(
-        f"{frf.noun[:1].upper()}{frf.noun[1:]} errors, {name}, {frf.quantity}, {band(frf)}",
+        f"{capital(frf.noun.one)} errors, {name}, {frf.quantity}, {band(frf)}",
         columns,
         tuple(rows),
     )
@@ -195,7 +195,7 @@ def pair_errors(frf: FrfComparison, pair: int) -> str:
 def _remark(frf: FrfComparison, pair: int) -> str:
     if not np.any(frf.fitted[:, pair]):
         return "the model does not move here"
-    return "drive point" if is_drive_point(frf, pair) and frf.noun == "FRF" else ""
+    return "drive point" if is_drive_point(frf, pair) and frf.noun.one == "FRF" else ""
 
 
 def pair_name(frf: FrfComparison, pair: int) -> str:

@@ -59,7 +59,7 @@ def _chosen(name: str, frf: FrfComparison) -> str:
     drive = sum(pick.is_drive_point(frf, pair) for pair in pairs)
     parts = [count(drive, "drive point")] if drive else []
     if drive < len(pairs):
-        parts.append(f"the {len(pairs) - drive} other {frf.nouns} with the largest {by}")
+        parts.append(f"the {len(pairs) - drive} other {frf.noun.several} with the largest {by}")
     coherence = "" if frf.coherence is None else " \N{GREEK SMALL LETTER GAMMA}²: coherence."
     return f"{name}: {frf.quantity}, {measurement_tables.band(frf)}; {listed(parts)}.{coherence}"
 

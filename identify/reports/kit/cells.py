@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.text import capital
+
 NONE = "\N{EN DASH}"
 """What stands where there is no number."""
 
@@ -105,4 +107,4 @@ def unit(text: str) -> str:
 
 def sentence(text: str) -> str:
     """A note as a sentence: a capital in front, a full stop behind."""
-    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+    return capital(text) + ("" if text.endswith(".") else ".")

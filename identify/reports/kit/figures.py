@@ -15,6 +15,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -39,6 +40,7 @@ _STATUS = {
 DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
 _RISING = LinearSegmentedColormap.from_list("rising", ["#f3f3f1", "#e8903a", "#8c2d04"])
 _MAC = LinearSegmentedColormap.from_list("mac", ["#f3f3f1", "#0072b2"])
+_BAR_TICKS = (0.001, 0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100)
 _WIDE = 10.0
 """Ratio from which a logarithmic axis pays."""
 _STYLE: Any = {
@@ -154,17 +156,19 @@ def gap_map(name: str, frf: FrfComparison) -> Figure:
     axes.grid(False)
     axes.set_yticks([row + 0.5 for row in ticks], labels)
     axes.set(xlabel="Frequency (Hz)", ylabel="Output / input", ylim=(len(order), 0), title=name)
-    bar = figure.colorbar(mesh, cax=beside)
-    bar.set_label("Residual / noise (1 = noise)" if found.in_noise else "Residual / measured")
-    shown = [
-        t
-        for t in (0.001, 0.01, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100)
-        if low <= t * 1.001 and t <= high * 1.001
-    ]
-    bar.set_ticks(shown, labels=[f"{t:g}" for t in shown])
+    label = "Residual / noise (1 = noise)" if found.in_noise else "Residual / measured"
+    decades_beside(figure.colorbar(mesh, cax=beside), label, (low, high))
+    return figure
+
+
+def decades_beside(bar: Colorbar, label: str, limits: tuple[float, float]) -> None:
+    """A bar of colours on a logarithmic scale between limits: its label, and plain numbers beside it."""
+    low, high = limits
+    shown = [tick for tick in _BAR_TICKS if low <= tick * 1.001 and tick <= high * 1.001]
+    bar.set_label(label)
+    bar.set_ticks(shown, labels=[f"{tick:g}" for tick in shown])
     bar.ax.minorticks_off()
     bar.ax.spines["outline"].set_visible(False)
-    return figure
 
 
 @dataclass(frozen=True)

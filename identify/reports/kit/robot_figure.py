@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
 from identify.reports.fit.pick import arrows
-from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN, decades_beside
 from identify.reports.kit.shapes import ModeView
 from identify.results.tables import Geometry
 
@@ -174,19 +174,16 @@ def coloured(
         axes.set_title(title)
     width = figure.get_figwidth()
     bar = figure.colorbar(shown, cax=figure.add_axes((1 - 0.65 / width, 0.1, 0.1 / width, 0.8)))
-    bar.set_label(label)
-    bar.set_ticks(colors.ticks, labels=[f"{tick:g}" for tick in colors.ticks])
-    bar.ax.minorticks_off()
+    decades_beside(bar, label, colors.limits)
     return figure
 
 
 @dataclass(frozen=True)
 class Colors:
-    """A scale of colours between limits, with what is written beside it."""
+    """A logarithmic scale of colours between limits."""
 
     map: Colormap
     limits: tuple[float, float]
-    ticks: Sequence[float]
 
 
 def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.core.text import capital
 from identify.reports.fit import data, measurement_tables, pick
 from identify.reports.fit.page_data import channels, frf_data, mac_data, robot_data
 from identify.reports.fit.parts import (
@@ -64,15 +65,14 @@ def report(result: ModesResult) -> Report:
         part for name, frf in named for part in (Heading(name, on=PRINT), *overlays(name, frf, _MODELLED))
     ]
     maps = gap_maps(named, measurements)
-    nouns = result.nouns
-    short = nouns[:1].upper() + nouns[1:]
+    nouns = result.noun.several
     sections = [
         Section(
             "modes", "Modes", [_modes(k, m) for k, m in enumerate(measurements)], "", page_data, ("modes.js",)
         ),
         Section("robot", "Mode shapes", _shapes(measurements), "Shapes"),
         Section("stabilisation", "Stabilisation", _diagrams(measurements)),
-        Section("frf", f"Measured and rebuilt {nouns}", [frf_picker(measurements), *printed], short),
+        Section("frf", f"Measured and rebuilt {nouns}", [frf_picker(measurements), *printed], capital(nouns)),
         Section("gap", f"Where the modes do not explain the {nouns}", maps, "Gap map"),
         Section("errors", "Errors", _errors(result)),
         Section("rejected", "Rejected candidates", _rejected(measurements), "Rejected"),

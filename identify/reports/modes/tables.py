@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.core.text import count
+from identify.core.text import capital, count
 from identify.core.thresholds import SIGMAS_95
 from identify.reports.fit.measurement_tables import band, pair_name
 from identify.reports.fit.pick import worst_first
@@ -26,9 +26,9 @@ def tiles(result: ModesResult) -> tuple[tuple[str, str, str], ...]:
     return (
         ("Modes", str(result.found), several),
         (
-            f"Rebuilt {result.nouns}",
+            f"Rebuilt {result.noun.several}",
             f"{percent(max(errors, default=np.nan))} %",
-            f"off (RMS over all {result.nouns}); 0 is perfect",
+            f"off (RMS over all {result.noun.several}); 0 is perfect",
         ),
         (
             "Lowest MPC",
@@ -45,7 +45,7 @@ def measurement_table(result: ModesResult) -> Table:
     columns = (
         words("Measurement"),
         words("Joint angles", "°"),
-        words(result.nouns[:1].upper() + result.nouns[1:]),
+        words(capital(result.noun.several)),
         *([Column("Decay", "1/s")] if windowed else []),
         Column("Modes"),
         Column("Error", "%"),
@@ -64,7 +64,7 @@ def measurement_table(result: ModesResult) -> Table:
     references = dict.fromkeys(", ".join(m.modes.references) for m in result.measurements.values())
     note = (
         f"{'Decay: of the exponential window on force and response. ' if windowed else ''}"
-        f"Error: of the {result.nouns} rebuilt from the modes. References: {'; '.join(references)}."
+        f"Error: of the {result.noun.several} rebuilt from the modes. References: {'; '.join(references)}."
     )
     return Table("Measurements", columns, tuple(rows), note)
 
@@ -128,9 +128,9 @@ def error_table(result: ModesResult) -> Table:
     """Errors of the rebuilt FRFs of every measurement at a glance."""
     columns = (
         words("Measurement"),
-        Column(f"All {result.nouns}", "%"),
-        Column(f"Median {result.noun}", "%"),
-        Column(f"Worst {result.noun}", "%"),
+        Column(f"All {result.noun.several}", "%"),
+        Column(f"Median {result.noun.one}", "%"),
+        Column(f"Worst {result.noun.one}", "%"),
         words("Which"),
         Column("Median area error", "%"),
         Column("Median FRAC"),
@@ -151,7 +151,7 @@ def error_table(result: ModesResult) -> Table:
         " magnitudes over the area below the measured one. FRAC: frequency response assurance criterion,"
         " blind to level."
     )
-    return Table(f"Errors of the rebuilt {result.nouns}", columns, tuple(rows), note)
+    return Table(f"Errors of the rebuilt {result.noun.several}", columns, tuple(rows), note)
 
 
 def tone_table(m: AnalysedMeasurement) -> Table | None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.text import capital
 from identify.reports.kit.cells import NONE, Column, Table, number, words
 from identify.reports.motion.pick import factor, shown_unit
 from identify.results.circular import CircularTest
@@ -78,7 +79,7 @@ def _rms_table(result: MotionResult, quantity: str) -> Table:
     columns = (
         words("Record"),
         words("Joint"),
-        *(Column(heading[:1].upper() + heading[1:], unit) for heading in headings),
+        *(Column(capital(heading), unit) for heading in headings),
     )
     return Table(f"RMS difference of {quantity.replace('_', ' ')}", columns, tuple(rows))
 
