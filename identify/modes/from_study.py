@@ -11,6 +11,7 @@ from identify.modal.settings import ModalSettings
 from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.evaluate import Measured
 from identify.results.tables import Provenance
+from identify.robot.visual import looks
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.provenance import provenance_of
@@ -47,11 +48,11 @@ def modal_study(config: Path, modal: dict[str, Any] | None, *, refused: bool) ->
 
 def _measured(problem: Problem) -> list[Measured]:
     """Every FRF measurement, with the robot's points at its posture."""
-    found = []
+    found, seen = [], looks(problem.robot)
     for m in problem.measurements:
         if isinstance(m.target, FrfTarget):
             engine, points = m.system.site.engine, standing(problem.points, m.system.site)
-            places = sensor_geometry(engine, points), drawn_geometry(engine, points)
+            places = sensor_geometry(engine, points), drawn_geometry(engine, points, seen)
             found.append(
                 Measured(m.name, str(m.settings.source), m.target.data, m.settings.posture_deg, *places)
             )

@@ -31,6 +31,7 @@ from identify.planning.targets import Target, targets_of
 from identify.results import file as result_file
 from identify.results.plan import PlannedPlace, PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
+from identify.robot.visual import looks
 
 _RANDOM, _RANDOM_TOLD = 40, 10
 """Tests at random that a plan is compared with; fewer where errors of what was told take their time."""
@@ -217,5 +218,5 @@ def _place(known: Known, number: int, posture_deg: Array) -> PlannedPlace:
     system = known.model.system(np.deg2rad(posture_deg))
     points = standing(known.model.points, system.site)
     modes = complex_modes(*system.matrices(known.model.values))
-    shapes = drawn_modes(system, points, modes)
-    return PlannedPlace(planned_name(number), drawn_geometry(system.site.engine, points), shapes)
+    geometry = drawn_geometry(system.site.engine, points, looks(known.model.robot))
+    return PlannedPlace(planned_name(number), geometry, drawn_modes(system, points, modes, geometry.bodies))

@@ -46,13 +46,44 @@ class StartTable:
 
 
 @dataclass(frozen=True)
+class Bodies:
+    """What the links of a robot look like at a posture: triangles (t, 3), rows of vertices (v, 3), m, each in
+    the axes of its link, by number (v,); of the links their names and poses (b, 4, 4) in the base's axes.
+
+    bare (k - 1,): parts of the skeleton for which no triangles stand; missing: why, in sentences.
+    """
+
+    links: Texts
+    pose: Array
+    vertices: Array
+    of_link: NDArray[np.int_]
+    triangles: NDArray[np.int_]
+    bare: NDArray[np.bool_]
+    missing: Texts = ()
+
+    @property
+    def placed(self) -> Array:
+        """(v, 3): the vertices in the base's axes."""
+        pose = self.pose[self.of_link]
+        return np.asarray(np.einsum("vij,vj->vi", pose[:, :3, :3], self.vertices) + pose[:, :3, 3])
+
+    @property
+    def middle(self) -> Array:
+        """(b, 3): the middle of the vertices of each link, in the base's axes."""
+        count = np.bincount(self.of_link, minlength=len(self.links))
+        sums = [np.bincount(self.of_link, axis, len(self.links)) for axis in self.placed.T]
+        return np.stack(sums, axis=1) / np.maximum(count, 1)[:, None]
+
+
+@dataclass(frozen=True)
 class Geometry:
     """Where things are at a posture, in the base's axes, m: points (n, 3) with their nodes, and the skeleton
     of joint origins (k, 3).
 
     segments (j, 2): rows of points that a measurement's trace lines join; axes (n, 3, 3): rows are the
     directions of the channels X, Y and Z of each point, None in files written before they were kept, as are
-    skeleton_links (k - 1,): the link that lies between each place of the skeleton and the next.
+    skeleton_links (k - 1,): the link that lies between each place of the skeleton and the next; bodies: what
+    the links look like, where the robot's description says it.
     """
 
     nodes: NDArray[np.int_]
@@ -63,18 +94,20 @@ class Geometry:
     segments: NDArray[np.int_] | None = None
     axes: Array | None = None
     skeleton_links: Texts | None = None
+    bodies: Bodies | None = None
 
 
 @dataclass(frozen=True)
 class Modes:
     """Modes of the model (m): frequency, damping ratio, shapes at the points (m, n, 3) and at the skeleton
-    (m, k, 3), base axes.
+    (m, k, 3), base axes; of each drawn body (m, b, 6) the shift of its middle and its turn, base axes.
     """
 
     frequency_hz: Array
     damping_ratio: Array
     point_shapes: Complex
     skeleton_shapes: Complex
+    body_shapes: Complex | None = None
 
 
 @dataclass(frozen=True)

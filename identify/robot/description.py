@@ -10,6 +10,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.robot.mesh import Visual
 
 _HEAVIEST = 1e9
 """Mass (kg) and distance (m) that no link reaches; 1 over it, the smallest mass that one can have."""
@@ -52,7 +53,7 @@ class Robot:
     """A serial arm: links[0] is the base, joints[i] connects links[i] to links[i + 1].
 
     frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose (4, 4)
-    there. gravity (3,) is in the base link's axes (m/s^2).
+    there. gravity (3,) is in the base link's axes (m/s^2); visuals: what links look like.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Robot:
     joints: tuple[Joint, ...]
     frames: dict[str, tuple[str, Array]] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    visuals: tuple[Visual, ...] = ()
 
     def link(self, name: str, where: str = "robot") -> Link:
         """The link of that name; an unknown name is an InputError with the known ones."""

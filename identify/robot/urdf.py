@@ -1,5 +1,5 @@
-"""Read a serial arm from a URDF file: kinematics, inertias and frames; meshes, materials and plug-in elements
-are not looked at.
+"""Read a serial arm from a URDF file: kinematics, inertias, frames and what its links look like; materials
+and plug-in elements are not looked at.
 
 Links that a fixed joint holds are merged into the link that carries them and stay known as frames.  Links
 without inertia between the root and the base (`world`, `base_footprint`) become frames of the base.  Gravity
@@ -19,6 +19,7 @@ from identify.core.errors import InputError
 from identify.robot.description import Joint, Link, Robot, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
 from identify.robot.urdf_elements import MOVING, UrdfJoint, UrdfLink, joints, links, parse
+from identify.robot.visual import visuals
 
 Frames = dict[str, tuple[str, Array]]
 Outgoing = dict[str, list[UrdfJoint]]
@@ -54,7 +55,9 @@ def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
         frames.update(more)
     if not moving:
         raise InputError(path.name, "no moving joint", f"a chain of {' or '.join(MOVING)} joints")
-    return Robot(document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, gravity)
+    return Robot(
+        document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, gravity, visuals(document)
+    )
 
 
 def _tree(path: Path, named: dict[str, UrdfLink], jointed: list[UrdfJoint]) -> Outgoing:

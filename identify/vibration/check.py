@@ -16,7 +16,7 @@ import numpy as np
 
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
-from identify.core.text import listed
+from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
 from identify.measured.finding import Finding, listing
 from identify.measured.frf_set import FrfSet
@@ -24,6 +24,7 @@ from identify.measured.quality import check
 from identify.model.modes import undamped_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
+from identify.robot.visual import looks
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem, measurement_names, read_frfs
@@ -86,6 +87,7 @@ def run_checks(config: Path) -> Checked:
             *_limits(problem),
             *_resonances(problem),
             *_uncertain(problem),
+            *_without_body(problem.robot),
         ]
     return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
 
@@ -202,6 +204,12 @@ def _limits(problem: Problem) -> Iterator[Finding]:
             joints = listed([problem.robot.joints[number].name for number in outside])
             sentence = f"{measurement.name}: the posture is outside of the limits of {joints}."
             yield Finding("warn", "joint-limit", (), sentence, len(outside))
+
+
+def _without_body(robot: Robot) -> Iterator[Finding]:
+    """Links whose mesh cannot be drawn."""
+    for sentence in looks(robot).missing:
+        yield Finding("info", "no-mesh", (), f"{capital(sentence)}.")
 
 
 def _uncertain(problem: Problem) -> Iterator[Finding]:

@@ -26,6 +26,7 @@ from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.results import fit as results
 from identify.results import tables
+from identify.robot.visual import Looks, looks
 from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
@@ -56,7 +57,7 @@ def evaluate(
     names = [parameters[number].name for number in scale.free]
     groups = tuple(", ".join(group) for group in inseparable(trusted, names))
     gaps = gap(targets, fit.values), gap_elsewhere(problem, trusted, fit.values)
-    study = problem.file.study
+    study, seen = problem.file.study, looks(problem.robot)
     return results.FitResult(
         key=key,
         name=study.name,
@@ -88,7 +89,8 @@ def evaluate(
         starts=start_table(fit, problem.size),
         history=fit.history,
         measurements={
-            m.name: _measurement(problem, m, fit, trusted, measured[m.name]) for m in problem.measurements
+            m.name: _measurement(problem, m, fit, trusted, measured[m.name], seen)
+            for m in problem.measurements
         },
         published=_published(problem),
         profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
@@ -171,10 +173,15 @@ def _start_notes(fit: Fit) -> list[str]:
 
 
 def _measurement(
-    problem: Problem, m: Measurement, fit: Fit, trusted: Uncertainty, measured: MeasuredModes | None
+    problem: Problem,
+    m: Measurement,
+    fit: Fit,
+    trusted: Uncertainty,
+    measured: MeasuredModes | None,
+    seen: Looks,
 ) -> results.MeasurementResult:
     system, own = m.at(fit.values)
-    geometry, modes, table = _modes(problem, system, own)
+    geometry, modes, table = _modes(problem, system, own, seen)
     one = Targets(frf=(m.target,)) if isinstance(m.target, FrfTarget) else Targets(modal=(m.target,))
     return results.MeasurementResult(
         name=m.name,
@@ -191,7 +198,7 @@ def _measurement(
 
 
 def _modes(
-    problem: Problem, system: System, values: Array
+    problem: Problem, system: System, values: Array, seen: Looks
 ) -> tuple[tables.Geometry, tables.Modes, ModalTable]:
     """Geometry and modes with shapes in the base's axes, and the same modes as a table over the points' own
     channels.
@@ -199,7 +206,8 @@ def _modes(
     site = system.site
     points = standing(problem.points, site)
     modes = complex_modes(*system.matrices(values))
-    kept = drawn_modes(system, points, modes)
+    geometry = drawn_geometry(site.engine, points, seen)
+    kept = drawn_modes(system, points, modes, geometry.bodies)
     channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
     local = [np.asarray(point.axes @ system.jacobian(point.link, point.position)[:3]) for point in points]
     table = ModalTable(
@@ -208,7 +216,7 @@ def _modes(
         channels,
         shapes_at(modes.shapes, local).reshape(len(modes.frequency_hz), -1),
     )
-    return drawn_geometry(site.engine, points), kept, table
+    return geometry, kept, table
 
 
 def _pairs(problem: Problem, m: Measurement, measured: MeasuredModes, model: ModalTable) -> results.ModePairs:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from identify.fitting.tables import scale_of
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.effects.site import Site
+from identify.model.geometry import visuals_of
 from identify.model.system import Factors, System, assemble, build_site, list_parameters
 from identify.results.fit import Description, FitResult
 from identify.robot.description import Robot
@@ -114,6 +115,7 @@ def fitted_model(result: FitResult, where: str) -> FittedModel:
     study = validated(Path(where), data, Study)
     robot, points = _described(study, result.description)
     first = next(iter(result.measurements.values()))
+    robot = replace(robot, visuals=visuals_of(first.geometry))
     posture = np.deg2rad(first.posture_deg)
     effects = [effect for effect in study.effects if not isinstance(effect, MeasurementEffect)]
     known = tuple(

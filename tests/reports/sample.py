@@ -20,7 +20,15 @@ from identify.results.fit import (
     ProfileCurve,
     PublishedValues,
 )
-from identify.results.tables import Geometry, Modes, ParameterTable, Provenance, SettingTable, StartTable
+from identify.results.tables import (
+    Bodies,
+    Geometry,
+    Modes,
+    ParameterTable,
+    Provenance,
+    SettingTable,
+    StartTable,
+)
 
 HZ, DAMPING = np.array([12.05, 27.39, 61.5, 187.25]), np.array([0.041, 0.032, 0.0525, 0.081])
 CONFIG = (
@@ -48,6 +56,8 @@ def modal_result(**changes: Any) -> FitResult:
     """
     rng = np.random.default_rng(8)
     geometry, modes = _geometry(8), _modes(rng, 8, 9)
+    geometry = dataclasses.replace(geometry, bodies=_bodies(geometry))
+    modes = dataclasses.replace(modes, body_shapes=np.tile(modes.skeleton_shapes[:, 2:4], 2))
     pairs = ModePairs(
         measured_frequency_hz=np.array([12.1, 27.2, 44.4]),
         measured_damping_ratio=np.array([0.0435, np.nan, 0.02]),
@@ -118,6 +128,19 @@ def _geometry(points: int) -> Geometry:
     places = along + np.array([0.05, 0.03, 0.02])
     bodies = ("foot", "column", "upper arm", "forearm")
     return Geometry(np.arange(1, points + 1), names, links, places, skeleton, None, axes, bodies)
+
+
+def _bodies(geometry: Geometry) -> Bodies:
+    """Two links look like tetrahedra, the mesh of a third was not found."""
+    corners = 0.3 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    pose = np.tile(np.eye(4), (2, 1, 1))
+    pose[:, :3, 3] = geometry.skeleton[1:3]
+    of_link, bare = np.repeat([0, 1], 4), np.array([True, False, False, True])
+    said = ("link forearm is drawn as a line, not as its body (<arm>.dae: meshes are not read)",)
+    return Bodies(
+        ("column", "upper arm"), pose, np.tile(corners, (2, 1)), of_link, np.r_[faces, faces + 4], bare, said
+    )
 
 
 def _modes(rng: np.random.Generator, points: int, joints: int) -> Modes:

@@ -168,6 +168,17 @@ def test_the_view_turns_and_points_tell_their_names(page: Page, files: dict[str,
     assert page.run("$('robot-about').textContent").startswith("posture2, validation only")
 
 
+def test_links_that_have_a_body_are_drawn_as_it(page: Page, files: dict[str, Path]) -> None:
+    """Light inside the tetrahedron of the column; without triangles there is nothing there."""
+    page.open(files["modal"])
+    page.run("$('robot-play').click(); $('robot').scrollIntoView()")
+    said = "Not as they look: link forearm is drawn as a line, not as its body (<arm>.dae"
+    assert said in page.run("$('robot-about').textContent")
+    with_bodies = _picture(page)
+    page.run("DATA.measurements[0].robot.bodies.triangles = []; window.dispatchEvent(new Event('resize'))")
+    assert _picture(page) != with_bodies
+
+
 def test_tables_sort(page: Page, files: dict[str, Path]) -> None:
     page.open(files["frf"])
     column = (

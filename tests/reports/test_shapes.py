@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
+from matplotlib.collections import PolyCollection
 
+from identify.reports.kit import robot_figure
 from identify.reports.kit.shapes import mode_views
 from tests.reports.sample import frf_result, modal_result
 
@@ -38,6 +42,19 @@ def test_a_measured_mode_without_a_pair_comes_last() -> None:
     assert views[-1].label == "measured, no pair: 44.40 Hz, damping 2.000 %"
     assert views[-1].measured_points is not None
     assert np.nanmax(np.linalg.norm(views[-1].measured_points, axis=1)) == pytest.approx(1.0)
+
+
+def test_bodies_of_links_are_drawn_in_the_pdf() -> None:
+    m = modal_result().measurements["table"]
+    bare = dataclasses.replace(m.geometry, bodies=None)
+    for geometry, count in ((m.geometry, 1), (bare, 0)):
+        for figure in (
+            robot_figure.postures([robot_figure.PostureView("rest", geometry)]),
+            robot_figure.shapes(geometry, mode_views(m)[:1]),
+        ):
+            drawn = [one for one in figure.axes[0].collections if isinstance(one, PolyCollection)]
+            assert len(drawn) == count
+            assert all(len(one.get_paths()) == 8 for one in drawn)
 
 
 def test_a_mode_that_moves_nothing() -> None:

@@ -7,7 +7,7 @@
   if (!stages.length) return;
   const home = {azimuth: -0.9, elevation: 0.35, zoom: 1};
   const view = {...home};
-  let robot, mode, center, radius, reach, rise, feet, order, canvas, context, playing = true, phase = 0, last = 0;
+  let robot, mode, corners, center, radius, reach, rise, feet, order, canvas, context, playing = true, phase = 0, last = 0;
 
   const drawn = DATA.measurements.filter(m => m.robot);
   const links = [...new Set(drawn.flatMap(m => m.robot.link))].filter(Boolean);
@@ -30,7 +30,8 @@
   function choose() {
     const chosen = drawn.find(m => m.name === $("robot-measurement").value), at = $("robot-mode").selectedIndex;
     robot = chosen.robot;
-    const all = [...robot.points, ...robot.skeleton];
+    corners = robot.bodies ? robot.bodies.vertices.map(p => p.map(x => x / 1000)) : [];
+    const all = [...robot.points, ...robot.skeleton, ...corners];
     center = [0, 1, 2].map(i => (Math.min(...all.map(p => p[i])) + Math.max(...all.map(p => p[i]))) / 2);
     radius = Math.max(...all.map(p => Math.hypot(...add(p, center, -1)))) || 1;
     reach = Math.max(...all.map(p => Math.hypot(p[0] - center[0], p[1] - center[1]))) || radius;
@@ -42,6 +43,7 @@
     const what = [chosen.name, chosen.use].filter(Boolean).join(", ");
     $("robot-about").textContent = `${what}. Drag or arrow keys turn, wheel or + and - zoom. Largest displacement of each mode drawn equally large; `
       + `dashed: at rest. ${hasArrows() ? "Arrows: channels' directions, longer at forces. " : ""}`
+      + (robot.bodies && robot.bodies.missing.length ? `Not as they look: ${robot.bodies.missing.join("; ")}. ` : "")
       + (robot.ring.about && `Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not told"}).`);
     chooseMode();
   }
@@ -62,12 +64,13 @@
     return 0.42 * Math.min(canvas.clientWidth / reach, canvas.clientHeight / high) * view.zoom;
   }
 
+  // Across and up on the panel, pixels, and how near to the eye, m.
   function project(p) {
     const [x, y, z] = add(p, center, -1), c = Math.cos(view.azimuth), s = Math.sin(view.azimuth);
     const across = -s * x + c * y, depth = c * x + s * y;
     const scale = pixels();
     const up = Math.cos(view.elevation) * z - Math.sin(view.elevation) * depth;
-    return [canvas.clientWidth / 2 + scale * across, canvas.clientHeight / 2 - scale * up];
+    return [canvas.clientWidth / 2 + scale * across, canvas.clientHeight / 2 - scale * up, Math.cos(view.elevation) * depth + Math.sin(view.elevation) * z];
   }
 
   function line(points, stroke, width, dash = []) {
@@ -108,10 +111,13 @@
     label(`floor grid ${step} m`, [14, canvas.clientHeight - 14], color("muted"));
   }
 
+  // Metres for each thousandth of a shape.
+  const reachOfShapes = () => 0.5 * radius * $("robot-amplitude").value / 1000;
+
   // Places moved by a shape; null where the shape is not known, at rest without a shape.
   function moved(rest, shape) {
     if (!shape) return rest;
-    const size = 0.5 * radius * $("robot-amplitude").value / 1000, c = size * Math.cos(phase), s = size * Math.sin(phase);
+    const size = reachOfShapes(), c = size * Math.cos(phase), s = size * Math.sin(phase);
     return rest.map((p, i) => shape.real[i][0] === null ? null : p.map((x, k) => x + c * shape.real[i][k] - s * shape.imag[i][k]));
   }
 
@@ -126,17 +132,63 @@
       floor();
       line(robot.skeleton, color("muted"), 1.5, [5, 6]);
       for (const ends of robot.segments || []) line(ends.map(i => robot.points[i]), color("line"), 1, [4, 4]);
-      stage.lines = [];
+      stage.lines = stage.faces = [];
       stage.spots = stage.kind === "model" ? paintModel(stage) : paintMeasured();
     }
   }
 
-  // Links as capsules, thinner towards the tool: their outline first, so that they look like one body.
+  // Links as capsules, thinner towards the tool: their outline first, so that they look like one body; not where their own body is drawn.
   function bodies(skeleton, stage) {
     const size = i => Math.max(6, pixels() * radius * 0.13 * (1 - 0.6 * i / Math.max(skeleton.length - 1, 1)));
+    const bare = i => !robot.bodies || robot.bodies.bare[i];
     for (const [stroke, less] of [["muted", 0], ["neutral", 2.5]])
-      for (let i = 0; i + 1 < skeleton.length; i++) line([skeleton[i], skeleton[i + 1]], color(stroke), size(i) - less);
-    stage.lines = skeleton.slice(1).map((end, i) => [project(skeleton[i]), project(end), size(i)]);
+      for (let i = 0; i + 1 < skeleton.length; i++) if (bare(i)) line([skeleton[i], skeleton[i + 1]], color(stroke), size(i) - less);
+    stage.lines = skeleton.slice(1).map((end, i) => [project(skeleton[i]), project(end), bare(i) ? size(i) : 0]);
+  }
+
+  const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
+
+  // How far each drawn body is shifted and turned now, as [shift, turn].
+  function motions() {
+    if (!mode.bodies) return null;
+    const size = reachOfShapes(), c = size * Math.cos(phase), s = size * Math.sin(phase);
+    return mode.bodies.real.map((real, i) => real.map((x, k) => c * x - s * mode.bodies.imag[i][k])).map(six => [six.slice(0, 3), six.slice(3)]);
+  }
+
+  // The bodies of the links, the farthest triangle first, each as light as it faces the eye.
+  function solids(stage) {
+    stage.faces = [];
+    if (!robot.bodies) return;
+    const {of_link, middle, triangles, names} = robot.bodies, moves = motions();
+    const places = moves ? corners.map((p, i) => {
+      const link = of_link[i], [shift, turn] = moves[link];
+      return add(add(p, shift), cross(turn, add(p, middle[link], -1)));
+    }) : corners;
+    const seen = places.map(project), scale = pixels();
+    stage.faces = triangles.map(rows => {
+      const [a, b, c] = rows.map(i => seen[i]), u = [b[0] - a[0], b[1] - a[1], scale * (b[2] - a[2])], v = [c[0] - a[0], c[1] - a[1], scale * (c[2] - a[2])];
+      const normal = cross(u, v), length = Math.hypot(...normal) || 1;
+      return {corners: [a, b, c], depth: a[2] + b[2] + c[2], light: Math.min(1, Math.max(0, Math.sign(normal[2] || 1) * (0.75 * normal[2] - 0.45 * normal[1]) / length + 0.1)), link: names[of_link[rows[0]]]};
+    }).sort((a, b) => a.depth - b.depth);
+    const shades = shadesBetween(color("muted"), color("neutral"));
+    context.lineWidth = 0.8;
+    for (const {corners: [a, b, c], light} of stage.faces) {
+      context.beginPath();
+      context.moveTo(a[0], a[1]);
+      context.lineTo(b[0], b[1]);
+      context.lineTo(c[0], c[1]);
+      context.closePath();
+      context.fillStyle = context.strokeStyle = shades[Math.round(light * (shades.length - 1))];
+      context.fill();
+      context.stroke();
+    }
+  }
+
+  // Sixteen colours between two, #rrggbb, the darker one first.
+  function shadesBetween(...both) {
+    const sum = list => list.reduce((a, b) => a + b);
+    const [from, to] = both.map(text => [1, 3, 5].map(i => parseInt(text.slice(i, i + 2), 16))).sort((a, b) => sum(a) - sum(b));
+    return Array.from({length: 16}, (_, k) => `rgb(${from.map((x, i) => Math.round(x + (to[i] - x) * (0.35 + 0.65 * k / 15))).join(" ")})`);
   }
 
   function paintModel(stage) {
@@ -146,6 +198,7 @@
       if (skeleton.length > 1) line([add(skeleton[segment], add(skeleton[segment + 1], skeleton[segment], -1), part), point], linkColor(robot.link[i]), 1.5);
     });
     bodies(skeleton, stage);
+    solids(stage);
     skeleton.forEach(p => disc(project(p), 4.5, color("paper"), color("ink")));
     paintArrows(points);
     return paintPoints(points);
@@ -203,12 +256,12 @@
     $("robot-play").textContent = on ? "Pause" : "Play";
   }
 
-  function hover(event, {canvas, spots, lines}) {
+  function hover(event, {canvas, spots, lines, faces}) {
     const box = canvas.getBoundingClientRect(), frame = tip.parentElement.getBoundingClientRect();
     const at = [event.clientX - box.left, event.clientY - box.top];
     const distances = spots.map(([a, b]) => Math.hypot(a - at[0], b - at[1])), i = distances.indexOf(Math.min(...distances));
     const near = distances[i] < 14;
-    const name = near ? "" : linkAt(at, lines);
+    const name = near ? "" : linkAt(at, lines, faces);
     tip.hidden = !(near || name);
     if (tip.hidden) return;
     tip.style.left = `${Math.min(event.clientX - frame.left + 14, frame.width - 130)}px`;
@@ -225,13 +278,19 @@
   }
 
   // The name of the link that is drawn there, or nothing.
-  function linkAt([x, y], lines) {
+  function linkAt([x, y], lines, faces) {
+    const side = ([x0, y0], [x1, y1]) => (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0);
+    const face = faces.findLast(({corners: [a, b, c]}) => {
+      const sides = [side(a, b), side(b, c), side(c, a)];
+      return sides.every(s => s >= 0) || sides.every(s => s <= 0);
+    });
+    if (face) return face.link;
     const found = lines.findLastIndex(([[x0, y0], [x1, y1], size]) => {
       const along = [x1 - x0, y1 - y0], length = dot(along, along);
       const part = length ? Math.min(1, Math.max(0, dot([x - x0, y - y0], along) / length)) : 0;
       return Math.hypot(x - x0 - part * along[0], y - y0 - part * along[1]) < size / 2;
     });
-    return found < 0 ? "" : robot.bodies[found] || "";
+    return found < 0 ? "" : robot.links[found] || "";
   }
 
   for (const stage of stages) {

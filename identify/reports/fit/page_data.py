@@ -14,7 +14,7 @@ from identify.reports.kit.figures import Mac, pair_mac
 from identify.reports.kit.packing import pack, pack_frfs
 from identify.reports.kit.shapes import ModeView, mode_views
 from identify.results.fit import FrfComparison, MeasurementResult
-from identify.results.tables import Geometry
+from identify.results.tables import Bodies, Geometry
 
 _EXCITED = ("where it was excited", "excited here")
 _MAP_STEP = 1e-3
@@ -65,6 +65,7 @@ def robot_data(
             "points": _thousandths(view.points),
             "skeleton": _thousandths(view.skeleton),
             "measured_points": _thousandths(view.measured_points),
+            "bodies": _thousandths(view.bodies),
         }
         for view in views
     ]
@@ -74,7 +75,8 @@ def robot_data(
         "link": list(g.point_links),
         "points": g.points,
         "skeleton": g.skeleton,
-        "bodies": list(g.skeleton_links or ()),
+        "links": list(g.skeleton_links or ()),
+        "bodies": _bodies_data(g.bodies),
         "segments": g.segments,
         "arrows": {
             kind: [[row, *way] for row, way in pick.arrows(g, some)]
@@ -85,6 +87,21 @@ def robot_data(
         "measured": [] if seen is None else pick.nodes(seen[0]),
         "ring": {"nodes": ringed, "about": said[0], "tip": said[1]},
         "modes": modes,
+    }
+
+
+def _bodies_data(bodies: Bodies | None) -> dict[str, Any] | None:
+    """Triangles in the base's axes, whole millimetres, and about which places, m, the bodies turn."""
+    if bodies is None:
+        return None
+    return {
+        "names": list(bodies.links),
+        "middle": bodies.middle,
+        "vertices": np.round(1000 * bodies.placed),
+        "of_link": bodies.of_link,
+        "triangles": bodies.triangles,
+        "bare": bodies.bare,
+        "missing": list(bodies.missing),
     }
 
 

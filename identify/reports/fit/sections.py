@@ -80,6 +80,9 @@ def _robot(measurements: list[MeasurementResult]) -> list[Part]:
     drawn = measurements[: robot_figure.POSTURES]
     first = "" if drawn == measurements else f" The first {len(drawn)} of {len(measurements)} postures."
     caption = f"The robot with its measurement points; {robot_figure.ARROWS}; floor grid 0.5 m.{first}"
+    bodies = measurements[0].geometry.bodies
+    if bodies is not None and bodies.missing:
+        caption += f" Not as they look: {'; '.join(bodies.missing)}."
     postures = Drawing(
         "",
         partial(robot_figure.postures, [_view(m) for m in measurements]),

@@ -10,14 +10,15 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, LogNorm
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
 from identify.reports.fit.pick import arrows
 from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN, decades_beside
 from identify.reports.kit.shapes import ModeView
-from identify.results.tables import Geometry
+from identify.results.tables import Bodies, Geometry
 
 POSTURES, MODES = 6, 6
 ARROWS = "arrows: directions of responses (blue) and of forces (orange, longer)"
@@ -25,6 +26,11 @@ _COLUMNS = 3
 _AZIMUTH, _ELEVATION = -0.9, 0.35
 _STEP_M = 0.5
 _TITLE_IN = 0.22
+_EYE = np.array(
+    [np.cos(_ELEVATION) * np.cos(_AZIMUTH), np.cos(_ELEVATION) * np.sin(_AZIMUTH), np.sin(_ELEVATION)]
+)
+"""Where the eye is, far away."""
+_SHADES = LinearSegmentedColormap.from_list("shades", ["#848e99", "#e9ecee"])
 _REACH = 0.16
 """Largest displacement drawn, as a part of the robot's size."""
 
@@ -48,7 +54,7 @@ def postures(views: Sequence[PostureView]) -> Figure:
     for axes, view in zip(panels, views, strict=False):
         g = view.geometry
         _floor(axes, g)
-        axes.plot(*projected(g.skeleton), "-o", color=INK, lw=2.4, ms=4, mfc="white", mew=1.1)
+        _robot(axes, g, INK)
         _arrows(axes, view)
         x, y = projected(g.points)
         for link in dict.fromkeys(g.point_links):
@@ -105,6 +111,8 @@ def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
     size = _REACH * float(np.ptp(_places(g), axis=0).max())
     for axes, view in zip(panels, views, strict=True):
         _floor(axes, g)
+        if g.bodies is not None and view.bodies is not None:
+            _solids(axes, g.bodies, size * view.bodies.real)
         axes.plot(*projected(g.skeleton), color=MUTED, lw=1.2)
         if view.points is None or view.skeleton is None:
             _measured_alone(axes, g, view, size)
@@ -154,7 +162,7 @@ def coloured(
     x, y = projected(geometry.points)
     for axes, (title, values) in zip(every, panels, strict=True):
         _floor(axes, geometry)
-        axes.plot(*projected(geometry.skeleton), "-o", color=MUTED, lw=2.4, ms=4, mfc="white", mew=1.1)
+        _robot(axes, geometry, MUTED)
         known = np.isfinite(values)
         shown = axes.scatter(
             x[known],
@@ -228,7 +236,46 @@ def _grid(geometries: Sequence[Geometry], foot: float = 0.0, right: float = 0.0)
 
 
 def _places(geometry: Geometry) -> Array:
-    return np.concatenate([geometry.points, geometry.skeleton])
+    seen = [] if geometry.bodies is None else [geometry.bodies.placed]
+    return np.concatenate([geometry.points, geometry.skeleton, *seen])
+
+
+def _robot(axes: Axes, g: Geometry, color: str) -> None:
+    """The bodies of the links and the skeleton, which is thick where it alone stands for a link."""
+    if g.bodies is not None:
+        _solids(axes, g.bodies)
+        for row in np.flatnonzero(g.bodies.bare):
+            axes.plot(*projected(g.skeleton[row : row + 2]), color=color, lw=2.4)
+    axes.plot(
+        *projected(g.skeleton),
+        "-o",
+        color=color,
+        lw=2.4 if g.bodies is None else 0.8,
+        ms=4,
+        mfc="white",
+        mew=1.1,
+    )
+
+
+def _solids(axes: Axes, bodies: Bodies, moved: Array | None = None) -> None:
+    """The bodies of the links at rest, or with their middles shifted and themselves turned (b, 6), the
+    farthest triangle first, each as light as it faces the eye.
+    """
+    places = bodies.placed
+    if moved is not None:
+        own = moved[bodies.of_link]
+        places = places + own[:, :3] + np.cross(own[:, 3:], places - bodies.middle[bodies.of_link])
+    corners = places[bodies.triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    facing = normal @ _EYE
+    light = np.clip(np.where(facing < 0, -1, 1) * (0.75 * facing + 0.45 * normal[:, 2]) + 0.1, 0, 1)
+    order = np.argsort(corners.mean(axis=1) @ _EYE)
+    colors = _SHADES(light[order])
+    faces = list(projected(corners[order]).transpose(1, 2, 0))
+    drawn = PolyCollection(faces, facecolors=colors, edgecolors=colors, linewidths=0.2, zorder=0.5)
+    drawn.set_rasterized(True)
+    axes.add_collection(drawn)
 
 
 def projected(places: Array) -> Array:

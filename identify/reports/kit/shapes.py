@@ -23,7 +23,7 @@ class ModeView:
     points (n, 3), skeleton (k, 3): the model's shape, largest displacement real and 1; None for a measured
     mode without a pair. measured (n, 3): the measured shape on the same scale, NaN where a point was not
     measured; None without one. label names the mode; model and measured say frequency and damping, empty
-    where there is none.
+    where there is none. bodies (b, 6): shift and turn of the model's drawn links.
     """
 
     label: str
@@ -32,6 +32,7 @@ class ModeView:
     points: Complex | None
     skeleton: Complex | None
     measured_points: Complex | None
+    bodies: Complex | None = None
 
 
 def mode_views(m: MeasurementResult) -> list[ModeView]:
@@ -62,9 +63,11 @@ def model_view(modes: Modes, row: int) -> ModeView:
     """A mode of a model, without a measured one."""
     places = modes.point_shapes.shape[1]
     shape = np.concatenate([modes.point_shapes[row], modes.skeleton_shapes[row]])
-    shape = shape / _largest(shape)
+    size = _largest(shape)
+    shape = shape / size
+    bodies = None if modes.body_shapes is None else modes.body_shapes[row] / size
     text = f"{number(modes.frequency_hz[row])} Hz, damping {percent(modes.damping_ratio[row])} %"
-    return ModeView(f"{row + 1}: {text}", text, "", shape[:places], shape[places:], None)
+    return ModeView(f"{row + 1}: {text}", text, "", shape[:places], shape[places:], None, bodies)
 
 
 def _model_view(m: MeasurementResult, row: int) -> ModeView:
@@ -97,7 +100,7 @@ def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, i
                 if same and view.points is not None
                 else None
             )
-        views.append(ModeView(view.label, view.model, text, view.points, view.skeleton, moved))
+        views.append(replace(view, measured=text, measured_points=moved))
     return views
 
 

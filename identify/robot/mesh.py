@@ -1,0 +1,127 @@
+"""Surfaces made of triangles, only to be looked at: plain bodies, and a fine surface with fewer triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.core.arrays import Array
+
+_SIDES = 16
+"""Of a drawn circle."""
+_CELLS = (96, 64, 48, 32, 24, 16, 12, 8, 6, 4, 3, 2)
+"""Along the longest side of a body, tried in turn."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Vertices (v, 3), m, and triangles (t, 3), rows of them."""
+
+    vertices: Array
+    triangles: NDArray[np.int_]
+
+    def placed(self, pose: Array) -> Mesh:
+        """The mesh in another frame, where its own has the pose (4, 4)."""
+        return Mesh(self.vertices @ pose[:3, :3].T + pose[:3, 3], self.triangles)
+
+
+EMPTY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=int))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A part of what a link looks like, in a frame with the pose (4, 4) in the link's: a mesh, or a file of
+    one that is still to be read, times scale (3,); fault: why there is neither.
+    """
+
+    where: str
+    pose: Array
+    mesh: Mesh = EMPTY
+    file: Path | None = None
+    scale: Array = field(default_factory=lambda: np.ones(3))
+    fault: str = ""
+
+
+@dataclass(frozen=True)
+class Visual:
+    """What a link looks like: surfaces that are drawn together, the first choice that can be."""
+
+    link: str
+    choices: tuple[tuple[Surface, ...], ...]
+
+
+def box(size: Sequence[float]) -> Mesh:
+    """A box about the origin with sides (3,), m."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    halves = [half for a, b, c, d in faces for half in ((a, b, c), (a, c, d))]
+    return Mesh(corners * size, np.array(halves))
+
+
+def cylinder(radius: float, length: float) -> Mesh:
+    """A cylinder along z about the origin."""
+    return _turned([(0.0, -length / 2), (radius, -length / 2), (radius, length / 2), (0.0, length / 2)])
+
+
+def sphere(radius: float) -> Mesh:
+    """A sphere about the origin."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, _SIDES // 2 + 1)
+    return _turned([(radius * np.cos(a), radius * np.sin(a)) for a in angle])
+
+
+def _turned(profile: Sequence[tuple[float, float]]) -> Mesh:
+    """What a profile (radius, z) sweeps about z; each of its ends lies on z."""
+    turn = 2 * np.pi * np.arange(_SIDES) / _SIDES
+    circle = np.stack([np.cos(turn), np.sin(turn), np.ones(_SIDES)], axis=1)
+    rings = np.concatenate([circle * (radius, radius, z) for radius, z in profile])
+    here = np.arange(_SIDES)
+    beside = (here + 1) % _SIDES
+    triangles = [
+        half + ring * _SIDES
+        for ring in range(len(profile) - 1)
+        for half in (
+            np.stack([here, beside, here + _SIDES], axis=1),
+            np.stack([beside, beside + _SIDES, here + _SIDES], axis=1),
+        )
+    ]
+    return _merged(rings, np.concatenate(triangles))
+
+
+def joined(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    before = np.cumsum([0, *(len(one.vertices) for one in meshes)])
+    triangles = [one.triangles + count for one, count in zip(meshes, before[:-1], strict=True)]
+    return Mesh(np.concatenate([one.vertices for one in meshes]), np.concatenate(triangles))
+
+
+def simplified(mesh: Mesh, most: int) -> Mesh:
+    """At most so many triangles that look like the mesh: vertices of a cell of a grid become one, in their
+    middle, and triangles that this makes flat are left out (Rossignac and Borrel 1993).
+    """
+    found = _merged(mesh.vertices, mesh.triangles)
+    low = found.vertices.min(axis=0)
+    longest = float(np.ptp(found.vertices, axis=0).max()) or 1.0
+    for cells in _CELLS:
+        if len(found.triangles) <= most:
+            break
+        found = _merged(mesh.vertices, mesh.triangles, np.floor((mesh.vertices - low) * (cells / longest)))
+    return Mesh(found.vertices, found.triangles[:most])
+
+
+def _merged(vertices: Array, triangles: NDArray[np.int_], cells: Array | None = None) -> Mesh:
+    """With vertices of the same cell (v, 3), or without cells of the same place, as one."""
+    keys = vertices if cells is None else cells
+    _, number = np.unique(keys, axis=0, return_inverse=True)
+    number = number.ravel()
+    count = np.bincount(number)
+    middle = np.stack([np.bincount(number, axis) / count for axis in vertices.T], axis=1)
+    corners = number[triangles]
+    real = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
+    _, first = np.unique(np.sort(corners[real], axis=1), axis=0, return_index=True)
+    kept = corners[real][np.sort(first)]
+    used, corner = np.unique(kept, return_inverse=True)
+    return Mesh(middle[used], corner.reshape(-1, 3))
