@@ -130,7 +130,7 @@ def modes(
     from identify.api import commands as api
 
     try:
-        found = api.run_modes(data, options)
+        found = api.run_modes(data, options, options.quiet)
     except InputError as error:
         if not api.has_shapes_alone(data):
             raise _with_options(error) from error
@@ -206,7 +206,7 @@ def stability(
     """
     from identify.api import commands as api
 
-    _conclude(api.run_stability(model, options), options)
+    _conclude(api.run_stability(model, options, options.quiet), options)
 
 
 @app.command()
@@ -220,7 +220,7 @@ def deflection(
     """
     from identify.api import commands as api
 
-    _conclude(api.run_deflection(model, options), options)
+    _conclude(api.run_deflection(model, options, options.quiet), options)
 
 
 @app.command()
@@ -235,7 +235,7 @@ def plan(
     """
     from identify.api import commands as api
 
-    _conclude(api.run_plan(model, options), options)
+    _conclude(api.run_plan(model, options, options.quiet), options)
 
 
 @app.command()
@@ -258,9 +258,11 @@ def check(config: Config, quiet: Quiet = False) -> None:
     Exit code 3 when a check fails.
     """
     from identify.reports.show import print_findings
+    from identify.reports.shown import working
     from identify.vibration.check import run_checks
 
-    checked = run_checks(config)
+    with working(quiet, "reading"):
+        checked = run_checks(config)
     if not quiet:
         print_findings(checked.findings)
     if checked.refused:

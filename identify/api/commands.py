@@ -7,7 +7,6 @@ Every function writes its result file, as the command does, and returns a `Resul
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -179,13 +178,16 @@ def plan(
 
 def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:
     """What a command means for a config of its kind (`identify.core.analyses`)."""
+    from identify.reports.shown import working
+
     analysis = analysis_for(command, family_of(config), str(config))
     said, how = given(options), analysis.runs[command]
     check_options(analysis, command, said, str(config))
     arguments = {name: value for name, value in said.items() if name in how.options}
     if how.overrides:
         arguments["overrides"] = {name: value for name, value in said.items() if name in how.overrides}
-    with load(how.progress)(quiet) if how.progress else nullcontext() as progress:
+    shown = load(how.progress)(quiet) if how.progress else working(quiet, f"working on {config.name}")
+    with shown as progress:
         told = {"progress": progress} if how.progress else {}
         result, written = load(how.function)(config, options.out, **arguments, **told)
     return Result(result, (written,) if isinstance(written, Path) else tuple(written))
@@ -204,13 +206,21 @@ def has_shapes_alone(data: Path) -> bool:
         return False
 
 
-def run_modes(data: Path, options: ModesOptions) -> Result:
+def run_modes(data: Path, options: ModesOptions, quiet: bool = True) -> Result:
     """What `identify modes` does."""
     from identify.core.binary_input import prepare
-    from identify.modes.said import file_options
+    from identify.reports.shown import working
 
     prepare([data])
     options.check()
+    with working(quiet, f"finding the modes of {data.name}"):
+        return _modes_of(data, options)
+
+
+def _modes_of(data: Path, options: ModesOptions) -> Result:
+    """Modes of FRFs, or with `--output-only` of responses."""
+    from identify.modes.said import file_options
+
     file = file_options(**options.file())
     if options.output_only:
         from identify.modes.output_only import Asked, run_output_only
@@ -265,30 +275,35 @@ def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Resu
     return Result(result, tuple(written))
 
 
-def run_stability(model: Path, options: StabilityOptions) -> Result:
+def run_stability(model: Path, options: StabilityOptions, quiet: bool = True) -> Result:
     """What `identify stability` does."""
     from identify.machining.run import run_stability as limited
+    from identify.reports.shown import working
 
     how = {"speeds": options.speeds, "draws": options.draws}
-    result, written = limited(model, options.tool, options.out, options.posture, **how)
+    with working(quiet, "finding depth limits"):
+        result, written = limited(model, options.tool, options.out, options.posture, **how)
     return Result(result, tuple(written))
 
 
-def run_deflection(model: Path, options: DeflectionOptions) -> Result:
+def run_deflection(model: Path, options: DeflectionOptions, quiet: bool = True) -> Result:
     """What `identify deflection` does."""
     from identify.machining.run_deflection import Load
     from identify.machining.run_deflection import run_deflection as deflected
+    from identify.reports.shown import working
 
     cut = options.tool, options.depth, options.feed_per_tooth
     load = Load(options.force, options.path, *cut, options.node, options.posture)
-    result, written = deflected(model, load, options.out, draws=options.draws)
+    with working(quiet, "finding deflections"):
+        result, written = deflected(model, load, options.out, draws=options.draws)
     return Result(result, tuple(written))
 
 
-def run_plan(model: Path, options: PlanCommandOptions) -> Result:
+def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Result:
     """What `identify plan` does."""
     from identify.planning.run import PlanOptions, angles_of
     from identify.planning.run import run_plan as planned
+    from identify.reports.shown import working
 
     wanted = PlanOptions(
         postures=options.postures,
@@ -306,7 +321,8 @@ def run_plan(model: Path, options: PlanCommandOptions) -> Result:
         rival=options.rival,
         force_noise=options.force_noise,
     )
-    result, written = planned(model, wanted, options.out)
+    with working(quiet, "choosing the next test"):
+        result, written = planned(model, wanted, options.out)
     return Result(result, tuple(written))
 
 

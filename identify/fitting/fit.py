@@ -69,7 +69,7 @@ class Fit:
 class Progress:
     """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations,
     best cost in the stage, NaN where that is not the cost of the result), the journal remembers costs, rows
-    are the history; led: where stages, by number, led from where.
+    are the history; led: where stages, by number, led from where; `ended` is told when all starts have.
     """
 
     show: Callable[[int, int, str, int, float], None] = lambda start, starts, kind, evaluations, best: None
@@ -77,6 +77,7 @@ class Progress:
     began: float = field(default_factory=time.perf_counter)
     rows: list[tuple[float, ...]] = field(default_factory=list)
     led: list[tuple[int, Array, Array, Outcome]] = field(default_factory=list)
+    ended: Callable[[], None] = lambda: None
 
 
 def fit(plan: FitPlan, progress: Progress | None = None) -> Fit:
@@ -100,6 +101,7 @@ def fit(plan: FitPlan, progress: Progress | None = None) -> Fit:
         raise InputError(
             "effects", "the model has no solution at any start", "better start values", "set `initial`"
         )
+    progress.ended()
     history = np.array(progress.rows).reshape(-1, 5)
     return Fit(winner.final, winner.cost, tuple(starts), history, time.perf_counter() - progress.began)
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from identify.fitting.fit import Progress
-from identify.reports import progress
-from identify.reports.progress import Lines, StartCount, progress_bar, story
+from identify.reports import shown
+from identify.reports.progress import StartCount, progress_bar, story
+from identify.reports.shown import Lines, working
 
 
 class Clock:
@@ -45,7 +46,7 @@ def test_a_stage_is_a_line_and_silence_is_broken_after_ten_seconds() -> None:
 
 
 def test_the_beat_is_heard_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress, "SILENCE_S", 0.01)
+    monkeypatch.setattr(shown, "SILENCE_S", 0.01)
     heard = threading.Event()
     said: list[str] = []
 
@@ -70,6 +71,8 @@ def test_only_the_cost_of_the_result_is_shown() -> None:
         "start 10 of 10, gauss-newton, best cost 48.9",
         "one more start, gauss-newton, best cost 48.9",
     ]
+    count.ended()
+    assert said[-1] == "intervals and modes of the best start, best cost 48.9"
 
 
 def test_a_bar_is_never_full_before_the_end() -> None:
@@ -94,9 +97,25 @@ def test_a_bar_is_never_full_before_the_end() -> None:
     assert seen[-1] == (10, 11)
 
 
+def test_what_has_no_parts_to_count_gives_a_sign_of_life(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(shown, "SILENCE_S", 0.01)
+    said = ""
+    with working(quiet=False, what="finding depth limits"):
+        while not said:
+            said = capfd.readouterr().err
+    assert said.startswith("finding depth limits (0 s)")
+    ended = threading.Event()
+    monkeypatch.setattr(shown, "Lines", lambda write: ended.set())
+    with working(quiet=True, what="finding depth limits"):
+        assert not ended.is_set()
+    assert capfd.readouterr().err == ""
+
+
 def test_a_pipe_gets_lines_and_quiet_gets_none(capfd: pytest.CaptureFixture[str]) -> None:
-    with progress_bar(quiet=False) as shown:
-        shown.show(0, 3, "hybrid", 1, 2.0)
+    with progress_bar(quiet=False) as bar:
+        bar.show(0, 3, "hybrid", 1, 2.0)
     with story(quiet=False) as told:
         told.say("The present model: gap 8.")
         told.done(1, 2)
@@ -107,8 +126,8 @@ def test_a_pipe_gets_lines_and_quiet_gets_none(capfd: pytest.CaptureFixture[str]
         "trying candidates: 1 of 2",
         "comparing the best candidates",
     ]
-    with progress_bar(quiet=True) as shown, story(quiet=True) as told:
-        shown.show(0, 3, "hybrid", 1, 2.0)
+    with progress_bar(quiet=True) as bar, story(quiet=True) as told:
+        bar.show(0, 3, "hybrid", 1, 2.0)
         told.say("nothing")
     assert capfd.readouterr().err == ""
-    assert isinstance(shown, Progress)
+    assert isinstance(bar, Progress)
