@@ -167,7 +167,7 @@ def _joined(below: Identified, above: Identified, seam_hz: float) -> Identified:
             for c, mine in zip(part.rejected, own, strict=True)
             if mine
         ],
-        by_noise=low.by_noise and high.by_noise,
+        by_noise=np.concatenate([part.by_noise[own] for part, own in zip((low, high), rows, strict=True)]),
     )
     diagram = _drawn([part.diagram for part in parts], seam_hz)
     return Identified(diagram, verified, below.rebuilt, below.bands_hz + above.bands_hz)

@@ -89,6 +89,13 @@ def gram(same: Complex, across: Complex, a: Columns, b: Columns) -> Array:
     return np.asarray(value.real)
 
 
+def written_out(f: Functions, columns: Columns) -> Array:
+    """The columns themselves, (2 L, references, n): real rows, then imaginary ones."""
+    real, imaginary = f.columns[:, columns.function], f.columns[:, len(f) + columns.function]
+    parts = [real * v.real + imaginary * v.imag for v in columns.vector.T]
+    return np.asarray(np.stack(parts, axis=1))
+
+
 def rebuilt(f: Functions, columns: Columns, solution: Array) -> Array:
     """What the columns give with a solution (len columns, responses): (2 L, references x responses), real
     rows above imaginary ones.

@@ -124,6 +124,5 @@ def _split(
             )
         )
     inside = rows(model, inner, model.residuals)
-    return Verified(
-        [modes[r] for r in inner], inside, rows(model, outer, {}), refined.covariance[inner], gone
-    )
+    modes, by_noise = [modes[r] for r in inner], np.zeros(len(inner), dtype=bool)
+    return Verified(modes, inside, rows(model, outer, {}), refined.covariance[inner], gone, by_noise)

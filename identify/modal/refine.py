@@ -23,6 +23,9 @@ from identify.modal.lsfd import power_of, stack, unit_participation
 QUICK, FULL = (4, 1e-3), (25, 1e-7)
 """Largest number of steps, and the relative fall of the cost that ends them."""
 _RIDGE = 1e-13
+_UNKNOWN = 1e-8
+"""Part of a parameter's effect that the linear unknowns leave, below which it is rounding: a resonance far
+beyond the band that residual terms replace."""
 _STRIDE = 1.0
 """The farthest that a pole moves in a step, in half-bandwidths: what asks for more is not linear."""
 
@@ -298,21 +301,37 @@ def solved(factor: Array, right: Array) -> Array:
 
 
 def slope(state: Fit) -> tuple[Array, Array]:
-    """Right side and Gauss-Newton matrix over the free modes, each with 2 x references real parameters."""
+    """Right side and Gauss-Newton matrix over the free modes, each with 2 x references real parameters; one
+    that the data do not tell apart from the linear unknowns has no gradient.
+    """
     columns = state.equations.derivatives(state.participation, state.free)
     basis = state.equations.basis(state.participation)
     overlap = state.moments.gram(columns, basis) / state.size
-    projected = state.moments.gram(columns, columns) - overlap @ state.inverse @ overlap.T
+    own = state.moments.gram(columns, columns)
+    projected = own - overlap @ state.inverse @ overlap.T
     right = state.moments.right(columns) - overlap @ state.solution
-    shapes = _shapes(state)
-    m, q = len(shapes), 2 * state.participation.shape[1]
+    shapes = weighted_shapes(state)
+    normal, whole = over_responses(projected, shapes), np.diag(over_responses(own, shapes))
+    blocks = right.reshape(len(shapes), -1, 2, right.shape[1])
+    gradient = np.einsum("rpao,rao->rp", blocks, shapes).ravel()
+    blind = np.diag(normal) <= _UNKNOWN * whole
+    gradient[blind], normal[blind], normal[:, blind] = 0.0, 0.0, 0.0
+    normal[blind, blind] = _UNKNOWN * whole[blind]
+    return gradient, normal
+
+
+def over_responses(products: Array, shapes: Array) -> Array:
+    """Inner products of the derivatives, (parameters, parameters), from those of their columns and the
+    weighted shapes (free, 2, responses).
+    """
+    m = len(shapes)
+    blocks = products.reshape(m, -1, 2, m, len(products) // (2 * m), 2)
     across = np.einsum("rao,sbo->rasb", shapes, shapes)
-    normal = np.einsum("rpasqb,rasb->rpsq", projected.reshape(m, q, 2, m, q, 2), across, optimize=True)
-    gradient = np.einsum("rpao,rao->rp", right.reshape(m, q, 2, -1), shapes).ravel()
-    return gradient, normal.reshape(m * q, m * q)
+    normal = np.einsum("rpasqb,rasb->rpsq", blocks, across, optimize=True)
+    return np.asarray(normal.reshape(len(products) // 2, -1))
 
 
-def _shapes(state: Fit) -> Array:
+def weighted_shapes(state: Fit) -> Array:
     """Real and imaginary part of the weighted shapes of the free modes, (free, 2, responses)."""
     m = len(state.poles)
     real = (state.solution / state.size[:, None])[: 2 * m]

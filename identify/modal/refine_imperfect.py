@@ -15,6 +15,7 @@ from identify.core.arrays import Array, Complex, Mask
 from identify.core.separable import eliminate
 from identify.modal.layout import Layout
 from identify.modal.lsfd import regressors, stack, targets, unit_participation
+from identify.modal.refine import factored, solved
 
 _QUICK, _FULL = (3, 1e-3), (15, 1e-6)
 """Largest number of steps, and the relative fall of the cost that ends them."""
@@ -136,8 +137,8 @@ def _minimise(problem: _Problem, state: _State, steps: int, tolerance: float) ->
 
 def _step(normal: Array, gradient: Array, damping: float) -> Array:
     scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    factor = scipy.linalg.cho_factor(normal / np.outer(scale, scale) + damping * np.eye(len(scale)))
-    return np.asarray(scipy.linalg.cho_solve(factor, gradient / scale) / scale)
+    factor = factored(normal / np.outer(scale, scale), damping)
+    return np.asarray(solved(factor, gradient / scale) / scale)
 
 
 def _gradient(problem: _Problem, state: _State) -> tuple[Array, Array]:

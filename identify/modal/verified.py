@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Complex
+from identify.core.arrays import Complex, Mask
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel, lsfd
 from identify.modal.selection import Candidate, arrays, without_idle
@@ -22,8 +22,8 @@ class Verified:
     that are none.
 
     outside: what was fitted with the rest and is no mode of the table: resonances beyond the band, poles with
-    too much damping or a complex shape; they act as residuals.  by_noise: whether the covariance says all, as
-    where the residual is noise; elsewhere the spread over orders counts besides.
+    too much damping or a complex shape; they act as residuals.  by_noise (m,): whether the covariance says
+    all, as where the residual is noise; elsewhere the spread over orders counts besides.
     """
 
     modes: list[Candidate]
@@ -31,7 +31,7 @@ class Verified:
     outside: ModalModel
     covariance: np.ndarray
     rejected: list[Candidate]
-    by_noise: bool = False
+    by_noise: Mask
 
 
 def unrefined(modes: list[Candidate], layout: Layout, settings: ModalSettings) -> Verified:
@@ -41,7 +41,8 @@ def unrefined(modes: list[Candidate], layout: Layout, settings: ModalSettings) -
         modes, idle = without_idle(modes, layout, settings)
     poles, participation = pole_arrays(modes, layout)
     model = lsfd(layout, poles, participation, settings.residuals)
-    return Verified(modes, model, rows(model, np.zeros(0, dtype=int), {}), np.zeros((len(modes), 2, 2)), idle)
+    none = rows(model, np.zeros(0, dtype=int), {})
+    return Verified(modes, model, none, np.zeros((len(modes), 2, 2)), idle, np.zeros(len(modes), dtype=bool))
 
 
 def pole_arrays(modes: list[Candidate], layout: Layout) -> tuple[Complex, Complex]:

@@ -170,8 +170,8 @@ def _split(state: State, layout: Layout, settings: ModalSettings) -> Verified:
     ]
     modes = [state.modes[r] for r in inner]
     inside = rows(model, inner, model.residuals)
-    outside, by_noise = rows(model, outer, {}), over_noise(found) <= _NOT_NOISE
-    return Verified(modes, inside, outside, covariance(found)[inner], gone, by_noise=by_noise)
+    by_noise = np.maximum(leftover(found)[0][inner], over_noise(found)) <= _COMPLETE
+    return Verified(modes, inside, rows(model, outer, {}), covariance(found)[inner], gone, by_noise)
 
 
 def _faults(state: State, model: ModalModel, layout: Layout, settings: ModalSettings) -> list[str]:

@@ -15,7 +15,7 @@ from identify.modal.mac import mac
 from identify.modal.refine import FULL, QUICK, Equations, Fit, fit, minimise
 from identify.modal.scaling import scale
 from identify.modal.settings import ModalSettings
-from identify.modal.uncertainty import covariance
+from identify.modal.uncertainty import covariance, leverage, noise_variance
 from identify.modal.weights import reweighted
 from identify.modal.window import decay_per_s, frequency_and_damping, seen_through
 from tests.modal.systems import System, chain, channels, measure
@@ -105,6 +105,37 @@ def test_the_stated_covariance_is_the_scatter_over_noise() -> None:
     inside = np.mean(np.abs(deviations) < 1)
     assert 0.6 < inside < 0.76  # 68 % of 320 numbers, give or take three standard deviations
     assert 0.92 < np.mean(np.abs(deviations) < 2) < 0.985
+
+
+def test_noise_is_told_right_where_peaks_are_a_few_lines_wide() -> None:
+    narrow = chain([1.0, 20.0, 33.0, 36.0, 60.0, 900.0], [0.01, 0.02, 0.012, 0.011, 0.0066, 0.01])
+    frequency, free, told, taken = np.arange(20, 141) * 0.5, np.ones(4, dtype=bool), [], []
+    for seed in range(20):
+        layout = arrange(measure(narrow, frequency, [0], noise=0.003, seed=seed), ModalSettings())
+        start = fit(
+            Equations.of(layout, RESIDUALS), narrow.poles[INSIDE], narrow.shapes[INSIDE, :1] + 0j, free
+        )
+        found = minimise(start, *FULL)
+        true = 0.003**2 * np.mean(np.abs(layout.frf) ** 2) / 2
+        told.append(noise_variance(found) / true)
+        peaks = np.searchsorted(frequency, narrow.poles[INSIDE].imag / (2 * np.pi))
+        taken.append(np.mean(leverage(found)[peaks] / 2))
+    assert np.mean(told) == pytest.approx(1, abs=0.05)
+    # Negative control: where peaks are, the unknowns take a fifth of the noise, and what is left is less.
+    assert np.mean(told) * (1 - np.mean(taken)) < 0.85
+
+
+def test_a_resonance_that_residual_terms_replace_leaves_the_others_their_intervals() -> None:
+    layout, kinds = layout_of(noise=1e-3), ("lower", "upper", "s^-1", "s^1", "s^-4", "s^-3", "s^2")
+    poles = np.append(SYSTEM.poles[INSIDE], 2 * np.pi * (-0.04 + 0.3j))
+    shapes = np.vstack([SYSTEM.shapes[INSIDE, :2], SYSTEM.shapes[:1, :2]])
+    equations = Equations.of(layout, kinds)
+    found = fit(equations, poles, shapes, np.ones(5, dtype=bool))
+    alone = fit(equations, poles[:4], shapes[:4], np.ones(4, dtype=bool))
+    deviation, expected = (np.sqrt(np.trace(covariance(f), axis1=1, axis2=2)) for f in (found, alone))
+    np.testing.assert_allclose(deviation[:4], expected, rtol=0.05)
+    # Negative control: of that resonance itself next to nothing is known.
+    assert deviation[4] > 100 * -poles[4].real
 
 
 def test_modal_mass_at_a_drive_point() -> None:
