@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -33,6 +33,15 @@ CONTROLLERS = Registry(
 FeedforwardModel = Literal["rigid", "two-inertia", "two-link"]
 """The rigid arm; each joint by itself, rotor and link with the joint's spring between, other joints at rest
 where they are commanded; the elastic arm."""
+
+Feedforward = Annotated[
+    FeedforwardModel,
+    Field(
+        description="model of reference and torque: `rigid` arm, each joint as `two-inertia`, or elastic"
+        " `two-link` arm"
+    ),
+]
+"""The config's word for it, in controllers that let it be chosen."""
 
 
 @dataclass(frozen=True)

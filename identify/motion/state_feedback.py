@@ -19,7 +19,7 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.motion.cascade import Cascade, CascadeLaw, CascadeState
-from identify.motion.controller import ControlLaw, FeedforwardModel, Sample
+from identify.motion.controller import ControlLaw, Feedforward, FeedforwardModel, Sample
 
 
 class StateFeedback(Cascade):
@@ -32,11 +32,7 @@ class StateFeedback(Cascade):
     pole_damping: float = Field(
         0.5, gt=0, lt=1, description="damping ratio of the poles at the link's frequency with its drive held"
     )
-    feedforward: FeedforwardModel = Field(
-        "two-inertia",
-        description="model of reference and torque: `rigid` arm, each joint as `two-inertia`, or elastic"
-        " `two-link` arm",
-    )
+    feedforward: Feedforward = "two-inertia"
 
     @property
     def model(self) -> FeedforwardModel:

@@ -19,7 +19,7 @@ from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.motion.cascade import Cascade, CascadeLaw, CascadeState
-from identify.motion.controller import ControlLaw, FeedforwardModel, Sample
+from identify.motion.controller import ControlLaw, Feedforward, FeedforwardModel, Sample
 
 
 class TwoDegreeOfFreedom(Cascade):
@@ -31,11 +31,7 @@ class TwoDegreeOfFreedom(Cascade):
     notch_width: float = Field(0.0, ge=0, description="damping ratio of the notch's poles; 0: no notch")
     notch_depth: float = Field(0.1, ge=0, lt=1, description="gain of the notch at its frequency")
 
-    feedforward: FeedforwardModel = Field(
-        "two-link",
-        description="model of reference and torque: `rigid` arm, each joint as `two-inertia`, or elastic"
-        " `two-link` arm",
-    )
+    feedforward: Feedforward = "two-link"
 
     @property
     def model(self) -> FeedforwardModel:
