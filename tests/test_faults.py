@@ -34,6 +34,10 @@ def test_verdicts(argument: int, verdict: str, tmp_path: Path) -> None:
     fault = Fault("factor", "law.py", "2 * x", "3 * x", ("test_law.py",))
     assert tried(tmp_path, fault, 0).verdict == verdict
     assert (tmp_path / "law.py").read_text() == LAW, "the file is as it was"
+
+
+def test_faults_that_cannot_be_tried(tmp_path: Path) -> None:
+    (tmp_path / "law.py").write_text(LAW)
     gone = Fault("gone", "law.py", "2*x", "3*x", ("test_law.py",))
     assert tried(tmp_path, gone, 1).verdict == "stale"
     lost = Fault("lost", "law.py", "2 * x", "3 * x", ("test_other.py",))

@@ -7,6 +7,7 @@ time.
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -56,8 +57,14 @@ def mean_above_zero(values: Array) -> float:
     if len(values) < 2 * _BLOCKS:
         return 1.0
     means = np.array([block.mean() for block in np.array_split(values, _BLOCKS)])
+    return float((np.count_nonzero(_drawn() @ means <= 0) + 0.5) / (_DRAWS + 1))
+
+
+@cache
+def _drawn() -> Array:
+    """(draws, blocks): how often each block is drawn."""
     drawn = np.random.default_rng(0).integers(0, _BLOCKS, (_DRAWS, _BLOCKS))
-    return float((np.count_nonzero(means[drawn].mean(axis=1) <= 0) + 0.5) / (_DRAWS + 1))
+    return np.array([np.bincount(row, minlength=_BLOCKS) for row in drawn], dtype=float)
 
 
 def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float, Array]:

@@ -99,11 +99,12 @@ def _with_own_bodies(
     residual = fit.residual(problem)
     if fitted is None or fitted.bodies is None or problem.bodies is None:
         return residual, 0.0
-    known = (fitted.bodies * fit.weights[:, None])[fitted.mask]
-    rows = (problem.bodies * fit.weights[:, None])[problem.mask]
-    precision = known.T @ known + np.eye(known.shape[1])
-    moved = np.linalg.solve(rows.T @ rows + precision, rows.T @ (residual * fit.weights)[problem.mask])
-    left = np.where(problem.mask, residual - problem.bodies @ moved, 0.0)
+    squares = fit.weights**2
+    precision = np.tensordot(squares, fitted.body_products, axes=1) + np.eye(problem.bodies.shape[2])
+    own = np.tensordot(squares, problem.body_products, axes=1)
+    pull = np.tensordot(problem.bodies, residual * squares, axes=2 * ((0, 1),))
+    moved = np.linalg.solve(own + precision, pull)
+    left = np.where(problem.mask, residual - np.tensordot(problem.bodies, moved, axes=1), 0.0)
     return left, float(moved @ precision @ moved) / 2
 
 

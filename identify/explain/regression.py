@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from identify.core.arrays import Array, Mask
+from identify.core.arrays import Array, Index, Mask
 from identify.explain.effects.base import MotionEffect
 from identify.explain.recorded_motion import RecordedMotion
 
@@ -23,6 +24,27 @@ determined.
 _STEP = 1e-6
 _KEPT = 250
 """Sets of columns kept in memory, some 0.2 MB each."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns of an effect, (samples, some joints, coefficients), of the joints where it acts: most act at
+    one.
+    """
+
+    joints: Index
+    values: Array
+
+    def added_to(self, total: Array, coefficients: Array) -> None:
+        """Add what they make of coefficients to a total (samples, joints)."""
+        total[:, self.joints] += np.tensordot(self.values, coefficients, axes=1)
+
+    def everywhere(self, joints: int) -> Array:
+        """(samples, joints, coefficients)."""
+        samples, _, count = self.values.shape
+        found = np.zeros((samples, joints, count))
+        found[:, self.joints] = self.values
+        return found
 
 
 @dataclass(frozen=True)
@@ -44,21 +66,37 @@ class RegressionProblem:
     """What errors of rigid bodies within their stated uncertainty add, (samples, joints, k), each column for
     one standard deviation of its own: `identify.explain.body_errors`.
     """
-    remembered: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
+    remembered: dict[object, Columns] = field(default_factory=dict, repr=False, compare=False)
     searched: dict[object, Array | None] = field(default_factory=dict, repr=False, compare=False)
     """Nonlinear parameters that were found, by effect and by what was there at its joint."""
 
+    @cached_property
+    def body_products(self) -> Array:
+        """(joints, k, k): products of the columns of `bodies` over the samples that count, joint by joint."""
+        assert self.bodies is not None
+        counted = np.where(self.mask[:, :, None], self.bodies, 0.0).swapaxes(0, 1)
+        return np.asarray(counted.swapaxes(1, 2) @ counted)
+
     def columns(self, effect: MotionEffect, parameters: Array) -> Array:
-        """Columns (samples, joints, coefficients) of an effect; those without nonlinear parameters, and the
-        latest with them, are kept.
-        """
+        """Columns (samples, joints, coefficients) of an effect."""
+        return self.columns_where(effect, parameters).everywhere(self.target.shape[1])
+
+    def columns_where(self, effect: MotionEffect, parameters: Array) -> Columns:
+        """The same where it acts; those without nonlinear parameters, and the latest with them, are kept."""
         key = type(effect), effect, parameters.tobytes()
         if key not in self.remembered:
             if len(self.remembered) > _KEPT:
                 for old in [one for one in self.remembered if one[2]]:  # type: ignore[index]
                     del self.remembered[old]
-            self.remembered[key] = self.from_datum(effect.columns(self.scene, parameters))
+            found = self.from_datum(effect.columns(self.scene, parameters))
+            joints = np.flatnonzero(found.any(axis=(0, 2)))
+            self.remembered[key] = Columns(joints, found[:, joints])
         return self.remembered[key]
+
+    @cached_property
+    def wanted(self) -> Array:
+        """The target (samples, joints) without its datum."""
+        return self.from_datum(self.target)
 
     def from_datum(self, values: Array) -> Array:
         """Values (samples, joints, ...) without the datum of each record and joint, by least squares over the
@@ -119,10 +157,14 @@ class Fit:
 
     def predict(self, problem: RegressionProblem) -> Array:
         """What the effects add up to on a record, (samples, joints), from the record's own datum."""
-        return np.asarray(
-            problem.datum_of(problem.target)
-            + design(problem, self.effects, self.nonlinear) @ self.coefficients
-        )
+        total, first = problem.target - problem.wanted, 0
+        for effect, parameters in zip(self.effects, self.nonlinear, strict=True):
+            last = first + len(effect.coefficients)
+            problem.columns_where(effect, parameters).added_to(total, self.coefficients[first:last])
+            first = last
+        if problem.bodies is not None:
+            total += np.tensordot(problem.bodies, self.coefficients[first:], axes=1)
+        return total
 
     def residual(self, problem: RegressionProblem) -> Array:
         """What is left of a record, (samples, joints), zero where samples do not count."""
@@ -132,16 +174,22 @@ class Fit:
         """What one effect adds on a record, (samples, joints)."""
         values = self.of(effect)
         count = len(effect.coefficients)
-        return np.asarray(problem.columns(effect, values[count:]) @ values[:count])
+        found = np.zeros(problem.target.shape)
+        problem.columns_where(effect, values[count:]).added_to(found, values[:count])
+        return found
 
 
 def design(problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array]) -> Array:
     """All columns (samples, joints, p), those of errors of stated bodies last."""
-    columns = [
-        problem.columns(effect, parameters) for effect, parameters in zip(effects, nonlinear, strict=True)
-    ]
-    bodies = [] if problem.bodies is None else [problem.bodies]
-    return np.concatenate([np.zeros((*problem.target.shape, 0)), *columns, *bodies], axis=2)
+    parts = [problem.columns_where(*one) for one in zip(effects, nonlinear, strict=True)]
+    ends = np.cumsum([0, *(part.values.shape[2] for part in parts)])
+    errors = 0 if problem.bodies is None else problem.bodies.shape[2]
+    found = np.zeros((*problem.target.shape, ends[-1] + errors))
+    for part, first, last in zip(parts, ends, ends[1:], strict=False):
+        found[:, part.joints, first:last] = part.values
+    if problem.bodies is not None:
+        found[:, :, ends[-1] :] = problem.bodies
+    return found
 
 
 def expected_size(problem: RegressionProblem, effects: Sequence[MotionEffect]) -> Array:
@@ -164,18 +212,17 @@ def solve(
     """The best coefficients for given nonlinear parameters, and for what is expected of them; of columns that
     cannot be told apart, the smallest.
     """
-    columns = design(problem, effects, nonlinear)
-    wanted = problem.from_datum(problem.target)
-    rows, target = (columns * weights[:, None])[problem.mask], (wanted * weights)[problem.mask]
-    scale = np.sqrt((rows**2).sum(axis=0))
+    columns, weight = design(problem, effects, nonlinear), np.where(problem.mask, weights, 0.0)
+    rows = (columns * weight[:, :, None]).reshape(weight.size, columns.shape[2])
+    products, pull = rows.T @ rows, rows.T @ (problem.wanted * weight).ravel()
+    scale = np.sqrt(np.diag(products))
     scale[scale == 0] = 1.0
-    rows = rows / scale
     prior = expected_size(problem, effects) / scale
-    values, vectors = np.linalg.eigh(rows.T @ rows + np.diag(prior**2))
+    values, vectors = np.linalg.eigh(products / np.outer(scale, scale) + np.diag(prior**2))
     inverse = np.where(
         values > RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0
     )
-    coefficients = vectors @ (inverse * (vectors.T @ (rows.T @ target))) / scale
+    coefficients = vectors @ (inverse * (vectors.T @ (pull / scale))) / scale
     return Fit(tuple(effects), tuple(nonlinear), coefficients, weights)
 
 
@@ -188,18 +235,17 @@ def aligned(problem: RegressionProblem, fit: Fit) -> Fit:
     residual = fit.residual(problem)
     for number, effect in enumerate(fit.effects):
         if effect.harmonic:
-            coefficients, columns = (
-                fit.of(effect)[: len(effect.coefficients)],
-                problem.columns(effect, fit.nonlinear[number]),
-            )
+            columns = problem.columns_where(effect, fit.nonlinear[number])
+            coefficients, mask = fit.of(effect)[: len(effect.coefficients)], problem.mask[:, columns.joints]
             quadrature = np.stack([-coefficients[1::2], coefficients[::2]], axis=1).ravel()
             harmonic, turned = (
-                np.where(problem.mask, columns @ values, 0.0) for values in (coefficients, quadrature)
+                np.where(mask, np.tensordot(columns.values, values, axes=1), 0.0)
+                for values in (coefficients, quadrature)
             )
-            left = residual + harmonic
+            left = residual[:, columns.joints] + harmonic
             angle = np.arctan2((left * turned).sum(), (left * harmonic).sum())
             fit = fit.replaced(effect, np.cos(angle) * coefficients + np.sin(angle) * quadrature)
-            residual = left - np.cos(angle) * harmonic - np.sin(angle) * turned
+            residual[:, columns.joints] = left - np.cos(angle) * harmonic - np.sin(angle) * turned
     return fit
 
 

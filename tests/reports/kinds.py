@@ -213,10 +213,9 @@ class Made:
 
 def make(case: Case, folder: Path) -> Made:
     """Write the results of a case and their reports into a folder."""
-    files = [
-        folder / f"{name}.h5" for name, _ in zip(("first", "second", "third"), case.make(), strict=False)
-    ]
-    for file, result in zip(files, case.make(), strict=True):
-        result_file.write(result, file)
+    files = []
+    for name, result in zip(("first", "second"), case.make(), strict=False):
+        files.append(folder / f"{name}.h5")
+        result_file.write(result, files[-1])
     written = write_reports(*files, export=folder / "figures")
     return Made(case, files, *written)
