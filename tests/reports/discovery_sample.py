@@ -46,7 +46,7 @@ def discovery_result() -> DiscoveryResult:
         key="key",
         name="made_up_arm",
         verdict=(
-            f"TruncationCorrection from the model: {TILT}. With it, the gap goes from 12.35 to 1.03.",
+            f"Missing from the model: {TILT}. With it, the gap goes from 12.35 to 1.03.",
             "What is left is noise.",
         ),
         notes=("only one start found the best minimum, 1 < 2 & more `starts` would tell",),
@@ -85,6 +85,7 @@ def null_result() -> DiscoveryResult:
     found = discovery_result()
     none = AddedEffects((), (), (), (), (), np.zeros(0), np.zeros(0), np.zeros(0))
     same: dict[str, Any] = {
+        "marks": MarkTable((), np.zeros((0, 3)), np.zeros((0, 3))),
         "after": found.before,
         "map_after": found.map_before,
         "steps": {"0": _step(12.3456, 11.875, "", False)},

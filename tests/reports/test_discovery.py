@@ -35,7 +35,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 @pytest.mark.parametrize("where", ["page", "pdf"])
 def test_the_story_is_told_in_order(told: dict[str, str], where: str) -> None:
     said = (
-        "TruncationCorrection from the model",
+        "Missing from the model",
         f"Step 1: {TILT}, added",
         "Model: the study's. The residual is 12.35 times the noise",
         f"Step 2: {ODD}, followed but not kept",

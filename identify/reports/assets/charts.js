@@ -71,9 +71,9 @@
 
   draw("correlation-plot", () => [[{
     type: "heatmap", z: correlation, x: free, y: free, zmin: -1, zmax: 1, xgap: 1, ygap: 1, colorscale: [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]],
-    hovertemplate: "%{x}<br>%{y}<br>%{z:.3f}<extra></extra>", colorbar: {title: {text: "Correlation (–)", side: "right"}, thickness: 12, outlinewidth: 0},
+    hovertemplate: "%{x}<br>%{y}<br>%{z:.3f}<extra></extra>", colorbar: colorBar("(–)"),
   }], {
-    height: 420, margin: {l: 64, r: 16, t: 16, b: 48},
+    height: 436, margin: {l: 64, r: 16, t: 32, b: 48},
     xaxis: {tickangle: -50, showgrid: false}, yaxis: {autorange: "reversed", showgrid: false},
   }]);
 })();

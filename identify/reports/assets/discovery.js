@@ -13,10 +13,10 @@
   });
   const decades = (low, high, title) => ({title: {text: title}, type: "log", range: [Math.log10(low), Math.log10(high)], ...writtenOut(low, high)});
   // Gaps from noise up, wide apart on a logarithmic axis.
-  const gapAxis = (wide, values, room) => {
+  const gapAxis = (wide, values, room, ahead = 0.45 * room) => {
     const known = values.filter(v => v !== null), low = Math.min(1, ...known), high = Math.max(1, ...known);
-    return wide ? decades(low / 10 ** (0.45 * room + 0.02), high * 10 ** room, GAP)
-      : {title: {text: GAP}, range: [low - 0.12 * (high - low + 0.1), high + (0.3 + room) * (high - low + 0.1)], zeroline: false};
+    return wide ? decades(low / 10 ** (ahead + 0.02), high * 10 ** room, GAP)
+      : {title: {text: GAP}, range: [low - Math.max(0.12, 0.8 * ahead) * (high - low + 0.1), high + (0.3 + room) * (high - low + 0.1)], zeroline: false};
   };
 
   DATA.steps.forEach((step, k) => {
@@ -66,21 +66,21 @@
       marker: {color: shade, opacity: falls.whole.map(whole => whole ? 1 : 0.5)}, customdata: falls.labels.map((label, i) => [label, falls.end[side][i]]), hovertemplate: "%{customdata[0]}: gap %{customdata[1]:.4g}",
     })), {
       height: 120 + 52 * falls.labels.length, margin: {l: narrow("falls-plot") ? 130 : 250, r: 50, t: 40, b: 48}, barmode: "overlay", legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
-      xaxis: gapAxis(falls.wide, [...falls.begin.flat(), ...falls.end.flat()], narrow("falls-plot") ? 0.6 : 0.25), yaxis: rows(falls.labels, true, narrow("falls-plot") ? 20 : 42), shapes: [upright(1)],
+      xaxis: gapAxis(falls.wide, [...falls.begin.flat(), ...falls.end.flat()], ...(narrow("falls-plot") ? [0.6, 0.6] : [0.25])), yaxis: rows(falls.labels, true, narrow("falls-plot") ? 20 : 42), shapes: [upright(1)],
     }];
   });
 
   const {bands, channels, reach, sets} = DATA.maps;
   const top = Math.log10(reach), ticks = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100].filter(t => Math.abs(Math.log10(t)) <= top + 1e-9);
-  const gapColors = (showscale, title = GAP) => ({
+  const gapColors = showscale => ({
     showscale, colorscale: [[0, color("cold")], [0.25, color("cool")], [0.5, color("neutral")], [0.75, color("warm")], [1, color("hot")]],
-    colorbar: {title: {text: title, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
+    colorbar: colorBar("Gap", {tickvals: ticks.map(Math.log10), ticktext: ticks.map(String)}),
   });
   const row = Math.min(14, 780 / channels.length), every = Math.ceil(12 / row);
   const shown = channels.map((_, i) => i).filter(i => i % every === 0);
   sets.forEach(({maps}, k) => draw(`map-${k}`, () => [maps.map((map, side) => ({
     type: "heatmap", x: bands, y: channels.map((_, i) => i), z: map.gap.map(line => line.map(v => v === null ? null : Math.log10(Math.max(v, 1e-6)))), zmin: -top, zmax: top, name: map.label,
-    ...gapColors(side === maps.length - 1, narrow(`map-${k}`) ? "Gap" : GAP), xaxis: side ? "x2" : "x",
+    ...gapColors(side === maps.length - 1), xaxis: side ? "x2" : "x",
     text: channels.map(name => bands.slice(1).map((high, b) => `${name}, ${bands[b].toPrecision(3)} to ${high.toPrecision(3)} Hz`)), customdata: map.gap, hovertemplate: "%{text}: gap %{customdata:.3g}",
   })), {
     height: Math.max(220, 100 + row * channels.length), margin: {l: 90, r: 16, t: 30, b: 48},

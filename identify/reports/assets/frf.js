@@ -149,7 +149,7 @@ const FRF = (() => {
       type: "heatmap", x: map.edges, y: labels.map((_, i) => i), z, zmin: limits[0], zmax: limits[1], colorscale: map.in_noise ? noiseScale() : plainScale(),
       text: labels.map(text => map.edges.slice(1).map(() => text)), customdata: z.map(row => row.map(v => 10 ** v)),
       hovertemplate: "%{text}<br>near %{x:.3g} Hz: %{customdata:.3g}<extra></extra>",
-      colorbar: {title: {text: what, side: "right"}, tickvals: ticks.map(Math.log10), ticktext: ticks.map(String), thickness: 14, outlinewidth: 0},
+      colorbar: colorBar(what.replaceAll(" / ", "<br>/ ").replace(" (", "<br>("), {tickvals: ticks.map(Math.log10), ticktext: ticks.map(String)}),
     }], {
       height: Math.max(260, 110 + row * labels.length), margin: {l: 110, r: 16, t: 34, b: 48},
       xaxis: {title: {text: "Frequency (Hz)"}, showgrid: false},

@@ -25,6 +25,9 @@ async function unpack(packed) {
   return rows;
 }
 
+// A bar of colours beside a map, with its title above it, clear of its numbers.
+const colorBar = (title, more = {}) => ({title: {text: title, side: "top", font: {size: 12}}, thickness: 13, outlinewidth: 0, ...more});
+
 const plots = new Map();
 let printing = false, themeOnScreen = "light";
 

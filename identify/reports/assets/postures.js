@@ -49,10 +49,10 @@
     const metric = [x, y].every(o => o.label.endsWith("(m)"));
     return [[{
       x: rows.map(i => x.values[i]), y: rows.map(i => y.values[i]), text: rows.map(i => names[i]), customdata: rows.map(i => q.value[i]), mode: "markers", type: "scatter",
-      marker: {size: rows.length > 300 ? 6 : 9, color: rows.map(i => q.value[i]), colorscale: "Cividis", showscale: true, colorbar: {title: {text: q.label, side: "right"}, thickness: 12, outlinewidth: 0}},
+      marker: {size: rows.length > 300 ? 6 : 9, color: rows.map(i => q.value[i]), colorscale: "Cividis", showscale: true, colorbar: colorBar("")},
       hovertemplate: "%{text}<br>%{customdata:.5g}<extra></extra>",
     }], {
-      height: 400, margin: {l: 60, r: 12, t: 40, b: 52}, title: {text: q.name, font: {size: 14}, x: 0, xref: "paper", xanchor: "left"},
+      height: 400, margin: {l: 60, r: 12, t: 40, b: 52}, title: {text: q.label, font: {size: 14}, x: 0, xref: "paper", xanchor: "left"},
       xaxis: {title: {text: x.label}, zeroline: false}, yaxis: {title: {text: y.label}, zeroline: false, ...(metric && {scaleanchor: "x"})},
     }];
   }

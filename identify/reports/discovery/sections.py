@@ -74,10 +74,8 @@ _OPTIONS = (
     f" {CONVINCING:.0f}, above which it convinces."
 )
 _FALLS = "Gap of each model, measured from noise (1), and what each addition does to it."
-_ROBOT = (
-    "RMS of the gap over all measurements, bands and directions of each point. Ringed: where what was added"
-    " sits, with the axes along or about which it acts."
-)
+_ROBOT = "RMS of the gap over all measurements, bands and directions of each point."
+_RINGED = " Ringed: where what was added sits, with the axes along or about which it acts."
 _MAP = "One row per response channel, one column per band, all maps in the same colours: neutral is noise."
 _BRIEF = ("Candidate", "Gap", "Gap, other data", "Log odds", "Verdict")
 _SCRIPTS = ("compare.js", "discovery.js")
@@ -218,9 +216,10 @@ def _robot(result: DiscoveryResult) -> list[Part]:
     found = gaps_on_robot(result)
     if not any(np.isfinite(values).any() for _, values in found.gaps):
         return []
+    said = _ROBOT + (_RINGED if len(result.marks.at_m) else "")
     return [
         Heading("On the robot", on=PAGE),
-        Drawing("gap-robot", partial(figure.on_robot, result), _ROBOT, lambda: [_point_table(found)], _ROBOT),
+        Drawing("gap-robot", partial(figure.on_robot, result), said, lambda: [_point_table(found)], said),
     ]
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from identify.core.text import capital
 from identify.reports.kit.cells import unit
 from identify.reports.kit.figures import INK, PALETTE, WIDTH_IN
 from identify.results.joints import CurveResult, Panel
@@ -50,5 +51,5 @@ def _draw(axes: Any, panel: Panel) -> None:
                 x, y, ("o", "x")[points % 2], color=INK, mfc=INK if many else "none", label=name, **look
             )
             points += 1
-    axes.set_xlabel(f"{panel.x_label} ({x_unit})")
-    axes.set_ylabel(f"{panel.y_label}\n({y_unit})")
+    axes.set_xlabel(f"{capital(panel.x_label)} ({x_unit})")
+    axes.set_ylabel(f"{capital(panel.y_label)}\n({y_unit})")

@@ -7,10 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from identify.core.text import capital
 from identify.reports.joints import tables
 from identify.reports.joints.figure import curve, scale
 from identify.reports.kit.cells import Column, Curves, sentence
-from identify.reports.kit.report import EVERYWHERE, Bullets, Drawing, Part, Report, Section, Tabular, origin
+from identify.reports.kit.report import (
+    EVERYWHERE,
+    Bullets,
+    Drawing,
+    Part,
+    Report,
+    Section,
+    Tabular,
+    Text,
+    origin,
+)
 from identify.results.joints import CurveResult, JointsResult, Panel
 
 _TERMINAL = ("Value", "Identified", "95 %", "Unit", "Identifiability", "Described")
@@ -31,11 +42,16 @@ def _section(anchor: str, label: str, found: CurveResult) -> Section:
             lambda: _curves(label, found),
         ),
         Tabular(tables.value_table(label, found), sort=anchor, terminal=_TERMINAL, on=EVERYWHERE),
-        *([Bullets([sentence(text) for text in found.said])] if found.said else []),
+        *_said([sentence(text) for text in found.said]),
     ]
     panels = [_panel(name if len(found.panels) > 1 else "", panel) for name, panel in found.panels.items()]
     data = {"curves": [{"id": anchor, "panels": panels}]}
     return Section(anchor, label, parts, data=data, scripts=("joints.js",))
+
+
+def _said(sentences: list[str]) -> list[Part]:
+    """Remarks: one as a note, several as a list."""
+    return [Bullets(sentences)] if len(sentences) > 1 else [Text(one, "note") for one in sentences]
 
 
 def _panel(name: str, panel: Panel) -> dict[str, Any]:
@@ -43,7 +59,7 @@ def _panel(name: str, panel: Panel) -> dict[str, Any]:
     series = [
         {"name": n, "look": s.look, "x": x_factor * s.x, "y": y_factor * s.y} for n, s in panel.series.items()
     ]
-    x, y = f"{panel.x_label} ({x_unit})", f"{panel.y_label} ({y_unit})"
+    x, y = f"{capital(panel.x_label)} ({x_unit})", f"{capital(panel.y_label)} ({y_unit})"
     return {"title": name, "x": x, "y": y, "series": series}
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.reports.kit.cells import unit as unit_text
 from identify.results.motion import RecordResult
 
 DEGREES = {"rad": "°", "rad/s": "°/s"}
@@ -42,7 +43,7 @@ def factor(unit: str) -> float:
 
 def shown_unit(unit: str) -> str:
     """The unit that is shown."""
-    return DEGREES.get(unit, unit)
+    return unit_text(DEGREES.get(unit, unit))
 
 
 def panels(record: RecordResult) -> list[Panel]:
