@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identify.core.text import count, listed
-from identify.reports.kit.cells import NONE, number, percent, sentence, signed, unit
+from identify.reports.kit.cells import NONE, number, percent, sentence, signed, turns_per_minute, unit
 
 
 @pytest.mark.parametrize(
@@ -61,3 +61,8 @@ def test_words() -> None:
     assert (count(1, "line"), count(2, "line")) == ("1 line", "2 lines")
     assert (sentence("a note"), sentence("Done.")) == ("A note.", "Done.")
     assert (listed([]), listed(["a"]), listed(["a", "b", "c"])) == ("", "a", "a, b and c")
+
+
+def test_speeds_are_whole_turns_from_a_thousand_on() -> None:
+    assert [turns_per_minute(rpm) for rpm in (10034.4, 2000.0, 12.5)] == ["10034", "2000", "12.50"]
+    assert turns_per_minute(math.inf) == number(math.inf) == "∞"

@@ -89,6 +89,11 @@ def _text(value: float, digits: int) -> str:
     return f"{mantissa}e{power}"
 
 
+def turns_per_minute(rpm: float) -> Number:
+    """A spindle speed, in whole turns where that says enough: `10034`, `12.50`."""
+    return Number(f"{rpm:.0f}", float(rpm)) if 1000 <= rpm < math.inf else number(rpm)
+
+
 def percent(ratio: float) -> Number:
     """A ratio in per cent, without the sign: the column says it."""
     return number(100 * ratio)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
@@ -299,10 +299,10 @@ def _corners(geometry: Geometry) -> Array:
 def _floor(axes: Axes, geometry: Geometry) -> None:
     """A floor grid of 0.5 m below the robot and the base's axes."""
     (x0, y0, _), _, (x1, y1, _), _ = _corners(geometry)
-    for x in np.arange(x0, x1 + 1e-9, _STEP_M):
-        axes.plot(*projected(np.array([[x, y0, 0], [x, y1, 0]])), color=GRID, lw=0.5, zorder=0)
-    for y in np.arange(y0, y1 + 1e-9, _STEP_M):
-        axes.plot(*projected(np.array([[x0, y, 0], [x1, y, 0]])), color=GRID, lw=0.5, zorder=0)
+    lines = [[[x, y0, 0], [x, y1, 0]] for x in np.arange(x0, x1 + 1e-9, _STEP_M)]
+    lines += [[[x0, y, 0], [x1, y, 0]] for y in np.arange(y0, y1 + 1e-9, _STEP_M)]
+    ends = projected(np.array(lines)).transpose(1, 2, 0)
+    axes.add_collection(LineCollection(list(ends), colors=GRID, linewidths=0.5, zorder=0))
     for axis, name in enumerate("XYZ"):
         end = np.zeros((2, 3))
         end[1, axis] = 0.35

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.reports.kit.cells import Column, Table, number, percent, words
+from identify.reports.kit.cells import Column, Table, number, percent, turns_per_minute, words
 from identify.results.map import MapResult
 
 
@@ -58,7 +58,10 @@ def limit_table(result: MapResult) -> Table | None:
         row, feed = divmod(int(at), feeds)
         values = (scale * one[row, feed] for one in (limit.value, limit.low_95, limit.high_95))
         place = map(number, np.round(rows.tool_m[row], 6) + 0.0)
-        told = map(number, (limit.feed_deg[feed], limit.chatter_hz[row, feed], limit.rpm[row, feed]))
+        told = (
+            *map(number, (limit.feed_deg[feed], limit.chatter_hz[row, feed])),
+            turns_per_minute(limit.rpm[row, feed]),
+        )
         found.append((rows.name[row], *place, *map(number, values), *told))
     heads = (
         words("Posture"),

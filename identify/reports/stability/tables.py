@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.reports.kit.cells import Column, Table, number, percent, signed, words
+from identify.reports.kit.cells import Column, Table, number, percent, signed, turns_per_minute, words
 from identify.results.stability import StabilityResult
 
 _AXES = ("feed", "normal to it", "spindle, from the tip")
@@ -54,7 +54,9 @@ def limit_table(result: StabilityResult) -> Table:
         Column("Zeroth order", "mm"),
     )
     note = "∞: stable up to the largest depth. Zeroth order knows the mean of the cut alone."
-    return Table("Depth limits", heads, tuple(tuple(number(value) for value in row) for row in rows), note)
+    return Table(
+        "Depth limits", heads, tuple((turns_per_minute(row[0]), *map(number, row[1:])) for row in rows), note
+    )
 
 
 def check_table(result: StabilityResult) -> Table:
@@ -75,7 +77,7 @@ def check_table(result: StabilityResult) -> Table:
     cells = []
     for row in rows:
         apart = 100 * (row[2] / row[3] - 1) if np.isfinite(row[2:]).all() else np.nan
-        cells.append((*map(number, row), signed(apart, 2)))
+        cells.append((turns_per_minute(row[0]), *map(number, row[1:]), signed(apart, 2)))
     return Table("The same limit by each method", heads, tuple(cells))
 
 
