@@ -430,6 +430,9 @@ def main() -> None:
             show(message, category, *where, **other)
 
     warnings.showwarning = note
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a pipe of another code page must not end a finished run
+            stream.reconfigure(errors="replace")
     ended = _sentence_on_interruption(sys.argv[1:2])
     try:
         with listening(ended):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from identify.cli import app
+from identify.cli import app, main
 from identify.core.errors import InputError
 from identify.fitting.optimizers.base import OPTIMIZERS
 from identify.results.comparison import compared
@@ -66,6 +68,23 @@ def test_compare_sets_results_side_by_side(fitted: Path) -> None:
     assert shown.returncode == 0
     for part in ("tx200", "other", "joint1.rz.stiffness", "12.05", "12.30", "6.50"):
         assert part in shown.stdout.replace("\n", " "), part
+
+
+@pytest.mark.parametrize(
+    ("encoding", "unit"), [("cp1252", "N·m/rad"), ("ascii", "N?m/rad"), ("utf-8", "N·m/rad")]
+)
+def test_a_pipe_of_another_code_page_ends_no_run(
+    encoding: str, unit: str, fitted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As Windows gives one to a command whose output is piped; minus signs and arrows are not in all."""
+    said = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(said, encoding=encoding, write_through=True))
+    other = shutil.copy(fitted, tmp_path / "other.h5")
+    monkeypatch.setattr(sys, "argv", ["identify", "compare", str(fitted), str(other)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert unit in said.getvalue().decode(encoding)
 
 
 def test_report_again_from_the_result_alone(fitted: Path) -> None:

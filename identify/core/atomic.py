@@ -16,8 +16,10 @@ ELSEWHERE = "choose another with `--out`"
 
 
 def write_text(path: Path, text: str, fix: str = ELSEWHERE) -> None:
-    """Write a text in UTF-8, whole or not at all, as `write_atomically` does."""
-    write_atomically(path, partial(Path.write_text, data=text, encoding="utf-8"), fix)
+    """Write a text in UTF-8 with the same ends of lines on every system, whole or not at all, as
+    `write_atomically` does.
+    """
+    write_atomically(path, partial(Path.write_text, data=text, encoding="utf-8", newline="\n"), fix)
 
 
 def write_atomically(path: Path, fill: Callable[[Path], object], fix: str = ELSEWHERE) -> None:
@@ -40,6 +42,7 @@ def write_atomically(path: Path, fill: Callable[[Path], object], fix: str = ELSE
 
 def check_writable(path: Path, fix: str = ELSEWHERE) -> None:
     """Raise the InputError of `write_atomically` now where it could not write; what is at `path` stays."""
+    check_name(path.name)
     if path.is_dir():
         raise InputError(str(path), "is a folder", "a place for a file", fix)
     aside = _aside(path)
@@ -49,6 +52,16 @@ def check_writable(path: Path, fix: str = ELSEWHERE) -> None:
         aside.unlink()
     except OSError as error:
         raise _not_written(path, error, fix) from error
+
+
+def check_name(name: str, system: str = os.name) -> None:
+    """Raise an InputError for the name of a file that Windows does not take or, with a colon, would hide in
+    another file; elsewhere all names are taken.
+    """
+    found = sorted(set(name) & set('<>:"|?*'))
+    if system == "nt" and (found or name.endswith((".", " "))):
+        what = f"{' '.join(found)} in it" if found else "a dot or a blank at its end"
+        raise InputError(repr(name), f"no name of a file on Windows ({what})", "another name", "give `--out`")
 
 
 def remove_asides(path: Path) -> None:

@@ -225,7 +225,7 @@ def test_pictures_are_drawn_and_follow_their_choices(kind: str, files: dict[str,
         " mode 2').value"
     )
     page.run("$('posture-quantity').dispatchEvent(new Event('change'))")
-    page.wait("$('posture-plot').layout.title.text === 'frequency of mode 2'")
+    page.wait("$('posture-plot').layout.title.text.startsWith('frequency of mode 2')")
     assert page.run("$('posture-over').selectedOptions[0].text") == "Joint 1 (°)"
 
 
