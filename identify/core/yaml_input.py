@@ -23,6 +23,8 @@ from identify.core.errors import InputError
 from identify.core.files import MEBIBYTE
 from identify.core.text_input import LARGEST, has_control, read_text
 
+YAML_SUFFIXES = (".yaml", ".yml")
+"""How names of YAML files end."""
 _DEPTH, _NODES, _DIGITS = 20, 250_000, 60
 _TEXT, _DATE, _FLOAT = (f"tag:yaml.org,2002:{name}" for name in ("str", "timestamp", "float"))
 _NUMBER = re.compile(r"[-+]?(0[xX][\da-fA-F_]+|0[oObB][\d_]+|[\d_.]+([eE][-+]?\d+)?)")

@@ -12,7 +12,7 @@ from identify.core.arrays import Array, Index
 from identify.core.config import validated
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.core.yaml_input import parse_yaml
+from identify.core.yaml_input import YAML_SUFFIXES, parse_yaml
 from identify.fitting.tables import scale_of
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.system import build_site, list_parameters
@@ -80,7 +80,7 @@ def known_of(
 
     InputError for a file that is neither, and where noise, band or resolution is not known.
     """
-    if path.suffix in (".yaml", ".yml"):
+    if path.suffix in YAML_SUFFIXES:
         return _of_study(path, noise, resolution, force_noise or 0.0)
     return _of_fit(path, noise, resolution, force_noise)
 

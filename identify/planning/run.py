@@ -13,6 +13,7 @@ from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.threads import one_thread
+from identify.core.yaml_input import YAML_SUFFIXES
 from identify.fitting.resume import held
 from identify.machining.tool import read_tool
 from identify.model.geometry import drawn_geometry, drawn_modes, standing
@@ -82,7 +83,7 @@ def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tupl
     """
     begun = time.perf_counter()
     known = known_of(model, options.noise, options.resolution, options.force_noise)
-    of_study = model.suffix in (".yaml", ".yml")
+    of_study = model.suffix in YAML_SUFFIXES
     path = out or (Path("reports") if of_study else model.parent) / f"{model.stem}_plan.h5"
     study = path.with_suffix(".yaml")
     inputs = [one for one in (options.table, options.cutter, options.rival) if one is not None]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from identify.core.thresholds import MISSING
+from identify.core.yaml_input import YAML_SUFFIXES
 from identify.reports.outcome import Result
 
 
@@ -40,7 +41,7 @@ def _with_files(found: Result) -> list[str]:
 
 
 def _key(robot: Path) -> str:
-    return "dh" if robot.suffix in (".yaml", ".yml") else "urdf"
+    return "dh" if robot.suffix in YAML_SUFFIXES else "urdf"
 
 
 def _after_fit(found: Result, config: Path | None) -> list[str]:

@@ -13,13 +13,13 @@ import jinja2
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.text import listed
+from identify.core.yaml_input import YAML_SUFFIXES
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 
-_TABLES = (".yaml", ".yml")
 _TEMPLATE = """\
 # A study of identify.  Keys that are missing have defaults; `identify config` prints them all.
 # SI units unless a key says otherwise.
@@ -69,7 +69,7 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
     """Write the config; InputError for a file that exists, which is kept, and for one that cannot be read."""
     if out.exists():
         raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
-    key = "dh" if robot.suffix in _TABLES else "urdf"
+    key = "dh" if robot.suffix in YAML_SUFFIXES else "urdf"
     described = read_robot(RobotSettings.model_validate({key: robot.resolve()}), Path())
     folder = out.resolve().parent
     entries = [_measurement(path, folder) for path in data]
@@ -135,7 +135,7 @@ class _Entry:
 
 
 def _measurement(path: Path, folder: Path) -> _Entry:
-    if path.suffix in _TABLES:
+    if path.suffix in YAML_SUFFIXES:
         return _Entry("modes", _relative(path, folder))
     unknown = False
     try:
