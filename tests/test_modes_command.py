@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from identify.cli import app
 from identify.core.errors import EXIT_NOT_CONVERGED, InputError, InputErrors
+from identify.discovery.new_config import config_text
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.geometry import MeasuredGeometry
@@ -27,13 +28,17 @@ from identify.measured.uff.geometry import geometry_text, read_geometry
 from identify.measured.uff.shapes import read_shapes
 from identify.measured.uff.write import write_uff58
 from identify.modal.mac import mac
+from identify.modal.settings import ModalSettings
 from identify.modes.run import run_modes
 from identify.reports.kit.cells import Table
 from identify.reports.modes import tables as modes_tables
+from identify.reports.modes.figure import stabilisation
 from identify.results import file as result_file
 from identify.results.fit import FitResult
 from identify.results.modes import ModesResult
+from identify.results.provenance import sha256
 from identify.vibration.problem import load_problem
+from identify.vibration.provenance import study_inputs
 from identify.vibration.study import read_study
 from tests.hidden import write_config
 from tests.reports.browser import Page, browser
@@ -316,6 +321,42 @@ def test_a_study_gives_posture_and_settings_and_takes_the_table_back(tmp_path: P
         run_modes(config, tmp_path / "x.h5", length_unit="m")
     with pytest.raises(InputError, match="no measurement with FRFs"):
         run_modes(again, tmp_path / "x.h5")
+
+
+def test_a_study_names_a_file_of_choices_that_its_own_keys_override(tmp_path: Path) -> None:
+    (tmp_path / "arm_posture2.yaml").write_text("max_order: 12\nmin_presence: 0.3\nband_hz: [5, 40]\n")
+    config = write_config(
+        "none_101", tmp_path, extra="modal_choices: arm_posture2.yaml\nmodal: {max_order: 14}"
+    )
+    file = read_study(config)
+    assert file.study.modal == ModalSettings(max_order=14, min_presence=0.3, band_hz=(5, 40))
+    assert ("arm_posture2.yaml", sha256(tmp_path / "arm_posture2.yaml")) in study_inputs(file)
+    assert "modal_choices: ../arm_posture2.yaml" in config_text(file, [], {}, tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="would be overwritten"):
+        run_modes(config, tmp_path / "arm.h5")
+    (tmp_path / "arm_posture2.yaml").write_text("max_order: 12\ndrop: [5]\n")
+    with pytest.raises(InputErrors, match=r"posture2.yaml line 2: drop: .*unknown key.*mean `drop_hz`"):
+        read_study(config)
+    (tmp_path / "arm_posture2.yaml").unlink()
+    with pytest.raises(InputError, match=r"arm_posture2.yaml \(modal_choices in .*line"):
+        read_study(config)
+
+
+def test_the_diagram_marks_what_choices_did(tmp_path: Path) -> None:
+    data, out = write_data(tmp_path / "a.uff", with_geometry=False), tmp_path / "a_modes.h5"
+    given = (data, "--window-decay", DECAY, "--band", 5, 58, "--out", out, "--no-report")
+    assert invoke(*given).exit_code == 0
+    plain = result_file.read(out, ModesResult).measurements["a"].diagram
+    assert plain.marked() == [] or [name for name, _ in plain.marked()] == ["below the threshold"]
+    assert invoke(*given, "--keep", 12.0, "--drop", 31.0).exit_code == 0
+    chosen = result_file.read(out, ModesResult).measurements["a"]
+    marked = dict(chosen.diagram.marked())
+    for name, hz in (("kept by hand", 12.0), ("dropped by hand", 31.0)):
+        assert marked[name].sum() > 5
+        assert chosen.diagram.frequency_hz[marked[name]] == pytest.approx(hz, rel=0.02)
+    figure = stabilisation(chosen)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"kept by hand", "dropped by hand"} <= set(labels)
 
 
 def test_an_unknown_setting_of_the_analysis_is_named(tmp_path: Path) -> None:

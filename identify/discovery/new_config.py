@@ -17,7 +17,7 @@ from identify.core.yaml_input import round_trip
 from identify.model.effects.base import Effect
 from identify.vibration.study import StudyFile
 
-_PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",))
+_PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",), ("modal_choices",))
 
 
 def config_text(

@@ -21,6 +21,8 @@ _MANUAL_REACH = 0.02
 
 
 DROPPED = "dropped by hand"
+IDLE = "explains only"
+"""How the reason begins of what is below the threshold on what a mode must explain."""
 _RARE, _DUPLICATE = "appears in", "duplicate of"
 _LATE, _STEADY, _SHARP = 0.3, 0.95, 0.1
 """A pole that only high orders can tell appears in this part of all orders, in this part of those from its
@@ -212,7 +214,7 @@ def least_share(settings: ModalSettings) -> float:
 
 def idle_reason(contribution: float) -> str:
     """The sentence for a mode that the data do not need."""
-    return f"explains only {contribution:.1%} of the response around it"
+    return f"{IDLE} {contribution:.1%} of the response around it"
 
 
 def _chosen(found: list[Candidate], modes_hz: tuple[float, ...]) -> tuple[list[Candidate], list[Candidate]]:

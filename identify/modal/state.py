@@ -9,7 +9,7 @@ import numpy as np
 from identify.core.arrays import Complex, Mask
 from identify.modal.layout import Layout
 from identify.modal.refine import Fit, fit, minimise, without
-from identify.modal.selection import Candidate
+from identify.modal.selection import IDLE, Candidate
 from identify.modal.weights import required, reweighted
 
 _BACKGROUND = 0.7
@@ -65,7 +65,7 @@ def pruned(state: State, layout: Layout) -> State:
 
 
 def chance(over: float) -> str:
-    return f"explains only {over:.0%} of what a mode must explain beyond noise"
+    return f"{IDLE} {over:.0%} of what a mode must explain beyond noise"
 
 
 def _said(pole: complex) -> str:

@@ -9,20 +9,21 @@ from itertools import pairwise
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac
-from identify.modal.selection import Candidate
+from identify.modal.selection import DROPPED, IDLE, Candidate
 from identify.modal.settings import ESTIMATORS, ModalSettings
 from identify.modal.stabilisation import Diagram
 from identify.results import fit as results
 from identify.results import tables
 from identify.results.modes import (
     FAILED_REBUILD,
+    MARKS,
     AnalysedMeasurement,
     ModeTable,
     Reciprocity,
@@ -81,7 +82,13 @@ def analysed(measured: Measured, settings: ModalSettings) -> tuple[ModalAnalysis
         total_error=found.total_error,
         modes=_modes(found),
         rejected=rejected_poles(found.rejected),
-        diagram=drawn_diagram(found.diagram, found.layout.frequency_hz, found.mode_indicator, settings),
+        diagram=drawn_diagram(
+            found.diagram,
+            found.layout.frequency_hz,
+            found.mode_indicator,
+            settings,
+            (*found.modes, *found.rejected),
+        ),
         reciprocity=_reciprocity(found),
         frf=_frf(found, measured.data),
         geometry=measured.drawn,
@@ -117,9 +124,15 @@ def rejected_poles(found: Sequence[Candidate]) -> RejectedPoles:
 
 
 def drawn_diagram(
-    diagram: Diagram, line_hz: Array, indicator: Array, settings: ModalSettings
+    diagram: Diagram,
+    line_hz: Array,
+    indicator: Array,
+    settings: ModalSettings,
+    judged: Sequence[Candidate],
 ) -> StabilisationDiagram:
-    """Poles of every order over the mode indicator (L, references), as a result keeps them."""
+    """Poles of every order over the mode indicator (L, references), as a result keeps them; judged: modes and
+    rejected candidates, for what choices did to them.
+    """
     clustered = diagram.cluster >= 0
     counts = np.bincount(diagram.cluster[clustered], minlength=1)
     firm = counts[np.maximum(diagram.cluster, 0)] >= settings.min_presence * len(diagram.orders)
@@ -130,7 +143,27 @@ def drawn_diagram(
         clustered & firm,
         line_hz,
         indicator,
+        _marks(diagram, judged),
     )
+
+
+def _marks(diagram: Diagram, judged: Sequence[Candidate]) -> Index:
+    """Of every pole (n,) the position in MARKS, -1 where no choice touched the cluster within whose
+    half-bandwidth it is.
+    """
+    mark = np.full(len(diagram.poles), -1, dtype=np.intp)
+    for one in judged:
+        kind = _mark(one)
+        if kind is not None:
+            mark[np.abs(diagram.poles - one.pole) <= one.half_bandwidth] = MARKS.index(kind)
+    return mark
+
+
+def _mark(one: Candidate) -> str | None:
+    kept, dropped, idle = MARKS
+    if one.by_hand:
+        return kept
+    return dropped if one.reason == DROPPED else idle if one.reason.startswith(IDLE) else None
 
 
 def _reciprocity(found: ModalAnalysis) -> Reciprocity:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from identify.core.errors import InputError
-from identify.modal.settings import ModalSettings
 from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.evaluate import Measured
-from identify.results.tables import Provenance
+from identify.modes.job import Job
+from identify.modes.said import modal_settings
 from identify.robot.visual import looks
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
@@ -18,17 +18,7 @@ from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
 
 
-@dataclass(frozen=True)
-class ModalStudy:
-    """What a study says about a modal analysis."""
-
-    name: str
-    measured: list[Measured]
-    settings: ModalSettings
-    provenance: Provenance
-
-
-def modal_study(config: Path, modal: dict[str, Any] | None, *, refused: bool) -> ModalStudy:
+def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
     """The FRF measurements of a study; modal: settings of the analysis from the command line; refused:
     options of a data file were given, which a study says itself.  InputError for these, or without any FRF.
     """
@@ -40,10 +30,12 @@ def modal_study(config: Path, modal: dict[str, Any] | None, *, refused: bool) ->
     problem = load_problem(read_study(config))
     if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
         raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
-    overrides = {f"modal.{key}": value for key, value in (modal or {}).items()}
+    overrides = {f"modal.{key}": value for key, value in modal.items()}
     told = replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
     study = problem.file.study
-    return ModalStudy(study.name, _measured(problem), study.modal, provenance_of(told.file))
+    settings = modal_settings(study.modal, modal)
+    beside = [problem.file.resolve(path) for path in (study.modal_choices,) if path is not None]
+    return Job(study.name, _measured(problem), settings, provenance_of(told.file), beside=beside)
 
 
 def _measured(problem: Problem) -> list[Measured]:

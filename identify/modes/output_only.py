@@ -13,12 +13,14 @@ from identify.core.errors import InputError
 from identify.core.text import count, listed
 from identify.core.threads import one_thread
 from identify.core.thresholds import SIGMAS_95
+from identify.core.yaml_input import YAML_SUFFIXES
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.measured.modal_table import ModalTable
 from identify.measured.response_files import load_responses
 from identify.modal.analysis import synthesis_error
+from identify.modal.choices import chosen_settings
 from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes, analyse
@@ -26,7 +28,7 @@ from identify.modal.operational.settings import OperationalSettings
 from identify.modal.settings import ModalSettings
 from identify.modes.evaluate import drawn_diagram, rejected_poles, turned_down
 from identify.modes.export import write_tables
-from identify.modes.said import asked, chosen_settings, modal_settings, sources
+from identify.modes.said import asked, modal_settings, sources
 from identify.modes.sensors import drawn, geometry_of
 from identify.results import file as result_file
 from identify.results.fit import HALF_SPECTRUM, FrfComparison
@@ -40,7 +42,6 @@ from identify.results.modes import (
 )
 from identify.results.provenance import provenance, sha256
 
-_STUDIES = (".yaml", ".yml")
 _UNSURE = 0.4
 """Half a 95 % interval of a damping ratio, relative, from which on a longer record is asked for."""
 
@@ -95,7 +96,7 @@ def run_output_only(data: Path, out: Path | None, wanted: Asked) -> tuple[ModesR
 
 
 def _check(data: Path, file: FrfFileOptions) -> None:
-    if data.suffix.lower() in _STUDIES:
+    if data.suffix.lower() in YAML_SUFFIXES:
         raise InputError(str(data), "a study beside --output-only", "a file of response records")
     for key in ("quantity", "averages", "window_decay_per_s", "inputs"):
         if getattr(file, key) is not None:
@@ -123,7 +124,7 @@ def _analysed(
 ) -> AnalysedMeasurement:
     """What a result keeps of an analysis."""
     rejected = rejected_poles(found.rejected)
-    lines = found.layout.frequency_hz
+    lines, judged = found.layout.frequency_hz, (*found.verified.modes, *found.rejected)
     return AnalysedMeasurement(
         name=data.stem,
         file=str(data),
@@ -134,7 +135,7 @@ def _analysed(
         total_error=synthesis_error(found.layout.frf, found.rebuilt)[1],
         modes=_modes(found),
         rejected=rejected,
-        diagram=drawn_diagram(found.diagram, lines, found.mode_indicator, found.settings),
+        diagram=drawn_diagram(found.diagram, lines, found.mode_indicator, found.settings, judged),
         reciprocity=Reciprocity((), (), *np.zeros((3, 0))),
         frf=_spectra(found),
         geometry=None if sensors is None else drawn(sensors),

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 
-from identify.core.config import read_yaml, validated
 from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
 from identify.modal.operational.settings import OperationalSettings
@@ -18,15 +17,6 @@ from identify.results import tables
 from identify.results.setting_table import option_settings
 
 T = TypeVar("T", bound=BaseModel)
-
-
-def chosen_settings(path: Path | None) -> dict[str, Any]:
-    """The settings of the analysis that a YAML file gives; InputError for what is none, with its line."""
-    if path is None:
-        return {}
-    data, _ = read_yaml(path)
-    settings = validated(path, data, ModalSettings)
-    return settings.model_dump(exclude_unset=True)
 
 
 def file_options(**given: Any) -> FrfFileOptions:

@@ -25,7 +25,8 @@ def study_text(known: Known, posture_deg: Array, folder: Path) -> str:
     data = yaml.load(known.config)
     data["name"] = f"{known.name}_plan"
     if known.config_folder is not None:
-        for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), (data, "points")):
+        own = [(data, "points"), (data, "modal_choices")]
+        for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), *own):
             if key in owner:
                 owner[key] = relocated(owner[key], known.config_folder, folder)
     data["measurements"] = [_planned(number, posture) for number, posture in enumerate(posture_deg, 1)]

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +15,8 @@ from identify.results.fit import FRF, FrfComparison, Noun
 from identify.results.header import Header
 from identify.results.tables import Geometry
 
+MARKS = ("kept by hand", "dropped by hand", "below the threshold")
+"""What choices do to a cluster of poles: `--keep`, `--drop`, and `--threshold`, what a mode must explain."""
 FAILED_REBUILD = 0.5
 """Error of the rebuilt FRFs (RMS over all) beyond which an analysis has failed."""
 
@@ -62,7 +64,8 @@ class StabilisationDiagram:
     """Poles of all orders (n,), and the mode indicator over the lines.
 
     stable (n,): in a cluster that is present in enough orders; indicator (lines, references): CMIF, unit of
-    the FRFs, largest first.
+    the FRFs, largest first; mark (n,): position in MARKS of what a choice did to the pole's cluster, -1 for
+    nothing; empty in results that are older.
     """
 
     order: NDArray[np.int_]
@@ -71,6 +74,12 @@ class StabilisationDiagram:
     stable: NDArray[np.bool_]
     line_hz: Array
     indicator: Array
+    mark: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
+
+    def marked(self) -> list[tuple[str, NDArray[np.bool_]]]:
+        """What choices did, and to which poles (n,); only what they did to some."""
+        poles = [(name, self.mark == k) for k, name in enumerate(MARKS)]
+        return [(name, rows) for name, rows in poles if rows.any()]
 
 
 @dataclass(frozen=True)

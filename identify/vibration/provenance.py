@@ -21,7 +21,7 @@ def provenance_of(file: StudyFile) -> tables.Provenance:
 def study_inputs(file: StudyFile) -> list[tuple[str, str]]:
     """Every file that a study names, each with its sha256: what it is computed from, and compared with."""
     study = file.study
-    paths = [study.robot.urdf or study.robot.dh or Path(), study.points, study.reference]
+    paths = [study.robot.urdf or study.robot.dh or Path(), study.points, study.reference, study.modal_choices]
     for m in study.measurements:
         paths += [m.source, m.shapes, *m.repeats]
     return [(str(path), sha256(file.resolve(path))) for path in paths if path is not None]

@@ -16,6 +16,7 @@ from identify.core.text import count
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.source import Estimation
+from identify.modal.choices import with_choices
 from identify.modal.settings import ModalSettings
 from identify.model.effects.base import Effect, parse_effect
 from identify.robot.read import read_robot
@@ -155,6 +156,9 @@ class Study(Settings):
         ModalSettings(),
         description="how modes are found in measured FRFs, for `identify modes` and beside a fit",
     )
+    modal_choices: Path | None = Field(
+        None, description="YAML file of further keys of `modal`, which has precedence: modes kept by hand"
+    )
     starts: int = Field(
         10,
         ge=1,
@@ -213,15 +217,21 @@ class StudyFile(ConfigFile[Study]):
 
 
 def read_study(path: Path) -> StudyFile:
-    """The study in a YAML file.
+    """The study in a YAML file, with the choices of a modal analysis that it names.
 
     Raises InputError for a file that cannot be read or is no YAML, and InputErrors with every key that is
     wrong.
     """
     try:
-        return StudyFile.of(path, *read_settings(path, Study, SCHEMA))
+        study, text = read_settings(path, Study, SCHEMA)
     except InputErrors as several:
         raise InputErrors([_with_joints(path, error) for error in several.errors]) from several
+    file = StudyFile.of(path, study, text)
+    if study.modal_choices is None:
+        return file
+    with file.located():
+        modal = with_choices(study.modal, file.resolve(study.modal_choices))
+    return file.model_copy(update={"study": study.model_copy(update={"modal": modal})})
 
 
 def _with_joints(path: Path, error: InputError) -> InputError:

@@ -3,12 +3,13 @@
 
 DATA.measurements.forEach((m, i) => {
   const {poles, lines, indicator, unit, modes} = m.diagram;
-  const kinds = {stable: {color: PALETTE[2], symbol: "circle", size: 4.5}, unstable: {color: PALETTE[7], symbol: "circle-open", size: 3.5, opacity: 0.5}};
+  const kinds = {stable: {color: PALETTE[2], symbol: "circle", size: 4.5}, unstable: {color: PALETTE[7], symbol: "circle-open", size: 3.5, opacity: 0.5},
+    "kept by hand": {color: PALETTE[0], symbol: "diamond-open", size: 8}, "dropped by hand": {color: PALETTE[1], symbol: "x-thin-open", size: 7}, "below the threshold": {color: PALETTE[4], symbol: "square-open", size: 7}};
   draw(`diagram-${i}`, () => [[
     ...indicator.map((curve, k) => ({
       x: lines, y: curve, yaxis: "y2", mode: "lines", name: "CMIF", showlegend: k === 0, line: {color: k ? color("line") : color("muted"), width: 1, simplify: false}, hoverinfo: "skip",
     })),
-    ...Object.entries(kinds).map(([kind, marker]) => ({
+    ...Object.entries(kinds).filter(([kind]) => kind in poles).map(([kind, marker]) => ({
       x: poles[kind].frequency, y: poles[kind].order, customdata: poles[kind].damping, mode: "markers", type: "scatter", name: kind, marker,
       hovertemplate: `order %{y}: %{x:.4g} Hz, damping %{customdata:.3g} %<extra>${kind}</extra>`,
     })),

@@ -156,8 +156,13 @@ def profiles(result: FitResult) -> tuple[Curves, ...]:
 def stabilisation(m: AnalysedMeasurement) -> tuple[Curves, ...]:
     """Poles of all orders, and the mode indicator over the lines."""
     d = m.diagram
-    heads = (Column("Order"), Column("Frequency", "Hz"), Column("Damping ratio", "%"), Column("Stable"))
-    poles = np.column_stack([d.order, d.frequency_hz, 100 * d.damping_ratio, d.stable])
+    marked = d.marked()
+    heads = (
+        *(Column("Order"), Column("Frequency", "Hz"), Column("Damping ratio", "%"), Column("Stable")),
+        *(Column(name.capitalize()) for name, _ in marked),
+    )
+    what = [d.order, d.frequency_hz, 100 * d.damping_ratio, d.stable, *(rows for _, rows in marked)]
+    poles = np.column_stack(what)
     lines = (
         Column("Frequency", "Hz"),
         *(Column(f"CMIF {k + 1}", unit(m.frf.unit)) for k in range(d.indicator.shape[1])),

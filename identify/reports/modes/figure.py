@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -9,9 +11,16 @@ from identify.reports.kit.cells import NONE, unit
 from identify.reports.kit.figures import BLUE, GRID, MUTED, PALETTE, WIDTH_IN
 from identify.results.modes import AnalysedMeasurement
 
+_MARKS: dict[str, dict[str, Any]] = {
+    "kept by hand": {"marker": "D", "mfc": "none", "mec": PALETTE[0], "mew": 0.8, "ms": 4.2},
+    "dropped by hand": {"marker": "x", "mec": PALETTE[1], "mew": 0.9, "ms": 4.0},
+    "below the threshold": {"marker": "s", "mfc": "none", "mec": PALETTE[4], "mew": 0.8, "ms": 3.6},
+}
+"""How poles look that a choice touched (`identify.results.modes.MARKS`)."""
+
 
 def stabilisation(m: AnalysedMeasurement) -> Figure:
-    """Poles of every order over the mode indicator, with the chosen modes."""
+    """Poles of every order over the mode indicator, with the chosen modes and what choices did."""
     figure = Figure((WIDTH_IN, 3.2), layout="constrained")
     below = figure.subplots()
     axes = below.twinx()
@@ -38,9 +47,11 @@ def stabilisation(m: AnalysedMeasurement) -> Figure:
             label=label,
             **look,
         )
+    for name, rows in d.marked():
+        axes.plot(d.frequency_hz[rows], d.order[rows], ls="none", label=name, **_MARKS[name])
     for k, hz in enumerate(m.modes.frequency_hz):
         axes.axvline(hz, color=BLUE, lw=0.7, ls=":", label=None if k else "chosen mode")
     axes.set(ylabel=f"Model order ({NONE})", ylim=(0, 1.06 * m.highest_order))
     axes.grid(False)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=3)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=6)
     return figure

@@ -160,7 +160,7 @@ def _diagram(m: AnalysedMeasurement) -> dict[str, Any]:
             "frequency": d.frequency_hz[rows],
             "damping": 100 * d.damping_ratio[rows],
         }
-        for kind, rows in (("stable", d.stable), ("unstable", ~d.stable))
+        for kind, rows in (("stable", d.stable), ("unstable", ~d.stable), *d.marked())
     }
     chosen = [
         {"frequency": hz, "label": f"{number(hz)} Hz, damping {percent(ratio)} %"}

@@ -13,7 +13,8 @@ from identify.results.modes import AnalysedMeasurement, ModesResult
 
 DIAGRAM_NOTE = (
     "Poles of every model order over the complex mode indicator function (CMIF). Stable: in a cluster of"
-    " poles that is present in enough orders. Dotted lines: the chosen modes."
+    " poles that is present in enough orders. Dotted lines: the chosen modes. Framed or crossed out: clusters"
+    " that were kept or dropped by hand, or that explain less than a mode must."
 )
 
 
@@ -110,7 +111,8 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         else "no exponential window was told"
     )
     scatter = (
-        f"from scatter over orders and noise together; where modes are missing, a bias comes on top; {window}"
+        "from noise, with scatter over orders where more than noise is left; there a bias may come on top;"
+        f" {window}"
     )
     if m.output_only is not None:
         scatter = (
