@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.target import FrfTarget, Targets
@@ -40,7 +40,7 @@ class FrfAreaObjective(FrfObjective[FrfArea]):
     def _difference(self, h: Complex, measured: Complex) -> Complex:
         if self.cost.compare == "magnitude":
             h, measured = np.abs(h).astype(complex), np.abs(measured).astype(complex)
-        return h - measured if self.cost.scale == "linear" else _DECIBEL * np.log(h / measured)
+        return h - measured if self.cost.scale == "linear" else _DECIBEL * logarithm(h / measured)
 
     def sums(self, target: FrfTarget, candidates: Array) -> Array:
         """Sum of absolute differences; in decibels, a channel that the model cannot move is left out."""

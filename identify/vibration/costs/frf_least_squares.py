@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective, compressed
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.information import information, over_noise
@@ -95,7 +95,7 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
     def _logarithm(self, target: FrfTarget, h: Complex) -> Complex:
         """Weighted ln(H_sim/H_exp) of the pairs that the model moves, (..., lines, observable)."""
         ratio = h[..., target.observable] / target.measured[:, target.observable]
-        return np.asarray(np.log(ratio) * self._weights(target), dtype=complex)
+        return np.asarray(logarithm(ratio) * self._weights(target), dtype=complex)
 
     def _weights(self, target: FrfTarget) -> Array:
         noise = target.sigma[:, target.observable] / np.abs(target.measured[:, target.observable])
