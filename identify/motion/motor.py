@@ -68,6 +68,11 @@ class DcMotor(Settings):
         )
 
 
+def _within(command: Array, limit: Array) -> Array:
+    """Cut to +-limit, in half the time of `np.clip`: this is done at every step."""
+    return np.minimum(np.maximum(command, -limit), limit)
+
+
 @dataclass(frozen=True)
 class _DcPlant(MotorPlant):
     torque_constant: Array
@@ -78,7 +83,7 @@ class _DcPlant(MotorPlant):
 
     def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
         """Exact for constant voltage and velocity."""
-        voltage = np.clip(command, -self.limit, self.limit)
+        voltage = _within(command, self.limit)
         end = (voltage - self.back_emf * velocity) / self.resistance
         return np.asarray(end + (state - end) * np.exp(-step_s * self.resistance / self.inductance))
 
@@ -120,14 +125,14 @@ class _TorquePlant(MotorPlant):
 
     def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
         """Exact for a constant command."""
-        end = np.clip(command, -self.limit, self.limit)
+        end = _within(command, self.limit)
         return np.asarray(end + (state - end) * np.exp(-step_s * 2 * np.pi * self.bandwidth_hz))
 
     def torque(self, state: Array) -> Array:
         return state
 
     def torque_at(self, state: Array, command: Array) -> Array:
-        after = np.where(np.isinf(self.bandwidth_hz), np.clip(command, -self.limit, self.limit), state)
+        after = np.where(np.isinf(self.bandwidth_hz), _within(command, self.limit), state)
         return np.asarray((state + after) / 2)
 
     def current(self, state: Array) -> Array:

@@ -54,6 +54,11 @@ class Plant:
     """Of the sign in dry friction."""
 
     @cached_property
+    def counts(self) -> bool:
+        """Whether any encoder has steps."""
+        return bool(self.resolution.any())
+
+    @cached_property
     def rubs(self) -> bool:
         """Whether there is any friction."""
         keys = ("friction.coulomb", "friction.stribeck", "friction.viscous", "motor.viscous")
@@ -199,7 +204,7 @@ def _spring_forces(plant: Plant, lanes: Lanes) -> tuple[Array, Array]:
 
 def _sample(plant: Plant, orders: Orders, tick: int, lanes: Lanes, state: Array) -> Sample:
     turn = lanes.position[:, plant.arm.drive]
-    if plant.resolution.any():
+    if plant.counts:
         grain = plant.resolution / plant.spring.ratio
         turn = np.where(grain > 0, np.round(turn / np.where(grain > 0, grain, 1.0)) * grain, turn)
     current = plant.motor.current(state)

@@ -182,6 +182,9 @@ class Lanes:
             passive.stiffness.ravel(),
         )
         self._data = mujoco.MjData(self._model)
+        values = self._data.qpos, self._data.qvel, self._data.qfrc_applied, self._model.dof_damping
+        self._values = tuple(one.reshape(position.shape) for one in values)
+        """Position, velocity, force and damping (m, n) as the engine has them."""
 
     def advance(self, dampers: Callable[[Array], Array] | None = None) -> None:
         """One step; a lane that runs away is NaN from then on.
@@ -208,19 +211,12 @@ class Lanes:
 
     def _stepped(self, position: Array, velocity: Array, force: Array, damping: Array) -> tuple[Array, Array]:
         """The engine's step from given positions and velocities; lanes that are lost stand still."""
-        shape, data = position.shape, self._data
-        rows = (
-            (data.qpos, position),
-            (data.qvel, velocity),
-            (data.qfrc_applied, force),
-            (self._model.dof_damping, damping),
-        )
-        for target, values in rows:
-            target[:] = values.ravel()
+        for target, values in zip(self._values, (position, velocity, force, damping), strict=True):
+            target[:] = values
             if self._lost is not None:
-                target.reshape(shape)[self._lost] = 0.0
-        mujoco.mj_step(self._model, data)
-        return data.qpos.reshape(shape).copy(), data.qvel.reshape(shape).copy()
+                target[self._lost] = 0.0
+        mujoco.mj_step(self._model, self._data)
+        return self._values[0].copy(), self._values[1].copy()
 
     def _rest(self) -> Array:
         """Sets the velocity half a step before now, and returns that another step before, of a motion at rest
