@@ -75,6 +75,7 @@ class AfterTest:
                 system = self._systems[int(number)][0]
                 told = self._told.setdefault(int(number), Told(self.known, system, one.posture))
                 g = np.concatenate([g, told.slopes(nuisances, one, h, self._s)], axis=-1)
+            g = self.known.noise.over(g, self._s)
             own, spread = scores(h, g, self.known.noise, 1 / self.known.band[2], self._count)
             product, variance = product + own, variance + spread
         of_data = prior(nuisances, self.known, self.before, self.anew) - weak

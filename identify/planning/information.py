@@ -35,13 +35,24 @@ _LINES = 60
 class TestNoise:
     """Standard deviation of the real and of the imaginary part of an accelerance: floor, m/s^2/N, and the
     part relative to its size, which comes from the force and is shared by all responses of an impact; decay
-    of the exponential window on both, 1/s.
+    of the exponential window on both, 1/s; growth: coefficients, highest power of f / 100 Hz first, of the
+    logarithm of how much larger both are at a frequency, as the spectrum of an impact falls.
     """
 
     __test__ = False
     floor: float
     relative: float = 0.0
     decay_per_s: float = 0.0
+    growth: tuple[float, ...] = ()
+
+    def over(self, g: Complex, s: Complex) -> Complex:
+        """Derivatives g (lines, ...) at s (lines,) over how much larger the noise is there."""
+        larger = self.larger(s.imag / (2 * np.pi))
+        return np.asarray(g / larger.reshape(-1, *[1] * (g.ndim - 1)))
+
+    def larger(self, line_hz: Array) -> Array:
+        """(lines,): how many times larger the noise is at each line than `floor` and `relative` say."""
+        return np.asarray(np.exp(np.polyval(np.array(self.growth), line_hz / 100)))
 
     def sigma(self, h: Complex) -> Array:
         """Of FRFs, together."""
@@ -87,8 +98,9 @@ def measurable(models: Sequence[FreeModel], among: Candidates, noise: TestNoise,
     for posture in among.postures:
         check()
         systems = [one.model.system(posture) for one in models]
-        h, g = slopes(models, systems, among.sensors, among.impacts, s_of(line_hz, noise))
-        parts.append(_summed(h, g / noise.sigma(h)[..., None]))
+        s = s_of(line_hz, noise)
+        h, g = slopes(models, systems, among.sensors, among.impacts, s)
+        parts.append(_summed(h, noise.over(g, s) / noise.sigma(h)[..., None]))
     information = weight * np.array([part[0] for part in parts])
     return Measurable(information, np.array([part[1] for part in parts]))
 

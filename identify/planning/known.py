@@ -25,6 +25,9 @@ from identify.vibration.fitted_model import FittedModel, fitted_model
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.study import Study, read_study
 
+_GROWTH_DEGREE = 3
+"""Of the logarithm of the noise of a test over frequency."""
+
 
 @dataclass(frozen=True)
 class FittedErrors:
@@ -183,4 +186,21 @@ def _noise(frfs: list[FrfComparison], floor: float | None, relative: float | Non
     told = [
         float(value) if given is None else given for value, given in zip(own, (floor, relative), strict=True)
     ]
-    return TestNoise(told[0], told[1], decay)
+    growth = () if floor is not None or relative is not None else noise_growth(found, told[0], told[1])
+    return TestNoise(told[0], told[1], decay, growth)
+
+
+def noise_growth(frfs: list[FrfComparison], floor: float, relative: float) -> tuple[float, ...]:
+    """How the noise of accelerances grows along the frequency beyond what is flat: an impact has less force
+    the higher the frequency, and what is measured is divided by it.
+    """
+    line_hz, level = [], []
+    for one in frfs:
+        if one.noise is not None:
+            flat = floor**2 + (relative * np.abs(one.fitted)) ** 2
+            line_hz.append(one.frequency_hz)
+            level.append(0.5 * np.log(np.mean(one.noise**2 / flat, axis=1)))
+    powers = np.polynomial.Polynomial.fit(
+        np.concatenate(line_hz) / 100, np.concatenate(level), _GROWTH_DEGREE
+    ).convert()
+    return tuple(float(c) for c in powers.coef[::-1])

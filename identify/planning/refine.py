@@ -74,7 +74,9 @@ class Refinement:
         """
         line_hz, weight = standing_lines(self.band)
         nodes, hits = [self.among.sensors[k] for k in sensors], [self.among.impacts[k] for k in impacts]
-        h, g = slopes(self.models, self._systems[posture], nodes, hits, s_of(line_hz, self.noise))
+        s = s_of(line_hz, self.noise)
+        h, g = slopes(self.models, self._systems[posture], nodes, hits, s)
+        g = self.noise.over(g, s)
         shape = len(h), len(nodes), 3, len(hits), g.shape[-1]
         j, alone, of_force = (
             np.moveaxis(part.reshape(shape), (1, 3), (0, 1))

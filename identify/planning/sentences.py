@@ -67,11 +67,13 @@ def next_best(impact: str, angles_deg: str, gain: float | None) -> str:
 
 def notes(known: Known) -> tuple[str, ...]:
     """What a reader must be warned of."""
-    noise = known.noise
+    noise, (low, high, _) = known.noise, known.band
+    grown = noise.larger(np.array([low, high]))
+    more = f", at {high:.3g} Hz {grown[1] / grown[0]:.2g} times that at {low:.3g} Hz" if noise.growth else ""
     said = [
         f"the promise holds for a noise of {noise.floor:.3g} m/s²/N in the real and in the imaginary part of"
-        f" each accelerance and of {100 * noise.relative:.2g} % in the force, and for parameters near those"
-        " given"
+        f" each accelerance and of {100 * noise.relative:.2g} % in the force{more}, and for parameters near"
+        " those given"
     ]
     if known.settings is not None:
         said.append(

@@ -97,6 +97,52 @@ def test_the_mean_of_the_cut_is_the_closed_form() -> None:
     assert _cut(3, entry, leave).mean[:2, :2] != pytest.approx(closed, rel=1e-2)
 
 
+def _chart(leave: float, teeth: int, kt: float, kr: float, rpm: np.ndarray) -> np.ndarray:
+    """Limits (rpm,), m, of the end mill by the closed form of two directions (Altintas and Budak 1995;
+    Altintas, Manufacturing Automation, 2nd ed. 2012, p. 156): a0 L^2 + a1 L + 1 = 0 at every chatter
+    frequency, depth and speed from the phase of L; entry at 0.
+    """
+    omega = 2 * np.pi * np.linspace(300.0, 3000.0, 54_001)
+    x, y = (
+        1 / (k * (1 - (omega / w) ** 2 + 2j * z * omega / w))
+        for k, w, z in ((5.59e6, 2 * np.pi * 603, 0.039), (5.715e6, 2 * np.pi * 666, 0.035))
+    )
+
+    def alpha(p: float) -> np.ndarray:
+        s, c = np.sin(2 * p), np.cos(2 * p)
+        rows = [
+            [c - 2 * kr * p + kr * s, -s - 2 * p + kr * c],
+            [-s + 2 * p + kr * c, -c - 2 * kr * p - kr * s],
+        ]
+        return np.array(rows) / 2
+
+    (xx, xy), (yx, yy) = alpha(leave) - alpha(0.0)
+    a0, a1 = x * y * (xx * yy - xy * yx), xx * x + yy * y
+    best = np.full(len(rpm), np.inf)
+    for sign in (1, -1):
+        root = -(a1 + sign * np.sqrt(a1**2 - 4 * a0)) / (2 * a0)
+        depth = -2 * np.pi * root.real / (teeth * kt) * (1 + (root.imag / root.real) ** 2)
+        epsilon = np.mod(np.pi - 2 * np.arctan(root.imag / root.real), 2 * np.pi)
+        for lobe in range(12):
+            at = 60 * omega / (teeth * (epsilon + 2 * np.pi * lobe))
+            for k, speed in enumerate(rpm):
+                crossed = np.flatnonzero((at[:-1] - speed) * (at[1:] - speed) <= 0)
+                crossed = crossed[(np.abs(np.diff(at))[crossed] < 50.0) & (depth[crossed] > 0)]
+                best[k] = min([best[k], *depth[crossed]])
+    return best
+
+
+@pytest.mark.parametrize("leave", [np.pi / 2, np.pi])
+def test_the_chart_of_two_directions_is_the_closed_form(leave: float) -> None:
+    """The zeroth order of Altintas and Budak's end mill, half immersion and a slot, over the whole chart."""
+    cut, rpm = _cut(3, 0.0, leave, Coefficients(6e8, 0.07 * 6e8)), np.linspace(4100.0, 14900.0, 25)
+    closed = _chart(leave, 3, 6e8, 0.07, rpm)
+    found = _zeroth(_altintas(), cut, rpm).depth
+    assert np.ptp(closed) > closed.min(), "lobes, not a straight line"
+    np.testing.assert_allclose(found, closed, rtol=1e-2)
+    assert np.abs(found / _chart(leave, 3, 6e8, 0.2, rpm) - 1).max() > 2e-2
+
+
 def test_harmonics_and_steps_are_of_one_function() -> None:
     cut = _cut(4, 0.4, 2.2)
     steps = cut.steps(400, 0.0)
