@@ -74,6 +74,16 @@ def nothing(data: dict[str, Any], folder: Path) -> None:
     """The shipped study."""
 
 
+def with_mesh(inside: str) -> Change:
+    def change(data: dict[str, Any], folder: Path) -> None:
+        text = Path(data["robot"]["urdf"]).read_text(encoding="utf-8")
+        body = f"<visual><geometry>{inside}</geometry></visual>"
+        (folder / "arm.urdf").write_text(text.replace("</link>", f"{body}</link>", 1), encoding="utf-8")
+        data["robot"]["urdf"] = str(folder / "arm.urdf")
+
+    return change
+
+
 def found(checked: Checked) -> dict[str, str]:
     return {finding.check: finding.level for finding in checked.findings[STUDY]}
 
@@ -82,6 +92,8 @@ def found(checked: Checked) -> dict[str, str]:
     ("change", "expected"),
     [
         (nothing, {}),
+        (with_mesh('<box size="0.2 0.2 0.2"/>'), {}),
+        (with_mesh('<mesh filename="package://arm/gone.stl"/>'), {"no-mesh": "info"}),
         (points_scaled(1000.0), {"far-point": "fail"}),
         (points_scaled(0.001), {}),
         (angles(math.radians), {"radians": "warn"}),
@@ -90,7 +102,18 @@ def found(checked: Checked) -> dict[str, str]:
         (other_outputs_of_one_file, {}),
         (stiff, {"first-resonance": "warn"}),
     ],
-    ids=["as shipped", "mm", "km", "radians", "limits", "twice", "other outputs", "too stiff"],
+    ids=[
+        "as shipped",
+        "box",
+        "no mesh",
+        "mm",
+        "km",
+        "radians",
+        "limits",
+        "twice",
+        "other outputs",
+        "too stiff",
+    ],
 )
 def test_what_a_fit_would_swallow_is_found(tmp_path: Path, change: Change, expected: dict[str, str]) -> None:
     checked = run_checks(changed(tmp_path, change))
