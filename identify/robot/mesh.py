@@ -15,6 +15,8 @@ _SIDES = 16
 """Of a drawn circle."""
 _CELLS = (96, 64, 48, 32, 24, 16, 12, 8, 6, 4, 3, 2)
 """Along the longest side of a body, tried in turn."""
+_SAME, _COUNTED = 2**20, 2**20
+"""Cells so small that what they hold is the same place; vertices whose triples fit into an integer."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ def _turned(profile: Sequence[tuple[float, float]]) -> Mesh:
             np.stack([beside, beside + _SIDES, here + _SIDES], axis=1),
         )
     ]
-    return _merged(rings, np.concatenate(triangles))
+    return _merged(Mesh(rings, np.concatenate(triangles)), _SAME)
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:
@@ -102,26 +104,32 @@ def simplified(mesh: Mesh, most: int) -> Mesh:
     """At most so many triangles that look like the mesh: vertices of a cell of a grid become one, in their
     middle, and triangles that this makes flat are left out (Rossignac and Borrel 1993).
     """
-    found = _merged(mesh.vertices, mesh.triangles)
-    low = found.vertices.min(axis=0)
-    longest = float(np.ptp(found.vertices, axis=0).max()) or 1.0
+    found = fine = _merged(mesh, _SAME)
     for cells in _CELLS:
         if len(found.triangles) <= most:
             break
-        found = _merged(mesh.vertices, mesh.triangles, np.floor((mesh.vertices - low) * (cells / longest)))
+        found = _merged(fine, cells)
     return Mesh(found.vertices, found.triangles[:most])
 
 
-def _merged(vertices: Array, triangles: NDArray[np.int_], cells: Array | None = None) -> Mesh:
-    """With vertices of the same cell (v, 3), or without cells of the same place, as one."""
-    keys = vertices if cells is None else cells
-    _, number = np.unique(keys, axis=0, return_inverse=True)
-    number = number.ravel()
+def _merged(mesh: Mesh, cells: int) -> Mesh:
+    """With vertices in the same cell of a grid as one; so many cells along the longest side."""
+    low = mesh.vertices.min(axis=0)
+    longest = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0
+    x, y, z = np.floor((mesh.vertices - low) * (cells / longest)).astype(np.int64).T
+    number, middle = _means(mesh.vertices, (x * (cells + 1) + y) * (cells + 1) + z)
+    corners = number[mesh.triangles]
+    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    if len(middle) < _COUNTED:  # else their numbers would not fit into one
+        a, b, c = np.sort(corners, axis=1).T
+        _, first = np.unique((a * len(middle) + b) * len(middle) + c, return_index=True)
+        corners = corners[np.sort(first)]
+    used, kept = np.unique(corners, return_inverse=True)
+    return Mesh(middle[used], kept.reshape(-1, 3))
+
+
+def _means(vertices: Array, keys: NDArray[np.int64]) -> tuple[NDArray[np.int_], Array]:
+    """The number of each vertex among different keys (v,), and the mean of the vertices of each key."""
+    _, number = np.unique(keys, return_inverse=True)
     count = np.bincount(number)
-    middle = np.stack([np.bincount(number, axis) / count for axis in vertices.T], axis=1)
-    corners = number[triangles]
-    real = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
-    _, first = np.unique(np.sort(corners[real], axis=1), axis=0, return_index=True)
-    kept = corners[real][np.sort(first)]
-    used, corner = np.unique(kept, return_inverse=True)
-    return Mesh(middle[used], corner.reshape(-1, 3))
+    return number, np.stack([np.bincount(number, axis) / count for axis in vertices.T], axis=1)
