@@ -118,6 +118,8 @@ def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
     power is |H|^2; NaN in either marks what was not measured.  A line that stands out beyond chance (mains
     hum) keeps its own estimate and stays out of its neighbours'.
     """
+    # Outputs last, because sums run over them and factors are common to them.
+    power, line_variance = (np.ascontiguousarray(one.swapaxes(1, 2)) for one in (power, line_variance))
     known = np.isfinite(power) & np.isfinite(line_variance)
     power, line_variance = np.where(known, power, 0.0), np.where(known, line_variance, 0.0)
     spacing = _POOLED_FREEDOM / freedom
@@ -127,13 +129,14 @@ def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
     for _ in range(_ROUNDS):
         model, parts = _fit(power, np.where(use, line_variance, np.nan), (alpha_basis, beta_basis), parts)
         use = known & (line_variance <= limit * model)
-    return np.where(known, np.where(use, model, np.maximum(model, line_variance)), np.nan)
+    pooled = np.where(known, np.where(use, model, np.maximum(model, line_variance)), np.nan)
+    return np.ascontiguousarray(pooled.swapaxes(1, 2))
 
 
 def _fit(
     power: Array, variance: Array, bases: _Bases, start: tuple[Array, Array] | None
 ) -> tuple[Array, tuple[Array, Array]]:
-    """alpha + beta power (lines, outputs, inputs) of greatest gamma likelihood, and the coefficients of alpha
+    """alpha + beta power (lines, inputs, outputs) of greatest gamma likelihood, and the coefficients of alpha
     and beta.
 
     NaN in variance marks lines to leave out.  Multiplicative updates for the positive parts of a
@@ -145,15 +148,18 @@ def _fit(
     floor = _FLOOR * power + _TINY
     onto = bases[0].T.tocsr(), bases[1].T.tocsr()
     alpha, beta = start or _start(power, variance, use, onto)
-    model = _model(alpha, beta, bases, power) + floor
+    model = _model(alpha, beta, bases, power, floor)
     for _ in range(_ITERATIONS):
-        before = model
-        pull, push = variance / model**2, use / model
+        inverse = 1 / model
+        push = use * inverse
+        pull = variance * inverse
+        pull *= inverse
         alpha = alpha * np.sqrt(_share(_project(onto[0], pull), _project(onto[0], push)))
-        pulls, pushes = (onto[1] @ np.einsum("loi,loi->li", power, one) for one in (pull, push))
+        pulls, pushes = (onto[1] @ np.einsum("lio,lio->li", power, one) for one in (pull, push))
         beta = beta * np.sqrt(_share(pulls, pushes))
-        model = _model(alpha, beta, bases, power) + floor
-        if np.max(np.abs(model / before - 1)) < _SETTLED:
+        model = _model(alpha, beta, bases, power, floor)
+        inverse *= model
+        if max(inverse.max() - 1, 1 - inverse.min()) < _SETTLED:
             break
     return model, (alpha, beta)
 
@@ -162,15 +168,16 @@ def _start(power: Array, variance: Array, use: Array, onto: _Bases) -> tuple[Arr
     """Half of the variance from either source."""
     ratio = np.divide(variance, power, out=np.zeros_like(variance), where=power > 0)
     alpha = _share(_project(onto[0], variance), _project(onto[0], use)) / 2
-    beta = _share(onto[1] @ ratio.sum(axis=1), onto[1] @ use.sum(axis=1)) / 2
+    beta = _share(onto[1] @ ratio.sum(axis=2), onto[1] @ use.sum(axis=2)) / 2
     return alpha, beta
 
 
-def _model(alpha: Array, beta: Array, bases: _Bases, power: Array) -> Array:
-    """alpha(f) + beta(f) power from coefficients (knots, outputs, inputs) and (knots, inputs)."""
-    lines, outputs, inputs = power.shape
-    smooth = (bases[0] @ alpha.reshape(len(alpha), -1)).reshape(lines, outputs, inputs)
-    return np.asarray(smooth + (bases[1] @ beta)[:, None, :] * power)
+def _model(alpha: Array, beta: Array, bases: _Bases, power: Array, floor: Array) -> Array:
+    """alpha(f) + beta(f) power + floor from coefficients (knots, inputs, outputs) and (knots, inputs)."""
+    model = (bases[1] @ beta)[:, :, None] * power
+    model += (bases[0] @ alpha.reshape(len(alpha), -1)).reshape(power.shape)
+    model += floor
+    return np.asarray(model)
 
 
 def _project(onto: scipy.sparse.csr_array, values: Array) -> Array:

@@ -48,7 +48,7 @@ class Tables(HTMLParser):
 @pytest.fixture(scope="module", params=["frf", "modal"])
 def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("run") / "arm.study.h5"
-    result_file.write(frf_result() if request.param == "frf" else modal_result(), path)
+    result_file.write(frf_result(60, 4) if request.param == "frf" else modal_result(), path)
     assert write_reports(path) == [path.with_name("arm.study.html"), path.with_name("arm.study.pdf")]
     return path
 
