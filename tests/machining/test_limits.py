@@ -78,20 +78,19 @@ def test_the_multipliers_of_a_slot_are_the_published_ones() -> None:
         assert domain.multiplier(5000.0, 1.1 * depth, steps=200) != pytest.approx(published, rel=5e-3)
 
 
+def _alpha(p: float, kr: float) -> np.ndarray:
+    """Directional factors (2, 2) of the cut up to an angle (Altintas and Budak 1995, Eq. 9)."""
+    s, c = np.sin(2 * p), np.cos(2 * p)
+    rows = [[c - 2 * kr * p + kr * s, -s - 2 * p + kr * c], [-s + 2 * p + kr * c, -c - 2 * kr * p - kr * s]]
+    return np.array(rows) / 2
+
+
 def test_the_mean_of_the_cut_is_the_closed_form() -> None:
     """Altintas and Budak 1995, Eq. 9."""
     entry, leave, kr = 0.3, 1.9, 0.07
     found = _cut(3, entry, leave, Coefficients(6e8, kr * 6e8)).mean
 
-    def alpha(p: float) -> np.ndarray:
-        s, c = np.sin(2 * p), np.cos(2 * p)
-        rows = [
-            [c - 2 * kr * p + kr * s, -s - 2 * p + kr * c],
-            [-s + 2 * p + kr * c, -c - 2 * kr * p - kr * s],
-        ]
-        return np.array(rows) / 2
-
-    closed = 0.5 * 6e8 * 3 / (2 * np.pi) * (alpha(leave) - alpha(entry))
+    closed = 0.5 * 6e8 * 3 / (2 * np.pi) * (_alpha(leave, kr) - _alpha(entry, kr))
     assert found[:2, :2] == pytest.approx(closed, rel=1e-9)
     assert not found[2].any() and not found[:, 2].any()
     assert _cut(3, entry, leave).mean[:2, :2] != pytest.approx(closed, rel=1e-2)
@@ -108,15 +107,7 @@ def _chart(leave: float, teeth: int, kt: float, kr: float, rpm: np.ndarray) -> n
         for k, w, z in ((5.59e6, 2 * np.pi * 603, 0.039), (5.715e6, 2 * np.pi * 666, 0.035))
     )
 
-    def alpha(p: float) -> np.ndarray:
-        s, c = np.sin(2 * p), np.cos(2 * p)
-        rows = [
-            [c - 2 * kr * p + kr * s, -s - 2 * p + kr * c],
-            [-s + 2 * p + kr * c, -c - 2 * kr * p - kr * s],
-        ]
-        return np.array(rows) / 2
-
-    (xx, xy), (yx, yy) = alpha(leave) - alpha(0.0)
+    (xx, xy), (yx, yy) = _alpha(leave, kr) - _alpha(0.0, kr)
     a0, a1 = x * y * (xx * yy - xy * yx), xx * x + yy * y
     best = np.full(len(rpm), np.inf)
     for sign in (1, -1):
