@@ -27,7 +27,7 @@ _GROWING = (12, 1e-4)
 _AT_ONCE, _SPARE = 4, 8
 """How many modes are added in a round; how many more than there were, in all."""
 _ROUNDS = 20
-_NEAR = 0.2
+_NEAR = 0.6
 """Error over RMS of the FRFs beyond which no residual says what is missing."""
 _HOPELESS = ((5.0, 2, 0.5), (0.1, 3, 0.75))
 """What is left beyond noise, over noise, must where it is more than this fall in so many rounds to a part."""

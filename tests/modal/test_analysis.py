@@ -135,7 +135,9 @@ def test_a_weak_mode_is_kept_while_noise_does_not_hide_it() -> None:
     found = analyse(measure(system, lines, [0], noise=0.001))
     frequency, _ = errors(found, system, slice(0, 4))
     assert np.max(np.abs(frequency)) < 1e-3
-    hidden = analyse(measure(system, lines, [0], noise=0.5))
+    noisy = analyse(measure(system, lines, [0], noise=0.5))
+    np.testing.assert_allclose(noisy.table.frequency_hz, [20.0, 33.0, 33.3, 60.0], rtol=0.005)
+    hidden = analyse(measure(system, lines, [0], noise=1.0))
     assert len(hidden.table) < 4
 
 

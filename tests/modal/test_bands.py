@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,9 +16,10 @@ from identify.modal.settings import ModalSettings
 from tests.modal.systems import chain, measure
 
 CROWDED = chain(np.geomspace(20.0, 900.0, 24).tolist(), [0.02] * 24, seed=5)
-WIDE = measure(CROWDED, np.arange(0.5, 1000.0, 0.5), [0], noise=1e-4)
-"""The response of 24 points to one, with modes close together where lines are few."""
-FEW = ModalSettings(max_order=40)
+ALL = measure(CROWDED, np.arange(1.0, 1000.0), [0], noise=1e-4)
+WIDE = replace(ALL, frf=ALL.frf[:, :6], outputs=ALL.outputs[:6])
+"""The response of 6 points to one, with modes close together where lines are few."""
+FEW = ModalSettings(max_order=16)
 
 
 def test_a_wide_band_is_split_where_one_model_does_not_do() -> None:
@@ -24,11 +27,11 @@ def test_a_wide_band_is_split_where_one_model_does_not_do() -> None:
     assert len(whole.verified.modes) < 16
     found = analyse(WIDE, FEW)
     assert len(found.bands_hz) > 1
-    assert found.bands_hz[0][0] == 0.5 and found.bands_hz[-1][1] == 999.5
+    assert found.bands_hz[0][0] == 1 and found.bands_hz[-1][1] == 999
     truth = np.abs(CROWDED.poles) / (2 * np.pi)
     assert found.table.frequency_hz == pytest.approx(truth, rel=1e-3)
     assert found.table.damping_ratio == pytest.approx(0.02, rel=0.05)
-    assert np.min(np.diag(mac(found.table.shapes, CROWDED.shapes))) > 0.99
+    assert np.min(np.diag(mac(found.table.shapes, CROWDED.shapes[:, :6]))) > 0.99
     assert found.total_error < 0.05
 
 
