@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
-from identify.discovery.evidence import EvidenceCriterion, variance_inflation
+from identify.discovery.evidence import CLOSED, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.promote import beyond_belief
 from identify.discovery.trial import Task, Trial
@@ -81,9 +81,12 @@ def _spent(seconds: Mapping[str, float]) -> str:
 def promoted(
     problem: Problem, workers: Workers, options: Sequence[Option], final: Trial, story: Story
 ) -> tuple[list[Option], Trial]:
-    """The options and the model where errors of what was told that are beyond belief have become effects."""
+    """The options and the model where errors of what was told that are beyond belief have become effects.
+
+    Only once the gap is closed: before, they make up for what was not found.
+    """
     kept, model, tried = list(options), final, list[Effect]()
-    for _ in range(_PROMOTED):
+    for _ in range(_PROMOTED if final.gap < CLOSED else 0):
         found = beyond_belief(problem.nuisances, model.values, problem.robot)
         effect = next((one for one in found if one not in (*tried, *model.task.effects)), None)
         if effect is None:

@@ -37,6 +37,9 @@ _MANY, _PLENTY = 12, 100
 """
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
+_FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
+_SEEN = 0.03
+"""Share of the cost by which a start must change it to be followed."""
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
 
@@ -154,15 +157,18 @@ class TrialRunner:
             return best_softly(problem, starts)
         if task.how == "brief":
             few = _fewer_channels(problem, task)
-            values = descend_softly(few, best_softly(few, starts)[0], thorough=False)
-            return best_softly(problem, values[None])
+            either = np.concatenate([starts, [from_each(without_errors(few), starts, _FOLLOWED)]])
+            values = descend_softly(few, best_softly(few, either)[0], thorough=False)
+            return best_softly(problem, np.array([*starts, values]))
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
-        either = np.concatenate([starts, [robust]])
+        either = np.array([best_softly(problem, starts)[0], robust])
         either[:, problem.size :] = 0.0
-        values = descend_softly(problem, best_softly(problem, either)[0], thorough=True)
-        return best_softly(problem, values[None])
+        if task.how == "start":
+            either = best_softly(problem, either)[0][None]
+        ends = [descend_softly(problem, one, thorough=True) for one in either]
+        return best_softly(problem, np.array(ends))
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts, on some of the channels.
@@ -413,6 +419,20 @@ def _descend(
         if search.best_x is None
         else (scale.to_values(search.best_x), search.best_cost)
     )
+
+
+def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
+    """Where logarithmic residuals lead from the starts (m, parameters) that change what they see; the best.
+
+    A resonator's valley is as narrow as its peak, so that the best of a grid of starts is one that does
+    nothing.
+    """
+    objective = _logarithmic(problem)
+    costs = objective.costs(starts)
+    seen = np.abs(costs / costs.min() - 1) > _SEEN
+    tried = starts[seen] if seen.any() else starts[:1]
+    ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
+    return min(ends, key=lambda end: end[1])[0]
 
 
 def _logarithmic(problem: Problem) -> Objective:

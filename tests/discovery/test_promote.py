@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
+from identify.discovery.loop import promoted
 from identify.discovery.promote import beyond_belief, stated_already
+from identify.discovery.trial import Task, Trial
+from identify.discovery.workers import Workers
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import parse_effect
 from identify.robot.description import Joint, Link, Robot
 from identify.vibration.nuisances.nuisance import Nuisance, Nuisances
+from identify.vibration.problem import Problem
 
 _ENTRIES = (
     Nuisance("link", "link1", "mass", 0.02, "1"),
@@ -67,3 +76,30 @@ def test_effects_that_are_fitted_along_anyway_are_not_candidates() -> None:
     assert stated_already(_STATED, gain)
     assert not stated_already(_STATED, tilt)
     assert not stated_already(Nuisances(_ENTRIES[:4]), gain)
+
+
+class _Asked(Exception):
+    """Something was to be tried."""
+
+
+class _Workers:
+    """Workers that do nothing but say so."""
+
+    def run(self, tasks: Sequence[Task]) -> list[Trial]:
+        raise _Asked
+
+
+def test_while_a_gap_is_open_errors_stand_for_what_was_not_found() -> None:
+    names = [one.name for one in _ENTRIES]
+    values = {**dict.fromkeys(names, 0.5), names[0]: 9.0}
+    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot()))
+    workers = cast(Workers, _Workers())
+
+    def ended(gap: float) -> Trial:
+        return Trial(Task((), (), values), values, gap**2 * 100, 100)
+
+    kept, model = promoted(problem, workers, [], ended(2.0), Story())
+    assert kept == []
+    assert model.gap == pytest.approx(2.0)
+    with pytest.raises(_Asked):
+        promoted(problem, workers, [], ended(1.0), Story())

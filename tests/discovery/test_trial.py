@@ -10,9 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.discovery.trial import Task, TrialRunner, left_out, thinned
-from identify.vibration.problem import Problem, load_problem
+from identify.discovery.trial import Task, TrialRunner, from_each, left_out, thinned
+from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.model.effects.base import parse_effect
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
+from tests.hidden import truth, write_config
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
@@ -91,3 +95,28 @@ def test_doubled_noise_quarters_the_squares(problem: Problem) -> None:
     stated, doubled = (TrialRunner(one).run(Task(known, (), {}, "glance")) for one in (problem, loud))
     assert doubled.squares == pytest.approx(stated.squares / 4, rel=1e-6)
     assert doubled.gap == pytest.approx(stated.gap / 2, rel=1e-6)
+
+
+def test_a_resonator_is_reached_from_the_start_whose_valley_is_its_own(tmp_path: Path) -> None:
+    """Not from the best of the grid, whose frequency is another."""
+    runner = TrialRunner(load_problem(read_study(write_config("absorber_l3_101", tmp_path))))
+    known = tuple(runner.whole.file.study.effects)
+    present = runner.run(Task(known, (), {p.name: p.initial for p in runner.whole.parameters}, "start"))
+    effect = parse_effect({"kind": "appended-resonator", "link": "link3", "axis": "y"})
+    problem = with_effects(runner.thin, (*known, effect), present.values)
+    names = [p.name for p in problem.parameters]
+    stiffness, mass = (names.index(f"link3.resonator_y.{one}") for one in ("stiffness", "mass"))
+    [*_, (_, own)] = problem.measurements[0].system.effects
+    terms = effect.terms(problem.robot, problem.measurements[0].system.site, f"effects.{len(known)}")
+    grid = effect.initial_values(terms, (3.0, 80.0))
+    starts = np.repeat(problem.initial[None], len(grid), axis=0)
+    starts[:, own] = grid
+    few = GaussNewton(evaluations=4, tolerance=1e-2)
+
+    def hz(values: np.ndarray) -> float:
+        return float(np.sqrt(values[stiffness] / values[mass]) / (2 * np.pi))
+
+    true = truth("absorber_l3_101")["effects"][0]["frequency_hz"]
+    costs = FrfLeastSquares(residual="log").objective(problem.targets()).costs(starts)
+    assert hz(from_each(problem, starts, few)) == pytest.approx(true, rel=0.05)
+    assert hz(from_each(problem, starts[[int(np.argmin(costs))]], few)) != pytest.approx(true, rel=0.05)
