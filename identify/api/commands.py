@@ -211,8 +211,8 @@ def run_modes(data: Path, options: ModesOptions, quiet: bool = True) -> Result:
     from identify.core.binary_input import prepare
     from identify.reports.shown import working
 
-    prepare([data])
     options.check()
+    prepare([path for path in (data, options.scale_frf, options.scale_record) if path is not None])
     with working(quiet, f"finding the modes of {data.name}"):
         return _modes_of(data, options)
 
@@ -225,9 +225,17 @@ def _modes_of(data: Path, options: ModesOptions) -> Result:
     if options.output_only:
         from identify.modes.output_only import Asked, run_output_only
         from identify.modes.said import operational_settings
+        from identify.modes.scaling import ScaledBy
 
-        turning = operational_settings(**options.operational())
-        wanted = Asked(file, options.modal(), turning, options.geometry, options.length_unit, options.choices)
+        wanted = Asked(
+            file,
+            options.modal(),
+            operational_settings(**options.operational()),
+            options.geometry,
+            options.length_unit,
+            options.choices,
+            ScaledBy(**options.scaled_by()),
+        )
         result, written = run_output_only(data, options.out, wanted)
         return Result(result, tuple(written))
     from identify.modes.run import run_modes as analysed

@@ -114,6 +114,18 @@ def _variable(text: str) -> tuple[str, str]:
     return name.strip(), place.strip()
 
 
+def _added_mass(text: str) -> tuple[int, float]:
+    """Node and mass, kg, from `node=mass`."""
+    node, _, mass = text.partition("=")
+    try:
+        found = int(node), float(mass)
+    except ValueError:
+        found = 0, 0.0
+    if found[0] < 1 or not 0 < found[1] < float("inf"):
+        raise InputError("--added-mass", repr(text), "a point and a mass in kg, such as 12=0.5")
+    return found
+
+
 @dataclass(frozen=True)
 class ModesOptions:
     """Of `identify modes`."""
@@ -190,6 +202,18 @@ class ModesOptions:
         float | None,
         typer.Option(help="with --output-only: the smallest damping ratio that must be told; default: 0.01"),
     ] = None
+    scale_frf: Annotated[
+        Path | None,
+        typer.Option(help="with --output-only: FRFs between some of its channels, which tell modal masses"),
+    ] = None
+    scale_record: Annotated[
+        Path | None,
+        typer.Option(help="with --output-only: records with --added-mass on, which tell modal masses"),
+    ] = None
+    added_mass: Annotated[
+        list[str] | None,
+        typer.Option(help="mass, kg, at a point (node) of the records of --scale-record: 12=0.5; repeatable"),
+    ] = None
     report: Report = True
     quiet: Quiet = False
 
@@ -198,11 +222,26 @@ class ModesOptions:
         if self.output_only:
             if self.frfs:
                 raise InputError("--frfs", "given beside --output-only", "measured FRFs", "leave it out")
+            self._check_scaling()
             return
-        for name, value in (("speed", self.speed), ("teeth", self.teeth), ("damping", self.damping)):
-            if value:
+        for name in ("speed", "teeth", "damping", "scale_frf", "scale_record", "added_mass"):
+            if getattr(self, name):
                 found, fix = "given without --output-only", "add `--output-only`, or leave it out"
-                raise InputError(f"--{name}", found, "an analysis of responses alone", fix)
+                option = f"--{name.replace('_', '-')}"
+                raise InputError(option, found, "an analysis of responses alone", fix)
+
+    def _check_scaling(self) -> None:
+        if self.scale_frf is not None and self.scale_record is not None:
+            raise InputError("--scale-frf", "given beside --scale-record", "one of them", "leave one out")
+        if (self.scale_record is None) != (not self.added_mass):
+            given, other = "--added-mass", "--scale-record"
+            if self.scale_record is not None:
+                given, other = other, given
+            raise InputError(given, f"given without {other}", "both", f"add `{other}`, or leave it out")
+        nodes = [node for node, _ in map(_added_mass, self.added_mass or ())]
+        for node in nodes:
+            if nodes.count(node) > 1:
+                raise InputError("--added-mass", f"point {node} twice", "each point once", "add them up")
 
     def operational(self) -> dict[str, Any]:
         """What they say of an analysis of responses alone, by the keys of its settings."""
@@ -212,6 +251,11 @@ class ModesOptions:
             "least_damping": self.damping,
         }
         return {key: value for key, value in given.items() if value is not None}
+
+    def scaled_by(self) -> dict[str, Any]:
+        """What they say of what scales shapes from responses alone, by its keys."""
+        masses = dict(map(_added_mass, self.added_mass or ()))
+        return {"frf": self.scale_frf, "record": self.scale_record, "added_kg": masses}
 
     def file(self) -> dict[str, Any]:
         """What they say of the file of FRFs."""

@@ -13,7 +13,8 @@ from identify.measured.channel import Channel
 @dataclass(frozen=True)
 class ModalTable:
     """frequency_hz (m,): |lambda|/2 pi, rising; damping_ratio (m,): -Re lambda/|lambda| (0.04, not 4 %), NaN
-    where unknown; shapes (m, channels) complex, or None; *_std are standard deviations, or None.
+    where unknown; shapes (m, channels) complex, or None; *_std are standard deviations, or None;
+    modal_mass_kg (m,): of the shapes as they are, where it was told apart from them, NaN where unknown.
     """
 
     frequency_hz: NDArray[np.float64]
@@ -22,6 +23,8 @@ class ModalTable:
     shapes: NDArray[np.complex128] | None = None
     frequency_std_hz: NDArray[np.float64] | None = None
     damping_std: NDArray[np.float64] | None = None
+    modal_mass_kg: NDArray[np.float64] | None = None
+    modal_mass_std_kg: NDArray[np.float64] | None = None
     source: str = ""
     sha256: str = ""
 

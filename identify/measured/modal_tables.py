@@ -1,7 +1,8 @@
 """Modal tables read from and written to YAML and CSV.
 
 YAML: `modes:`, a list of `{frequency_hz, damping_ratio | damping_percent, shape: {"12:+Z": 0.3+0.1j},
-frequency_std_hz, damping_std_ratio | damping_std_percent}`, of which only frequency_hz must be there.  CSV:
+frequency_std_hz, damping_std_ratio | damping_std_percent, modal_mass_kg, modal_mass_std_kg}`, of which only
+frequency_hz must be there; a modal mass is that of the shape as it stands.  CSV:
 one line a mode with the same columns and `mode`, a number; shapes in a second file with the columns
 `mode,channel,real,imag`.
 """
@@ -28,7 +29,8 @@ from identify.measured.modal_table import ModalTable
 _LARGEST = 8 * MEBIBYTE
 _SCALES = {"damping_ratio": 1.0, "damping_percent": 0.01}
 _STD_SCALES = {"damping_std_ratio": 1.0, "damping_std_percent": 0.01}
-_KEYS = ("frequency_hz", *_SCALES, "frequency_std_hz", *_STD_SCALES)
+_MASSES = ("modal_mass_kg", "modal_mass_std_kg")
+_KEYS = ("frequency_hz", *_SCALES, "frequency_std_hz", *_STD_SCALES, *_MASSES)
 
 
 def read_modal_table(path: Path, shapes: Path | None = None) -> ModalTable:
@@ -62,6 +64,8 @@ def parse_modes(modes: list[tuple[str, Mapping[str, Any]]], source: str, sha256:
     channels, shapes = _shapes(modes)
     damping_std = _column(modes, _STD_SCALES, "a standard deviation of 0 or more", 0.0)
     frequency_std = _column(modes, {"frequency_std_hz": 1.0}, "a standard deviation of 0 or more", 0.0)
+    masses = [_column(modes, {key: 1.0}, "a mass of 0 kg or more", 0.0) for key in _MASSES]
+    mass, mass_std = (None if np.isnan(column).all() else column[order] for column in masses)
     return ModalTable(
         frequency_hz=frequency[order],
         damping_ratio=_column(modes, _SCALES, "a damping ratio between -1 and 1 (100 %)", -1.0, 1.0)[order],
@@ -69,6 +73,8 @@ def parse_modes(modes: list[tuple[str, Mapping[str, Any]]], source: str, sha256:
         shapes=None if shapes is None else shapes[order],
         frequency_std_hz=None if np.isnan(frequency_std).all() else frequency_std[order],
         damping_std=None if np.isnan(damping_std).all() else damping_std[order],
+        modal_mass_kg=mass,
+        modal_mass_std_kg=mass_std,
         source=source,
         sha256=sha256,
     )
@@ -117,6 +123,8 @@ def _mode(table: ModalTable, index: int) -> dict[str, Any]:
         "damping_ratio": table.damping_ratio,
         "frequency_std_hz": table.frequency_std_hz,
         "damping_std_ratio": table.damping_std,
+        "modal_mass_kg": table.modal_mass_kg,
+        "modal_mass_std_kg": table.modal_mass_std_kg,
     }
     mode: dict[str, Any] = {
         key: float(array[index])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from identify.modal.settings import ModalSettings
 from identify.modes.evaluate import drawn_diagram, rejected_poles, turned_down
 from identify.modes.export import write_tables
 from identify.modes.said import asked, modal_settings, sources
+from identify.modes.scaling import ScaledBy, loaded, scaled_sentence, scaling_of
 from identify.modes.sensors import drawn, geometry_of
 from identify.results import file as result_file
 from identify.results.fit import HALF_SPECTRUM, FrfComparison
@@ -38,6 +39,7 @@ from identify.results.modes import (
     ModeTable,
     OutputOnly,
     Reciprocity,
+    ShapeScaling,
     Tones,
 )
 from identify.results.provenance import provenance, sha256
@@ -48,7 +50,7 @@ _UNSURE = 0.4
 
 @dataclass(frozen=True)
 class Asked:
-    """What is said of the file, the analysis, what turns, and where sensors are."""
+    """What is said of the file, the analysis, what turns, where sensors are, and what scales the shapes."""
 
     file: FrfFileOptions = field(default_factory=FrfFileOptions)
     modal: dict[str, Any] = field(default_factory=dict)
@@ -56,6 +58,12 @@ class Asked:
     geometry: Path | None = None
     length_unit: str | None = None
     choices: Path | None = None
+    scaled_by: ScaledBy = field(default_factory=ScaledBy)
+
+    @property
+    def beside(self) -> list[Path]:
+        """Files that are read beside the records."""
+        return [one for one in (self.geometry, self.choices, self.scaled_by.path) if one is not None]
 
 
 def run_output_only(data: Path, out: Path | None, wanted: Asked) -> tuple[ModesResult, list[Path]]:
@@ -69,26 +77,36 @@ def run_output_only(data: Path, out: Path | None, wanted: Asked) -> tuple[ModesR
     settings = modal_settings(ModalSettings(), modal)
     with one_thread():
         history = load_responses(data, wanted.file)
+        scaler = loaded(wanted.scaled_by, wanted.file, history)
         sensors, notes = geometry_of(data, wanted.geometry, wanted.length_unit)
         path = out or Path("reports") / f"{data.stem}_modes.h5"
         table = path.with_suffix(".yaml")
-        read = [one for one in (data, wanted.geometry, wanted.choices) if one is not None]
+        read = [data, *wanted.beside]
         result_file.check_new(path, "modes", read, [table, table.with_suffix(".uff")])
         with held(path):
             found = analyse(history, wanted.operational, settings)
-            modes = _table(found)
-            one = _analysed(data, found, modes, sensors, wanted.operational.teeth or 0)
+            scaling, more = scaling_of(found, scaler, wanted.operational)
+            modes = _table(found, scaling)
+            extras = _extras(found, wanted.operational.teeth or 0, scaling)
+            one = _analysed(data, found, modes, sensors, extras)
             result = ModesResult(
                 name=data.stem,
                 verdict=_verdict(one),
-                notes=(*notes, *found.notes),
+                notes=(*notes, *found.notes, *more),
                 seconds=time.perf_counter() - begun,
                 measurements={one.name: one},
                 provenance=provenance(
                     "",
-                    asked(wanted.file, settings, wanted.geometry, wanted.length_unit, wanted.operational),
+                    asked(
+                        wanted.file,
+                        settings,
+                        wanted.geometry,
+                        wanted.length_unit,
+                        wanted.operational,
+                        wanted.scaled_by.said,
+                    ),
                     [(str(one), sha256(one)) for one in read],
-                    sources(wanted.file, settings, modal, wanted.operational),
+                    sources(wanted.file, settings, modal, wanted.operational, wanted.scaled_by.said),
                 ),
             )
             result_file.write(result, path)
@@ -106,21 +124,31 @@ def _check(data: Path, file: FrfFileOptions) -> None:
             )
 
 
-def _table(found: OperationalModes) -> ModalTable:
-    return ModalTable(
-        frequency_hz=found.frequency_hz,
-        damping_ratio=found.damping_ratio,
-        channels=found.records.channels,
-        shapes=found.shapes,
-        frequency_std_hz=found.scatter.frequency_hz,
-        damping_std=found.scatter.damping,
-        source=found.records.source,
-        sha256=found.records.sha256,
+def _table(found: OperationalModes, scaling: ShapeScaling | None) -> ModalTable:
+    if scaling is None:
+        return found.table
+    return replace(
+        found.table, modal_mass_kg=scaling.modal_mass_kg, modal_mass_std_kg=scaling.modal_mass_std_kg
+    )
+
+
+def _extras(found: OperationalModes, teeth: int, scaling: ShapeScaling | None) -> OutputOnly:
+    return OutputOnly(
+        seconds=found.records.seconds,
+        blocks=len(found.correlations.blocks),
+        shape_std=found.scatter.shapes,
+        tones=_tones(found),
+        teeth=teeth,
+        scaling=scaling,
     )
 
 
 def _analysed(
-    data: Path, found: OperationalModes, table: ModalTable, sensors: MeasuredGeometry | None, teeth: int
+    data: Path,
+    found: OperationalModes,
+    table: ModalTable,
+    sensors: MeasuredGeometry | None,
+    extras: OutputOnly,
 ) -> AnalysedMeasurement:
     """What a result keeps of an analysis."""
     rejected = rejected_poles(found.rejected)
@@ -140,13 +168,7 @@ def _analysed(
         frf=_spectra(found),
         geometry=None if sensors is None else drawn(sensors),
         shapes=None if sensors is None else displacements(sensors, table),
-        output_only=OutputOnly(
-            seconds=found.records.seconds,
-            blocks=len(found.correlations.blocks),
-            shape_std=found.scatter.shapes,
-            tones=_tones(found),
-            teeth=teeth,
-        ),
+        output_only=extras,
     )
 
 
@@ -219,8 +241,11 @@ def _found(m: AnalysedMeasurement) -> str:
 
 
 def _left_out(m: AnalysedMeasurement) -> str:
+    assert m.output_only is not None
     if not len(m.modes.frequency_hz):
         return ""
+    if m.output_only.scaling is not None:
+        return scaled_sentence(m.output_only.scaling)
     return "Without a force there is no modal mass: shapes are unscaled, their largest component is 1."
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -50,8 +51,11 @@ def sources(
     settings: ModalSettings,
     modal: dict[str, Any] | None,
     operational: OperationalSettings | None = None,
+    scaled_by: Mapping[str, Any] | None = None,
 ) -> tables.SettingTable:
-    """The settings of an analysis of a file, each with its source; operational: of one of responses alone."""
+    """The settings of an analysis of a file, each with its source; operational: of one of responses alone,
+    and what scales its shapes.
+    """
     given = {
         **file.model_dump(exclude_defaults=True),
         **{f"modal.{key}": value for key, value in (modal or {}).items()},
@@ -60,6 +64,7 @@ def sources(
         return option_settings({"": file, "modal": settings}, given)
     more = operational.model_dump(exclude_unset=True)
     given |= {f"operational.{key}": value for key, value in more.items()}
+    given |= {f"operational.{key}": value for key, value in (scaled_by or {}).items()}
     return option_settings({"": file, "modal": settings, "operational": operational}, given)
 
 
@@ -69,6 +74,7 @@ def asked(
     geometry: Path | None,
     length_unit: str | None,
     operational: OperationalSettings | None = None,
+    scaled_by: Mapping[str, Any] | None = None,
 ) -> str:
     """What was asked of a data file as YAML, with every setting of the analysis."""
     said: dict[str, Any] = dict(file.model_dump(exclude_defaults=True))
@@ -78,7 +84,7 @@ def asked(
         if value is not None
     }
     if operational is not None:
-        said["operational"] = operational.model_dump(mode="json")
+        said["operational"] = {**operational.model_dump(mode="json"), **(scaled_by or {})}
     stream = io.StringIO()
     YAML().dump({**said, "modal": settings.model_dump(mode="json")}, stream)
     return stream.getvalue()

@@ -110,9 +110,29 @@ class Tones:
 
 
 @dataclass(frozen=True)
+class ShapeScaling:
+    """Modal masses (m,), kg, of shapes whose largest component is 1, NaN where reason (m,) says why it is not
+    known, and their standard deviations.
+
+    method: "FRFs" or "added mass", of the file source; partner_hz (m,): the mode's frequency there, NaN where
+    it has none; masses added_kg (k,) at nodes added_node (k,).
+    """
+
+    method: str
+    source: str
+    modal_mass_kg: Array
+    modal_mass_std_kg: Array
+    partner_hz: Array
+    reason: Texts
+    added_node: NDArray[np.int_]
+    added_kg: Array
+
+
+@dataclass(frozen=True)
 class OutputOnly:
     """What is particular to modes from responses alone: seconds of records in all, blocks that were left out
-    one by one, shape_std (m, channels), tones that were taken out; teeth of the cutter, 0 where not told.
+    one by one, shape_std (m, channels), tones that were taken out; teeth of the cutter, 0 where not told;
+    scaling: None where nothing was given to scale shapes by.
     """
 
     seconds: float
@@ -120,6 +140,7 @@ class OutputOnly:
     shape_std: Array
     tones: Tones
     teeth: int
+    scaling: ShapeScaling | None = None
 
 
 @dataclass(frozen=True)

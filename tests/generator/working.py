@@ -99,3 +99,38 @@ def visible(models: list[Linear], least: float) -> Array:
         residue = np.linalg.norm(shape, axis=1) * np.linalg.norm(push, axis=1)
         own += (residue / np.abs(poles[kept].real)) ** 2
     return np.asarray(own / np.sum(whole, axis=0) > least)
+
+
+def with_mass(model: Linear, at: Linear, sensor: int, mass_kg: float) -> Linear:
+    """The same structure with a point mass at a sensor (0, 1, ...): at is the model pushed there.
+
+    The mass pushes with -m y, y being the acceleration that it feels itself, so y is solved for.
+    """
+    rows = slice(3 * sensor, 3 * sensor + 3)
+    felt = np.linalg.inv(np.eye(3) + mass_kg * at.d[rows])
+    by_state, by_force = (-mass_kg * felt @ part for part in (at.c[rows], model.d[rows]))
+    return Linear(
+        model.a + at.b @ by_state,
+        model.b + at.b @ by_force,
+        model.c + at.d @ by_state,
+        model.d + at.d @ by_force,
+    )
+
+
+def modal_masses(model: Linear, pushed: Array, channels: Array) -> Array:
+    """Modal masses (m,), kg, of shapes whose largest component at these outputs (channels,) is 1, by rising
+    modulus of the poles; pushed (3,): the outputs at which the model is pushed.
+
+    From the residue of the accelerance where it is pushed, over lambda squared.
+    """
+    poles, vectors = np.linalg.eig(model.a)
+    kept = np.flatnonzero(poles.imag > 0)
+    kept = kept[np.argsort(np.abs(poles[kept]))]
+    shapes = (model.c @ vectors[:, kept]).T
+    entry = np.linalg.solve(vectors, model.b.astype(complex))[kept]
+    along = np.argmax(np.abs(shapes[:, pushed]), axis=1)
+    rows = np.arange(len(kept))
+    largest = shapes[rows, channels[np.argmax(np.abs(shapes[:, channels]), axis=1)]]
+    psi = shapes[:, pushed][rows, along] / largest
+    residue = shapes[:, pushed][rows, along] * entry[rows, along] / poles[kept] ** 2
+    return np.asarray(np.abs(psi**2 / (2 * poles[kept].imag * residue)))

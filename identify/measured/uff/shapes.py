@@ -184,7 +184,11 @@ def write_shapes(path: Path, table: ModalTable, geometry: MeasuredGeometry | Non
 def _dataset55(table: ModalTable, r: int) -> str:
     frequency, damping = float(table.frequency_hz[r]), float(table.damping_ratio[r])
     size = 2 * np.pi * frequency
-    eigenvalue = np.array([-damping * size, size * np.sqrt(1 - damping**2), 0.0, 0.0, 0.0, 0.0])
+    pole = size * complex(-damping, np.sqrt(1 - damping**2))
+    mass = 0.0 if table.modal_mass_kg is None else float(np.nan_to_num(table.modal_mass_kg[r]))
+    modal_a = 2j * pole.imag * mass
+    numbers = np.array([pole, modal_a, -pole * modal_a])
+    eigenvalue = np.stack([numbers.real, numbers.imag], axis=1).ravel() + 0.0
     per_node = _per_node(table)
     characteristic = next(key[0] for key, count in _VALUES.items() if count == per_node)
     head = ["MODE SHAPE", f"{frequency:.6g} Hz, damping ratio {damping:.6g}", "NONE", "NONE", "NONE"]

@@ -13,6 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.measured.modal_table import ModalTable
 from identify.measured.time_history import TimeHistory
 from identify.modal.analysis import check_by_hand
 from identify.modal.cmif import cmif
@@ -74,6 +75,20 @@ class OperationalModes:
     tones: tuple[Tone, ...]
     settings: ModalSettings
     notes: tuple[str, ...]
+
+    @property
+    def table(self) -> ModalTable:
+        """The modes with their intervals."""
+        return ModalTable(
+            frequency_hz=self.frequency_hz,
+            damping_ratio=self.damping_ratio,
+            channels=self.records.channels,
+            shapes=self.shapes,
+            frequency_std_hz=self.scatter.frequency_hz,
+            damping_std=self.scatter.damping,
+            source=self.records.source,
+            sha256=self.records.sha256,
+        )
 
 
 def analyse(

@@ -88,9 +88,9 @@ def _modes(k: int, m: AnalysedMeasurement) -> Box:
     if matrix is not None:
         title = Heading("MAC of the shapes with each other (autoMAC)", on=PAGE)
         inside.append(Box("table", [title, Drawing(f"mac-{k}", look="auto"), *mac([matrix], _AUTO_MAC)]))
-    tones = tables.tone_table(m)
-    if tones is not None:
-        inside.append(Box("table", [Tabular(tones, heading=True)]))
+    for more in (tables.mass_table(m), tables.tone_table(m)):
+        if more is not None:
+            inside.append(Box("table", [Tabular(more, heading=True)]))
     return Box("block wide", [Heading(m.name), Box("pairs" if len(hz) <= _FEW else "table", inside)])
 
 

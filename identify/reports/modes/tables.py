@@ -117,8 +117,10 @@ def mode_table(m: AnalysedMeasurement) -> Table:
     if m.output_only is not None:
         scatter = (
             f"from {m.output_only.blocks} blocks of the records, left out one by one; shapes are unscaled,"
-            " their largest component is 1, for without a force there is no modal mass"
+            " their largest component is 1"
         )
+        if m.output_only.scaling is None:
+            scatter += ", for without a force there is no modal mass"
     note = (
         f"± 95 %: half a 95 % interval, {scatter}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
         " mean phase deviation, 0 for a real shape."
@@ -154,6 +156,37 @@ def error_table(result: ModesResult) -> Table:
         " blind to level."
     )
     return Table(f"Errors of the rebuilt {result.noun.several}", columns, tuple(rows), note)
+
+
+def mass_table(m: AnalysedMeasurement) -> Table | None:
+    """Modal masses of modes from responses alone; None where nothing was given to tell them by."""
+    scaling = None if m.output_only is None else m.output_only.scaling
+    if scaling is None:
+        return None
+    columns = (
+        words("Mode"),
+        Column("Frequency", "Hz"),
+        Column(f"With {scaling.method}", "Hz"),
+        Column("Modal mass", "kg"),
+        Column("± 95 %", "kg"),
+        words("Why it is not known"),
+    )
+    rows = [
+        (
+            str(r + 1),
+            number(m.modes.frequency_hz[r], 6),
+            number(scaling.partner_hz[r], 6),
+            number(scaling.modal_mass_kg[r], 4),
+            number(SIGMAS_95 * scaling.modal_mass_std_kg[r], 2),
+            scaling.reason[r],
+        )
+        for r in range(len(scaling.reason))
+    ]
+    note = (
+        "Of the shape whose largest component is 1; a shape over the square root of its modal mass is of unit"
+        " modal mass. ± 95 %: half a 95 % interval."
+    )
+    return Table(f"Modal masses, {m.name}", columns, tuple(rows), note)
 
 
 def tone_table(m: AnalysedMeasurement) -> Table | None:
