@@ -1,5 +1,5 @@
 """Short names for arrays in signatures, whose shapes and units are said where a function is defined; and the
-complex logarithm.
+complex logarithm and products of real with complex matrices.
 """
 
 from __future__ import annotations
@@ -19,3 +19,9 @@ def logarithm(values: Complex) -> Complex:
     found = np.empty_like(values)
     found.real, found.imag = np.log(np.abs(values)), np.angle(values)
     return found
+
+
+def real_product(factor: Array, values: Complex) -> Complex:
+    """factor (..., m, n) @ values (..., n, k) without making the real factor complex."""
+    flat = np.ascontiguousarray(values, dtype=complex).view(float)
+    return np.asarray((factor @ flat).view(complex))

@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
-from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, removed
+from identify.discovery.evidence import CLOSED, MATERIAL, POLICY, EvidenceCriterion, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
@@ -45,6 +45,12 @@ effect has to be tried there, and which gap above noise counts as none."""
 _PAIRED, _OF_A_KIND, _FAR_MORE = 9, 2, 0.5
 """How many are tried in pairs; how many of them may be of one kind; what a pair must leave at most of what
 the best one leaves."""
+_IDLE, _PAIRS = 0.98, 8
+"""Share of the present squares above which an effect does nothing, so that two of them are no pair; how many
+pairs are refitted after a few steps of all."""
+_LINEAR, _FAINT, _HALF = 3.0, 0.1, 0.5
+"""Gap below which what is missing acts about linearly; what share of it above noise an effect must then
+remove in a quick trial to be worth a thorough one; which share makes a start near enough."""
 _NEAR, _LEAST_INFLATION = 5.0, 5.0
 """How many times the best one's gap above noise a candidate may leave and still win when fitted thoroughly;
 the least that correlation of residuals has been seen to count for."""
@@ -61,7 +67,8 @@ def screened(
     """Places and candidates, best first: those at places that explain the gap, by the law that they say, the
     best of them refitted quickly; then the others that have been looked at.
 
-    None where the gap is closed and no place would make it smaller than noise models may be wrong.
+    No candidates at places where the gap is small and no place would make it smaller by what matters, and no
+    places where it is closed.
     """
     if problem.nuisances.entries:
         return [], screened_softly(workers, problem, found, before, story)
@@ -74,13 +81,22 @@ def screened(
         count[0] += 1
         story.done(count[0], 0)
 
-    least = MATERIAL if before.gap < CLOSED else -np.inf
+    least = _least(before)
     asked = Known(known, off_bounds(problem, linear, before), anchor)
     places, looked = look(workers, model, asked, found, one, least)
-    if not places and least == MATERIAL:
-        left = _without_place(problem, found)
-        return [], workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
+    if not looked and least > -np.inf:
+        left, places = _without_place(problem, found), places if before.gap >= CLOSED else []
+        return places, workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
     return places, _refitted(workers, model, asked, found, before, (places, looked), one)
+
+
+def _least(before: Trial) -> float:
+    """What a place must take off the gap to be looked at: more than noise models may be wrong by and, where
+    the model is near the data, as much as an addition must explain to be followed.
+    """
+    if before.gap < CLOSED:
+        return MATERIAL
+    return POLICY.tentative * (before.gap - 1) if before.gap < _LINEAR else -np.inf
 
 
 def _refitted(
@@ -105,21 +121,47 @@ def _refitted(
     placed = [o for o in looked if not np.isnan(o.gap) and not o.effect.of_amplitude]
     quick = tried(placed[:_REFITTED], "quick")
     # A dynamic stiffness per level shows where friction acts, not how strong it is: the impact does.
-    others = [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
-    others += [o for o in looked if np.isnan(o.gap)]
-    brief = tried(others, "brief")
+    others = [o for o in looked if np.isnan(o.gap) and not o.effect.of_amplitude]
+    brief = [*_simulated(workers, found, before, anchor, one), *tried(others, "brief")]
     reached = min((trial.gap for trial in (*quick, *brief)), default=np.inf)
     if reached > _SETTLED:
         arrived = _arrived(model, quick, places)
-        unseen = _not_seen(found, [*(o for o in placed[:_REFITTED] if o.effect in arrived), *others])
-        left = min(_WITHIN * (reached - 1), _PROMISED * (before.gap - 1))
-        brief += tried([o for o in unseen if _foreseen(model, o.effect, places) - 1 <= left], "brief")
+        seen = [*(o for o in placed[:_REFITTED] if o.effect in arrived), *others]
+        seen += [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
+        brief += tried(_astray(model, _not_seen(found, seen), places, before, reached), "brief")
     quick += _again(workers, brief, quick)
     best = min((trial.gap for trial in quick), default=np.inf)
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
         quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
     rest = [_guessed(before, o, anchor) for o in placed[_REFITTED:]]
-    return [*sorted(quick, key=squares_of), *sorted(rest, key=squares_of)]
+    return [*_once(sorted(quick, key=squares_of)), *sorted(rest, key=squares_of)]
+
+
+def _simulated(
+    workers: Workers,
+    found: Sequence[Effect],
+    before: Trial,
+    anchor: Mapping[str, float],
+    one: Callable[[], None],
+) -> list[Trial]:
+    """Effects that depend on amplitude, briefly; from far away too, which takes three times as long, only
+    where none explains half of the gap.
+    """
+    effects = [effect for effect in found if effect.of_amplitude]
+    tasks = [Task(before.task.effects, (e,), before.values, "brief", anchor=anchor) for e in effects]
+    near = workers.run(tasks, one)
+    best = min((trial.gap for trial in near), default=np.inf)
+    if before.gap < _LINEAR or removed(before.gap, best) > _HALF:
+        return near
+    return workers.run([replace(task, far=True) for task in tasks], one)
+
+
+def _once(trials: Sequence[Trial]) -> list[Trial]:
+    """The first trial of each effect."""
+    found: dict[str, Trial] = {}
+    for trial in trials:
+        found.setdefault(trial.task.new[0].model_dump_json(), trial)
+    return list(found.values())
 
 
 def off_bounds(problem: Problem, effects: Sequence[Effect], before: Trial) -> Mapping[str, float]:
@@ -160,6 +202,18 @@ def _arrived(problem: Problem, quick: Sequence[Trial], places: Sequence[PlaceFit
         if trial.gap - 1 <= _UNEXPLAINED * max(least - 1, _EXPLAINED):
             found.append(effect)
     return found
+
+
+def _astray(
+    model: Problem, unseen: Sequence[Looked], places: Sequence[PlaceFit], before: Trial, reached: float
+) -> list[Looked]:
+    """Those that may do far better than their places did, by what a linear step from there would leave; near
+    the data few of them.
+    """
+    left = min(_WITHIN * (reached - 1), _PROMISED * (before.gap - 1))
+    order = sorted((_foreseen(model, one.effect, places), n) for n, one in enumerate(unseen))
+    found = [unseen[n] for gap, n in order if gap - 1 <= left]
+    return found[:_REFITTED] if before.gap < _LINEAR else found
 
 
 def _foreseen(problem: Problem, effect: Effect, places: Sequence[PlaceFit]) -> float:
@@ -209,9 +263,9 @@ def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
 
 
 def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> list[Trial]:
-    """Trials of a few steps, those that come near the best one tried further."""
+    """Trials of a few steps, the best of those that come near the best one tried further."""
     best = min((trial.squares for trial in quick), default=np.inf)
-    near = [trial for trial in brief if trial.squares < _WORTH * best]
+    near = sorted((t for t in brief if t.squares < _WORTH * best), key=squares_of)[:_REFITTED]
     further = (
         workers.run([replace(t.task, values=t.values, how="quick", far=False) for t in near]) if near else []
     )
@@ -231,6 +285,8 @@ def promising(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[T
     if not quick:
         return []
     best = quick[0]
+    if before.gap < _LINEAR and removed(present.gap, best.gap) < _FAINT:
+        return []
     criterion = EvidenceCriterion(_LEAST_INFLATION * best.gap**2)
     most = _MOST // 2 if anchor else _MOST  # simulated ones take long
     near = [
@@ -245,18 +301,32 @@ def thorough(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
     """Each promising candidate on all lines, the best of them in their other variants too; those with a
     solution.
     """
-    tasks, owners = [], []
-    for number, trial in enumerate(trials):
-        effect = trial.task.new[0]
-        variants = effect.variants() if number < _VARIED and not trial.task.anchor else []
-        for one in (effect, *variants):
-            tasks.append(Task(trial.task.known, (one,), trial.values, "thorough"))
-            owners.append(number)
-    found = list(zip(owners, workers.run(tasks), strict=True))
-    return [
-        [t for owner, t in found if owner == number and np.isfinite(t.squares)]
-        for number in range(len(trials))
+    ends = workers.run([Task(t.task.known, t.task.new, t.values, "thorough") for t in trials])
+    varied = [
+        Task(end.task.known, (one,), (trial if workers.with_errors else end).values)
+        for trial, end in list(zip(trials, ends, strict=True))[:_VARIED]
+        for one in end.task.new[0].variants()
+        if not trial.task.anchor
     ]
+    others = varied_thoroughly(workers, varied, min((end.gap for end in ends), default=np.inf))
+    return [
+        [t for t in (end, *(t for t in others if t.task.new[0] in end.task.new[0].variants())) if _solved(t)]
+        for end in ends
+    ]
+
+
+def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
+    """Other variants of effects on all lines, but those that leave far more than the best gap does in a quick
+    trial.
+    """
+    if workers.with_errors:
+        return workers.run([replace(task, how="thorough") for task in tasks])
+    near = [trial for trial in workers.run(tasks) if trial.gap - 1 <= _NEAR * max(best - 1, 0.05)]
+    return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
+
+
+def _solved(trial: Trial) -> bool:
+    return bool(np.isfinite(trial.squares))
 
 
 def first_of_two(
@@ -269,25 +339,48 @@ def first_of_two(
     either.
     """
     before, best = step.before, step.found[0]
-    known, pairs = before.task.effects, list(combinations(quick, 2))
-    trials = workers.run(
-        [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, "quick") for a, b in pairs]
-    )
-    number = min(range(len(pairs)), key=lambda n: trials[n].squares)
-    if trials[number].gap - 1 > _FAR_MORE * (best.model.gap - 1):
+    known, pairs = before.task.effects, _pairs(workers, step.before, quick)
+    if not pairs:
         return best, best.gain.explained
-    two = [trial.task.new[0] for trial in pairs[number]]
+    tasks = _together(workers, known, pairs)
+    trial, number = min(zip(workers.run(list(tasks.values())), tasks, strict=True), key=_squares_first)
+    if trial.gap - 1 > _FAR_MORE * (best.model.gap - 1):
+        return best, best.gain.explained
+    pair = pairs[number]
+    two = [one.task.new[0] for one in pair]
     single = workers.run(
-        [
-            Task(known, (effect,), trial.values, "thorough")
-            for effect, trial in zip(two, pairs[number], strict=True)
-        ]
+        [Task(known, (effect,), trial.values, "thorough") for effect, trial in zip(two, pair, strict=True)]
     )
     either = [option for option in step.options if option.effect in two]
     alone = as_options(step.criterion, before, [attempt(before, trial) for trial in single])
     either += sorted((o for o in alone if o.gain.confirmed), key=lambda option: -option.gain.log_odds)
     chosen = max(either, key=lambda option: option.gain.log_odds, default=best)
-    return chosen, removed(before.gap, trials[number].gap)
+    return chosen, removed(before.gap, trial.gap)
+
+
+def _pairs(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[tuple[Trial, Trial]]:
+    """Two of the trials each, but not two that do nothing by themselves."""
+    pairs = list(combinations(quick, 2))
+    if workers.with_errors:
+        return pairs
+    [present] = workers.run([Task(before.task.effects, (), before.values, "quick")])
+    return [pair for pair in pairs if min(map(squares_of, pair)) < _IDLE * present.squares]
+
+
+def _together(
+    workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple[Trial, Trial]]
+) -> dict[int, Task]:
+    """Quick trials of pairs, by number; only of those that are the best after a few steps."""
+    tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}) for a, b in pairs]
+    if workers.with_errors:
+        return dict(enumerate(tasks))
+    brief = workers.run([replace(task, how="brief") for task in tasks])
+    order = sorted(range(len(pairs)), key=lambda n: brief[n].squares)[:_PAIRS]
+    return {n: replace(tasks[n], values=brief[n].values) for n in order}
+
+
+def _squares_first(one: tuple[Trial, int]) -> float:
+    return one[0].squares
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:

@@ -23,7 +23,7 @@ from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.model.effects.base import Effect
-from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Measurement, Problem, with_effects
 from identify.vibration.uncertainty import fitted_information, predictive_squares
@@ -398,7 +398,7 @@ def left_out(problem: Problem) -> Problem:
 
 def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
     """The best of the starts (m, parameters) as they are, and its cost."""
-    costs = FrfLeastSquares().objective(problem.targets()).costs(starts)
+    costs = _likelihood(problem).costs(starts)
     return starts[int(np.argmin(costs))], float(costs.min())
 
 
@@ -408,7 +408,7 @@ def _descend(
     """Gauss-Newton from the best of the starts (m, parameters): values (parameters,) and cost, of the
     likelihood if none is given.
     """
-    scale, objective = Scale(problem.parameters), objective or FrfLeastSquares().objective(problem.targets())
+    scale, objective = Scale(problem.parameters), objective or _likelihood(problem)
     x = scale.to_x(starts)
     best = int(np.argmin(objective.costs(starts))) if len(starts) > 1 else 0
     search = Search(objective, scale, 10 * optimizer.evaluations)
@@ -433,6 +433,14 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     tried = starts[seen] if seen.any() else starts[:1]
     ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
     return min(ends, key=lambda end: end[1])[0]
+
+
+def _likelihood(problem: Problem) -> Objective:
+    """In as few rows as say the same, where no errors are fitted along."""
+    targets = problem.targets()
+    if targets.nuisances:
+        return FrfLeastSquares().objective(targets)
+    return FrfLeastSquaresObjective(FrfLeastSquares(), targets, shortened=True)
 
 
 def _logarithmic(problem: Problem) -> Objective:

@@ -31,6 +31,8 @@ class ImpactWorkbench:
     def __init__(self, problem: Problem, workers: Workers) -> None:
         self.problem, self.workers = problem, workers
         self._places: list[tuple[tuple[Effect, ...], list[PlaceFit]]] = []
+        self._models: dict[frozenset[str], Trial] = {}
+        self._refitted: dict[frozenset[str], Trial] = {}
 
     @property
     def policy(self) -> Policy:
@@ -77,9 +79,14 @@ class ImpactWorkbench:
 
     def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
         """Trials on few lines, best first."""
+        self.came_through(model)
         places, trials = screen.screened(self.workers, self.problem, effects, model, story)
         self._places.append((model.task.effects, places))
         return [screen.attempt(model, trial) for trial in trials]
+
+    def came_through(self, model: Trial) -> None:
+        """Keep a model that effects are added to."""
+        self._models.setdefault(_key(model.task.effects), model)
 
     def places(self, model: Trial) -> list[PlaceFit]:
         """The places that were looked at beside the effects of a model, best first."""
@@ -101,6 +108,7 @@ class ImpactWorkbench:
     ) -> list[list[Attempt[Effect, Trial]]]:
         """Each on all lines and from several starts, the best of them in their other variants too."""
         groups = screen.thorough(self.workers, [one.model for one in promising])
+        self._refitted.update((_key(t.task.effects), t) for group in groups for t in group)
         return [[screen.attempt(model, trial) for trial in trials] for trials in groups]
 
     def criterion(self, models: Sequence[Trial]) -> EvidenceCriterion:
@@ -129,10 +137,11 @@ class ImpactWorkbench:
         return model
 
     def leave_out(self, model: Trial, effects: Sequence[Effect]) -> list[Trial]:
-        """Refitted without each of them."""
-        return self.workers.run(
-            [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
-        )
+        """Refitted without each of them; models that it grew from are there already."""
+        tasks = [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
+        there = [self._models.get(_key(task.known)) for task in tasks]
+        new = iter(self.workers.run([task for task, one in zip(tasks, there, strict=True) if one is None]))
+        return [one or next(new) for one in there]
 
     def removable(self, model: Trial) -> Sequence[Effect]:
         """All that were added."""
@@ -156,13 +165,18 @@ class ImpactWorkbench:
         return model.free - without.free
 
     def variants(self, model: Trial) -> list[Attempt[Effect, Trial]]:
-        """The model with an added effect in another variant, refitted."""
+        """The model with an added effect in another variant, refitted; those that were tried when it was
+        found are not tried anew.
+        """
         tasks = [
-            Task(_without(model, effect), (variant,), model.values, "thorough")
+            Task(_without(model, effect), (variant,), model.values)
             for effect in self.added(model)
             for variant in effect.variants()
         ]
-        return [screen.attempt(model, trial) for trial in self.workers.run(tasks)]
+        known = [trial for task in tasks if (trial := self._refitted.get(_key(task.effects)))]
+        left = [task for task in tasks if _key(task.effects) not in self._refitted]
+        trials = [*known, *screen.varied_thoroughly(self.workers, left, model.gap)]
+        return [screen.attempt(model, trial) for trial in trials if np.isfinite(trial.squares)]
 
     def at_noise(self, model: Trial) -> bool:
         """Whether the residual passes as noise."""
@@ -177,3 +191,8 @@ class ImpactWorkbench:
 def _without(trial: Trial, effect: Effect) -> tuple[Effect, ...]:
     """The effects of a trial but one."""
     return tuple(other for other in trial.task.effects if other != effect)
+
+
+def _key(effects: Sequence[Effect]) -> frozenset[str]:
+    """Models of the same effects are the same, in whatever order."""
+    return frozenset(effect.model_dump_json() for effect in effects)

@@ -34,11 +34,13 @@ class Workers(AbstractContextManager["Workers"]):
 
     memory is filled with every finished trial: by key of a task its values by name; squares, count, squares
     and count on validation data, free parameters; failure.  seconds: how long it worked, by phase.
+    with_errors: whether errors of what was told are fitted along.
     """
 
     def __init__(self, problem: Problem, count: int, memory: Memory | None = None) -> None:
         self.memory = Memory() if memory is None else memory
         self.seconds: dict[str, float] = {}
+        self.with_errors = bool(problem.nuisances.entries)
         self._runner = TrialRunner(problem) if count == 1 else None
         self._pool = Processes(count, _begin, problem) if count > 1 else None
 

@@ -10,10 +10,12 @@ anyway.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex
+from identify.core.arrays import Array, Complex, real_product
 from identify.model.modes import state_eigen
 from identify.model.system import Factors
 from identify.model.truncation import (
@@ -43,6 +45,55 @@ def frf(
     record: seconds after which the records that it was estimated from ended (`identify.model.truncation`), or
     None.
     """
+    modal = _modal(mass, damping, stiffness, s, force)
+    if modal is None:
+        rest = (
+            0.0
+            if record is None
+            else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
+        )
+        return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
+    h = (s**power)[..., None, None] * modal.superposed(out, s, modal.participation)
+    return h if record is None else h - modal.rest(out, s, power, record)
+
+
+def end_added(
+    matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, power: int, record: float
+) -> Complex:
+    """(lines, outputs, inputs): what the end of the record adds to H."""
+    modal = _modal(*matrices, s, force)
+    if modal is None:
+        return np.asarray(-rest_by_exponential(*matrices, s, out, force, power, record))
+    rest = np.zeros((len(s), len(out), force.shape[1]), dtype=complex)
+    return np.asarray(rest - modal.rest(out, s, power, record))
+
+
+class _Modal(NamedTuple):
+    """Modes of a model: eigenvalues (..., r), shapes (..., n, r) and what a force does to them (..., r,
+    inputs); paired: one of each conjugate pair.
+    """
+
+    eigenvalues: Complex
+    shapes: Complex
+    participation: Complex
+    paired: bool
+
+    def superposed(self, out: Array, s: Complex, participation: Complex) -> Complex:
+        """(..., lines, outputs, inputs) at s (..., lines)."""
+        return _superpose(out @ self.shapes, self.eigenvalues, participation, s, self.paired)
+
+    def rest(self, out: Array, s: Complex, power: int, record: float) -> Complex | float:
+        """What is missing from H where records end after `record` seconds."""
+        lasts = outlasts_record(self.eigenvalues, s, record)[..., None]
+        if not lasts.any():
+            return 0.0
+        decayed = np.exp(lasts * self.eigenvalues * record)
+        left = self.participation * (lasts * self.eigenvalues**power * decayed)[..., None]
+        return np.asarray(np.exp(-s * record)[..., None, None] * self.superposed(out, s, left))
+
+
+def _modal(mass: Array, damping: Array, stiffness: Array, s: Complex, force: Array) -> _Modal | None:
+    """None where the model is (nearly) defective: the modes do not solve Z x = B at some lines."""
     eigenvalues, shapes = state_eigen(mass, damping, stiffness)
     without = None if _symmetric(damping) else _without_symmetry(mass, eigenvalues, shapes, force)
     # LAPACK puts the conjugate pairs of a real matrix side by side, Im > 0 first.
@@ -61,17 +112,8 @@ def frf(
         x = _superpose(shapes, eigenvalues, participation, probe, paired)
     residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
     if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
-        rest = (
-            0.0
-            if record is None
-            else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
-        )
-        return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
-    h = (s**power)[..., None, None] * _superpose(out @ shapes, eigenvalues, participation, s, paired)
-    if record is None or not (lasts := outlasts_record(eigenvalues, s, record)[..., None]).any():
-        return h
-    left = participation * (lasts * eigenvalues**power * np.exp(lasts * eigenvalues * record))[..., None]
-    return h - np.exp(-s * record)[..., None, None] * _superpose(out @ shapes, eigenvalues, left, s, paired)
+        return None
+    return _Modal(eigenvalues, shapes, participation, paired)
 
 
 def _participation(
@@ -177,9 +219,16 @@ def gradient_with(
     power: int,
     parameters: NDArray[np.intp],
 ) -> tuple[Complex, Complex]:
-    """`frf_and_gradient` with what is missing from the transform of the motion already known."""
+    """`frf_and_gradient` with what is missing from the transform of the motion already known.
+
+    Of all coordinates first, and then of the outputs, where these are more.
+    """
+    size = out.shape[1]
+    if len(out) > size:
+        every = gradient_with(end, matrices, factors, s, np.eye(size), force, power, parameters)
+        return _seen(out, every[0]), _seen(out, every[1])
     motion, to_out = motion_and_transfer(end, matrices, s, out, force)
-    columns = np.flatnonzero(np.isin(factors.owner, parameters))
+    columns = factors.columns(parameters)
     vectors, powers = factors.vectors[:, columns], factors.power[columns]
     left = (-(s**power)[:, None, None] * to_out) @ (vectors * factors.weight[columns])
     right = np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
@@ -189,6 +238,12 @@ def gradient_with(
     if end is not None:
         gradient = gradient + end.gradient(matrices[0], matrices[1], s, out, to_out, power)
     return out @ motion[power], gradient
+
+
+def _seen(out: Array, moved: Complex) -> Complex:
+    """(lines, outputs, ...) from motions (lines, n, ...) of the coordinates."""
+    seen = real_product(out, moved.reshape(*moved.shape[:2], -1))
+    return seen.reshape(len(moved), len(out), *moved.shape[2:])
 
 
 def motion_and_transfer(

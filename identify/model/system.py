@@ -44,6 +44,12 @@ class Factors:
     weight: Array | Complex
     owner: Index
 
+    def columns(self, parameters: Index) -> Index:
+        """Numbers of the columns that parameters with these numbers own."""
+        wanted = np.zeros(1 + max(self.owner.max(initial=-1), parameters.max(initial=-1)), dtype=bool)
+        wanted[parameters] = True
+        return np.flatnonzero(wanted[self.owner])
+
 
 class Change(NamedTuple):
     """What a unit of the parameter with the number `owner` adds to dZ: factor s^power times a symmetric
@@ -115,17 +121,20 @@ def build_site(
     first_detached: str | None = None,
     points: Mapping[int, Point] | None = None,
     reference: Site | None = None,
+    engine: Engine | None = None,
 ) -> Site:
     """The robot at `posture` (joints,), rad, with the coordinates that effects add; links from
     `first_detached` on taken off.
 
     reference: the whole robot at the first posture, which scales start values; by default at this posture.
+    engine: that of the same robot and links at this posture, if it is there already.
     """
     tested = robot
     if first_detached is not None:
         tested = robot.detach(first_detached, "detached")
         reference = reference or build_site(robot, posture, effects, points=points)
-    mechanism = at_posture(tested, posture[: len(tested.joints)])
+    engine = engine or Engine(at_posture(tested, posture[: len(tested.joints)]))
+    mechanism = engine.mechanism
     gone = _gone(robot, tested)
     added = []
     for number, effect in enumerate(effects):
@@ -142,7 +151,6 @@ def build_site(
     deformations = {
         n: (one.link, one.deformation) for n, one in enumerate(kept, start=len(own)) if one.deformation
     }
-    engine = Engine(mechanism)
     mass = shapes.T @ engine.mass_matrix() @ shapes
     there = {node: point for node, point in (points or {}).items() if point.link not in gone}
     names = (*own, *(one.name for one in kept))

@@ -142,22 +142,23 @@ class _Loop:
         self.own = [np.repeat(one.own.T, inputs, axis=1) for one in attached]
         turned = [np.einsum("smn,sn->ms", modal.left, one.coordinate) for one in attached]
         pushes = [np.repeat(push, inputs, axis=1) for push in turned]
-        self.push = [-full * push for push in pushes]
+        self.push = [_interleaved(-full * push) for push in pushes]
         self.rows, self.kick, self.gain = [], [], []
         for one, own in zip(attached, self.own, strict=True):
             seen = np.repeat(np.einsum("snm,sn->ms", modal.shapes, one.coordinate), inputs, axis=1)
             angle, speed, acceleration = one.law.probe(own)
             row = seen * (angle + rate * (speed + rate * acceleration))
-            self.rows.append(row * np.exp(rate * _AT * step))
+            self.rows.append(_interleaved(np.conj(row * np.exp(rate * _AT * step))))
             at_once = seen * rate * acceleration  # forces act on the acceleration without delay
             self.kick.append(np.sum((row * part + at_once) * hit, axis=0).real)
             self.gain.append([np.sum((row * part + at_once) * push, axis=0).real for push in pushes])
 
     def advance(self, state: Complex, torque: Array, before: Array, impact: Array | None) -> Complex:
         """The state (modes, columns) a step later; torque (J, columns) of the step is filled in; before: that
-        of the last step.
+        of the last step.  The state is changed in place.
         """
-        free = [np.einsum("mc,mc->c", row, state).real for row in self.rows]
+        both = _interleaved(state)
+        free = [_pairs(np.einsum("mk,mk->k", row, both)) for row in self.rows]
         if impact is not None:
             free = [one + kick * impact for one, kick in zip(free, self.kick, strict=True)]
         torque[:] = before
@@ -165,10 +166,22 @@ class _Loop:
             for j, law in enumerate(self.laws):
                 others = [gain * torque[other] for other, gain in enumerate(self.gain[j]) if other != j]
                 torque[j] = law.torque(free[j] - sum(others), self.gain[j][j], self.own[j])
-        state = self.decay * state
+        state *= self.decay
         for push, one in zip(self.push, torque, strict=True):
-            state += push * one
-        return state if impact is None else state + self.hit * impact
+            both += push * np.repeat(one, 2)
+        if impact is not None:
+            state += self.hit * impact
+        return state
+
+
+def _interleaved(values: Complex) -> Array:
+    """(m, 2 c): real and imaginary parts of complex numbers (m, c) side by side, in the same memory."""
+    return np.ascontiguousarray(values).view(float)
+
+
+def _pairs(values: Array) -> Array:
+    """(c,): sums of neighbours of (2 c,); with conj(a) and b interleaved, Re(a b) of sums of products."""
+    return np.asarray(values[::2] + values[1::2])
 
 
 def _growth(rate: Complex, time: float) -> Complex:

@@ -125,7 +125,7 @@ def end_of_record(
     end = _modal_end(matrices, s, force, record)
     if end is None:
         return None
-    columns = np.flatnonzero(np.isin(factors.owner, parameters))
+    columns = factors.columns(parameters)
     owned = (factors.owner[columns, None] == parameters).astype(float)
     slopes = [_slopes(end, record, factors, columns, rate) for rate in (0, 1)]
     by_owner = [(end.shapes @ slope).real.reshape(*end.x.shape, -1) @ owned for slope in slopes]

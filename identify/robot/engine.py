@@ -6,6 +6,7 @@ Its sibling `engine_motion` has the same mechanism in motion; nothing else in id
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -31,13 +32,17 @@ _MOST = 6
 
 
 class Engine:
-    """A mechanism compiled for the dynamics engine; everything is evaluated at zero elastic displacement."""
+    """A mechanism compiled for the dynamics engine; everything is evaluated at zero elastic displacement, and
+    motions and stiffnesses are remembered, because many models are made of one engine.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self._model = compile_mechanism(mechanism, {body.name: AXES for body in mechanism.bodies})
         self._data = mujoco.MjData(self._model)
         mujoco.mj_fwdPosition(self._model, self._data)
+        self._jacobians: dict[tuple[str, bytes], Array] = {}
+        self._weights: dict[tuple[str, bytes], Array] = {}
 
     def mass_matrix(self) -> Array:
         """M (n, n), kg, kg m, kg m^2, over all 6 x bodies coordinates."""
@@ -51,6 +56,12 @@ class Engine:
 
         point (3,), m, in the frame's own axes.
         """
+        key = frame, np.asarray(point, dtype=float).tobytes()
+        if key not in self._jacobians:
+            self._jacobians[key] = _fixed(self._jacobian(frame, point, where))
+        return self._jacobians[key]
+
+    def _jacobian(self, frame: str, point: Array, where: str) -> Array:
         body, pose = self.mechanism.frame(frame, where)  # body -1, the ground, is the engine's body 0
         turn = self._data.xmat[body + 1].reshape(3, 3)
         world = self._data.xpos[body + 1] + turn @ (pose[:3, :3] @ point + pose[:3, 3])
@@ -72,7 +83,11 @@ class Engine:
 
     def gravity_stiffness(self) -> Array:
         """K_g (n, n): derivative of the generalised gravity forces, symmetric, N/m, N, N m/rad."""
-        return self._derivative(lambda data: np.asarray(data.qfrc_bias).copy())
+        return self._gravity_stiffness
+
+    @cached_property
+    def _gravity_stiffness(self) -> Array:
+        return _fixed(self._derivative(lambda data: np.asarray(data.qfrc_bias).copy()))
 
     def coriolis(self, rates: Array) -> Array:
         """(n, n), N s/m, N m s/rad: derivative of the Coriolis and centrifugal forces by the rates of all
@@ -124,6 +139,12 @@ class Engine:
         """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's
         axes.
         """
+        key = frame, np.asarray(point, dtype=float).tobytes()
+        if key not in self._weights:
+            self._weights[key] = _fixed(self._weight_stiffness(frame, point, where))
+        return self._weights[key]
+
+    def _weight_stiffness(self, frame: str, point: Array, where: str) -> Array:
         body, pose = self.mechanism.frame(frame, where)
         inside, linear = pose[:3, :3] @ point + pose[:3, 3], np.zeros((3, self._model.nv))
 
@@ -147,6 +168,12 @@ class Engine:
             columns.append(difference / (2 * _STEP))
         stiffness = np.array(columns)
         return np.asarray((stiffness + stiffness.T) / 2)
+
+
+def _fixed(array: Array) -> Array:
+    """The array, not to be written to: it is handed out again."""
+    array.setflags(write=False)
+    return array
 
 
 def compile_mechanism(

@@ -22,10 +22,9 @@ from identify.measured.modal_tables import read_modal_table
 from identify.measured.noise import noise_std
 from identify.measured.source import read_source
 from identify.model.effects.base import Effect
-from identify.model.effects.site import Site
 from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis, basis
-from identify.model.system import System, assemble, build_site
+from identify.model.system import System
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
@@ -39,6 +38,7 @@ from identify.vibration.costs.target import (
 )
 from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, list_nuisances
 from identify.vibration.nuisances.placed import Placed, basis_points, place
+from identify.vibration.postures import Built, Postures, stand
 from identify.vibration.reference import Reference, read_reference
 from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
 
@@ -241,12 +241,27 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
     """
     study = problem.file.study
     file = problem.file.model_copy(update={"study": study.model_copy(update={"effects": list(effects)})})
-    given, sites = [m.given for m in problem.measurements], None
-    known, new = list(effects[: len(study.effects)]), effects[len(study.effects) :]
-    if known == list(study.effects) and not any(effect.changes_site for effect in new):
-        sites = [m.system.site for m in problem.measurements]
+    given, known = [m.given for m in problem.measurements], list(effects[: len(study.effects)])
+    new = effects[len(study.effects) :]
+    same = known == list(study.effects) and not any(effect.changes_site for effect in new)
     return _assembled(
-        file, problem.robot, problem.points, given, values, problem.reference, sites, problem.nuisances
+        file,
+        problem.robot,
+        problem.points,
+        given,
+        values,
+        problem.reference,
+        _built(problem, with_sites=same),
+        problem.nuisances,
+    )
+
+
+def _built(problem: Problem, *, with_sites: bool) -> Built:
+    """The engines of a problem, with its sites where they stay as they are."""
+    sites = {stand(m.given.posture, m.settings.detached): m.system.site for m in problem.measurements}
+    engines = {key: site.engine for key, site in sites.items()}
+    return (
+        Built(engines, sites, problem.measurements[0].system.site.reference) if with_sites else Built(engines)
     )
 
 
@@ -257,20 +272,14 @@ def _assembled(
     given: Sequence[Given],
     values: Mapping[str, float] | None = None,
     reference: Reference | None = None,
-    sites: Sequence[Site] | None = None,
+    built: Built | None = None,
     nuisances: Nuisances = NOTHING,
 ) -> Problem:
-    """Measurements with the model at each posture; `values` replace initial values; `sites`: those of the
-    measurements, if known.
+    """Measurements with the model at each posture; `values` replace initial values; built: what is there
+    already of the same robot and postures.
     """
-    effects = file.study.effects
-    if sites is None:
-        first = build_site(robot, given[0].posture, effects, points=points)
-        known = [None if n or one.settings.detached else first for n, one in enumerate(given)]
-    else:
-        first, known = sites[0].reference, list(sites)
-    made = partial(_measurement, robot, points, effects, first, nuisances)
-    measurements = collect([partial(made, one, site) for one, site in zip(given, known, strict=True)])
+    postures = Postures(robot, points, file.study.effects, given[0].posture, built or Built())
+    measurements = collect([partial(_measurement, points, postures, nuisances, one) for one in given])
     given_values = {**file.study.initial, **(values or {})}
     parameters = tuple(
         replace(p, initial=given_values.get(p.name, p.initial))
@@ -280,18 +289,11 @@ def _assembled(
 
 
 def _measurement(
-    robot: Robot,
-    points: dict[int, Point],
-    effects: Sequence[Effect],
-    first: Site,
-    nuisances: Nuisances,
-    given: Given,
-    site: Site | None,
+    points: dict[int, Point], postures: Postures, nuisances: Nuisances, given: Given
 ) -> Measurement:
-    """first: the whole robot at the first posture; site: that of the measurement, if known."""
-    there = site or build_site(robot, given.posture, effects, given.settings.detached, points, first)
     speed = given.settings.speed_deg_per_s
-    system = assemble(robot, there, effects, None if speed is None else np.deg2rad(speed))
+    rates = None if speed is None else np.deg2rad(speed)
+    system = postures.system(given.posture, given.settings.detached, rates)
     if isinstance(given.data, FrfSet):
         return Measurement(
             given,

@@ -38,6 +38,8 @@ FREE = {id(DRIVES): 12, id(TILT): 4, id(BASE): 4, id(BODY): 12, id(MASS): 10}
 class World:
     """Workers that know the gap of every model instead of fitting it."""
 
+    with_errors = False
+
     def __init__(self, gap: Callable[[set[str]], float]) -> None:
         self.gap, self.tasks = gap, 0
 
@@ -240,3 +242,37 @@ def test_of_several_needless_effects_the_worst_goes_first() -> None:
     gaps["base-compliance"] = 1.0
     gaps["joint-compliance"] = 9.0
     assert prune(Known(world), world.model(BASE, TILT), Story())[1] == [TILT]
+
+
+@pytest.mark.parametrize(("alone", "tried"), [(8.0, 3), (9.0, 2)])
+def test_two_that_do_nothing_alone_are_no_pair(alone: float, tried: int) -> None:
+    """Of three, the pair of those that leave the gap as it is is left out; where one does something it is
+    tried.
+    """
+    gaps = {"joint-compliance": 4.0, "base-compliance": alone}
+    world = World(lambda kinds: min((gaps.get(kind, 9.0) for kind in kinds), default=9.0))
+    before = world.model()
+    trials = [world.model(effect) for effect in (TILT, BASE, MASS)]
+    step = _step(before, _option(trials[0]))
+    world.tasks = 0
+    screen.first_of_two(_workers(world), step, trials)
+    present = 1
+    assert world.tasks == present + 2 * tried, "each briefly, then further"
+
+
+def test_models_that_it_grew_from_are_not_fitted_again() -> None:
+    """Left out of two, the second effect leaves the model that the search came through, the first one a new
+    one.
+    """
+    world = World(lambda kinds: 9.0 - 3 * len(kinds))
+    bench = Known(world)
+    one, both = world.model(TILT), world.model(TILT, BASE)
+    world.tasks = 0
+    assert len(bench.leave_out(both, [TILT, BASE])) == 2
+    assert world.tasks == 2, "nothing is known yet"
+    bench.came_through(one)
+    world.tasks = 0
+    without = bench.leave_out(both, [TILT, BASE])
+    assert world.tasks == 1
+    assert without[1] is one
+    assert [effect.kind for effect in without[0].task.effects] == ["joint-compliance", "base-compliance"]

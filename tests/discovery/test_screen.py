@@ -71,3 +71,36 @@ def test_a_gain_that_correlation_may_account_for_is_no_promise(gain: float, kept
     found = screen.promising(cast(Workers, _Present(present)), present, [best, other])
     assert best in found
     assert (other in found) is kept
+
+
+@pytest.mark.parametrize(("gap", "left", "kept"), [(2.0, 1.95, False), (2.0, 1.8, True), (20.0, 19.5, True)])
+def test_near_the_data_what_hardly_helps_is_not_refitted(gap: float, left: float, kept: bool) -> None:
+    """A twentieth of what is above noise is no promise, a fifth is; far from the data anything may be."""
+    count, known = 100_000, (DRIVES,)
+    present = Trial(Task(known, (), {}), {}, count * gap**2, count, free=12)
+    one = Trial(Task(known, (TILT,), {}), {}, count * left**2, count, free=16)
+    found = screen.promising(cast(Workers, _Present(present)), present, [one])
+    assert found == ([one] if kept else [])
+
+
+class _Recorded:
+    """Workers that leave a gap by how a task is tried, and remember how."""
+
+    with_errors = False
+
+    def __init__(self, gap: float) -> None:
+        self.gap, self.how = gap, list[str]()
+
+    def run(self, tasks: list[Task]) -> list[Trial]:
+        """As told."""
+        self.how += [task.how for task in tasks]
+        return [Trial(task, {}, 1000 * self.gap**2, 1000) for task in tasks]
+
+
+@pytest.mark.parametrize(("gap", "how"), [(30.0, ["quick"]), (1.2, ["quick", "thorough"])])
+def test_variants_that_cannot_win_are_not_refitted(gap: float, how: list[str]) -> None:
+    """After a quick look only what comes near the best is fitted to all lines."""
+    workers = _Recorded(gap)
+    trials = screen.varied_thoroughly(cast(Workers, workers), [Task((DRIVES,), (TILT,), {})], best=1.1)
+    assert workers.how == how
+    assert len(trials) == len(how) - 1

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identify.model.effects.base import parse_effect
-from identify.model.frf import frf, frf_and_gradient, frf_by_solve, frf_slope
+from identify.model.frf import end_added, frf, frf_and_gradient, frf_by_solve, frf_slope
 from identify.model.truncation import end_of_record, rest_by_exponential
 from tests.arms import ALL_EFFECTS, arm, initial, system
 from tests.targets import model, predictor
@@ -153,3 +153,24 @@ def test_gradient_with_a_coordinate_that_nothing_holds(tmp_path: Path) -> None:
     expected = [frf(*arm_model.matrices(values + sign * step), S, out, out.T, 2, T) for sign in (1, -1)]
     slope = (expected[0] - expected[1]) / (2 * step.max())
     assert gradient[..., 2] == pytest.approx(slope, abs=1e-4 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("power", [0, 1, 2])
+def test_what_the_end_adds_is_the_difference_of_both_frfs(power: int, tmp_path: Path) -> None:
+    """Also of a defective system, which takes the exponential; a record twice as long ends otherwise."""
+    arm_model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    matrices = arm_model.matrices(initial(parameters))
+    out = arm_model.jacobian("link6", np.zeros(3))
+    whole = frf_by_solve(*matrices, S, out, out.T, power)
+    found = end_added(matrices, S, out, out.T, power, T)
+    expected = frf(*matrices, S, out, out.T, power, T) - whole
+    assert np.abs(expected).max() > 1e-3 * np.abs(whole).max()
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(whole).max()
+    longer = end_added(matrices, S, out, out.T, power, 2 * T)
+    assert np.abs(longer - expected).max() > 0.01 * np.abs(expected).max()
+    one, critical = np.eye(1), 2 * np.eye(1)
+    s = 0.01 + 1j * np.linspace(0.1, 3.0, 5)
+    defective = end_added((one, critical, one), s, one, one, power, 2.0)
+    by_both = frf(one, critical, one, s, one, one, power, 2.0) - frf(one, critical, one, s, one, one, power)
+    assert np.abs(defective).max() > 1e-3
+    assert defective == pytest.approx(by_both, abs=1e-9)

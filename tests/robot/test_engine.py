@@ -147,3 +147,16 @@ def test_unknown_coordinate_and_bad_postures_are_refused() -> None:
         at_posture(robot, np.zeros(2))
     with pytest.raises(InputError, match="expected finite numbers"):
         at_posture(robot, np.array([np.nan]))
+
+
+def test_what_is_remembered_cannot_be_written_to() -> None:
+    """One engine serves many models: a caller that changed a motion would change it for all of them."""
+    engine = Engine(at_posture(pendulum()[0], np.array([0.3])))
+    frame = "rod"
+    near, far = (engine.jacobian(frame, np.array([0.0, 0.0, z])) for z in (0.1, 0.2))
+    again = Engine(engine.mechanism).jacobian(frame, np.array([0.0, 0.0, 0.1]))
+    assert np.array_equal(engine.jacobian(frame, np.array([0.0, 0.0, 0.1])), again)
+    assert not np.array_equal(near, far)
+    for known in (near, engine.gravity_stiffness(), engine.weight_stiffness(frame, np.zeros(3))):
+        with pytest.raises(ValueError, match="read-only"):
+            known[0, 0] = 1.0

@@ -91,7 +91,8 @@ def _site(effect: Effect, view: View, problem: Problem) -> Site:
         return site
     m = next(m for m in problem.measurements if m.name == view.target.name)
     effects = [*problem.file.study.effects, effect]
-    return build_site(problem.robot, m.given.posture, effects, m.settings.detached, problem.points)
+    at = (problem.robot, m.given.posture, effects, m.settings.detached, problem.points)
+    return build_site(*at, engine=site.engine)
 
 
 def _law(

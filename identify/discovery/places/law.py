@@ -70,9 +70,16 @@ class Whitened:
 
 
 def fit_law(
-    whitened: Whitened, law: Callable[[Array], Complex], starts: Array, lower: Array, upper: Array
+    whitened: Whitened,
+    law: Callable[[Array], Complex],
+    starts: Array,
+    lower: Array,
+    upper: Array,
+    evaluations: int | None = None,
 ) -> LawFit:
-    """A law (q,) -> (l, d, d) from the best of starts (n, q), within bounds."""
+    """A law (q,) -> (l, d, d) from the best of starts (n, q), within bounds; evaluations: from each of two,
+    however many parameters it has.
+    """
 
     def left(q: Array) -> Array:
         with np.errstate(all="ignore"):
@@ -80,9 +87,9 @@ def fit_law(
         return np.nan_to_num(e, nan=1e6, posinf=1e6, neginf=-1e6)
 
     starts = np.clip(starts, lower + 1e-9 * (upper - lower), upper - 1e-9 * (upper - lower))
-    few = len(lower) <= _SMALL
+    few = len(lower) <= _SMALL or evaluations is not None
     order = np.argsort([float(np.sum(left(q) ** 2)) for q in starts])[: _TRIED if few else 1]
-    budget = _EVALUATIONS if few else _EVALUATIONS // 2
+    budget = evaluations or (_EVALUATIONS if few else _EVALUATIONS // 2)
     ends = [least_squares(left, starts[n], bounds=(lower, upper), max_nfev=budget, ftol=1e-3) for n in order]
     best = min(ends, key=lambda end: float(end.cost))
     return LawFit(best.x, whitened.change(law(best.x)), 2 * float(best.cost))

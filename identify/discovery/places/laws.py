@@ -15,13 +15,18 @@ from identify.discovery.places.semiparametric import COMMON, SemiParametricFit
 
 _SPAN = 12.0
 """Natural logarithm of how far values may be from where they start."""
+_AROUND = (0.25, 0.5, 1.0, 1.5)
+"""Resonances that are tried, over the middle of the band, and delays, over a radian there."""
+_EVALUATIONS = 40
+"""Steps of each law from its best starts: a curve has few numbers."""
 
 
 @dataclass(frozen=True)
 class Law:
     """A dynamic stiffness with parameters on a logarithmic scale.
 
-    of: (s (l,), values (q,)) -> (l,); start: values (q,) from a stiffness, a damping at w rad/s.
+    of: (s (l,), values (q,)) -> (l,); start: values (n, q) from a stiffness, a damping at w rad/s, at several
+    frequencies or delays where one start may be in a wrong valley, or (q,).
     """
 
     name: str
@@ -46,7 +51,22 @@ def _maxwell(s: Complex, v: Array) -> Complex:
     return np.asarray(v[0] + s * v[2] * v[1] / (v[1] + s * v[2]))
 
 
-LAWS = (
+def _sum(one: Law, other: Law) -> Law:
+    """Both side by side, the second one at first a third of the first."""
+
+    def start(k: float, h: float, w: float) -> Array:
+        starts = np.atleast_2d(one.start(k, h, w)), np.atleast_2d(other.start(k / 3, h / 3, w))
+        return np.array([np.concatenate([a, b]) for a in starts[0] for b in starts[1]])
+
+    return Law(
+        f"{one.name}, with {other.name}",
+        one.count + other.count,
+        lambda s, v: one.of(s, v[: one.count]) + other.of(s, v[one.count :]),
+        start,
+    )
+
+
+_SINGLE = (
     Law("spring k", 1, lambda s, v: v[0] + 0 * s, lambda k, h, w: np.array([k])),
     Law("spring and damper k + s c", 2, lambda s, v: v[0] + s * v[1], lambda k, h, w: np.array([k, h / w])),
     Law(
@@ -66,7 +86,7 @@ LAWS = (
         "body on a spring and damper",
         3,
         lambda s, v: v[2] * s**2 * (v[0] + s * v[1]) / (v[0] + s * v[1] + v[2] * s**2),
-        lambda k, h, w: np.array([k, 0.1 * k / w, k / w**2]),
+        lambda k, h, w: np.array([[k, 0.1 * k / w, k / (r * w) ** 2] for r in _AROUND]),
     ),
     Law(
         "spring with one relaxation time",
@@ -80,7 +100,16 @@ LAWS = (
         lambda s, v: v[0] + v[1] * s ** np.clip(v[2], 0.0, 1.0),
         lambda k, h, w: np.array([k, h / w**0.5, 0.5]),
     ),
+    Law(
+        "spring that acts late k e^(-s tau)",
+        2,
+        lambda s, v: v[0] * np.exp(-s * v[1]),
+        lambda k, h, w: np.array([[k, h / (k * w)], *([k, r / w] for r in _AROUND)]),
+    ),
 )
+_DAMPER, _HYSTERETIC, _MASS, _BODY, _RELAXING, _LATE = (_SINGLE[n] for n in (1, 2, 3, 5, 6, 8))
+_SUMS = ((_HYSTERETIC, _MASS), (_RELAXING, _MASS), (_DAMPER, _BODY), (_DAMPER, _LATE))
+LAWS = (*_SINGLE, *(_sum(one, other) for one, other in _SUMS))
 """Each on every coordinate of the place, without coupling."""
 
 
@@ -92,12 +121,14 @@ def rank_laws(fit: SemiParametricFit, stiffness: Complex, s: Complex, sign: floa
     count = max(fit.count - fit.unknowns, 1)
     found = []
     for law in LAWS:
-        first = np.log(np.maximum(np.concatenate([law.start(k, h, middle) for k, h in starts]), 1e-12))
+        each = [np.atleast_2d(law.start(k, h, middle)) for k, h in starts]
+        first = np.log(np.maximum(np.concatenate(each, axis=1), 1e-12))
+        lower, upper = first.min(axis=0) - _SPAN, first.max(axis=0) + _SPAN
 
         def of(x: Array, law: Law = law) -> Complex:
             return _diagonal([law.of(s, v) for v in np.exp(x).reshape(size, law.count)])
 
-        end = fit_law(whitened, of, first[None], first - _SPAN, first + _SPAN)
+        end = fit_law(whitened, of, first, lower, upper, _EVALUATIONS)
         squares = fit.squares + end.squares
         score = squares / COMMON + law.count * size * np.log(count / COMMON)
         found.append((score, law, np.sqrt(squares / fit.count), np.exp(end.values).reshape(size, -1)))

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, real_product
 from identify.core.errors import InputError
 from identify.discovery.places.update import (
     Base,
@@ -24,8 +24,11 @@ from identify.discovery.places.update import (
 )
 from identify.discovery.places.views import View, count_of, restricted, whitened
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
-from identify.model.frf import frf, frf_by_solve
+from identify.model.frf import end_added
 from identify.model.system import System
+
+_RIDGE = 1e-12
+"""Keeps apart powers of s that the lines do not tell apart."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +222,7 @@ class _Part:
             return compared(self.view, values, h, scale[..., None] * new.slopes, gradient)
         every = np.concatenate([h[..., None], scale[..., None] * new.slopes, gradient], axis=3)
         factor, wanted, _ = self._compressed
-        turned = factor @ np.moveaxis(every, 2, 1)
+        turned = real_product(factor, np.moveaxis(every, 2, 1))
         unknowns = new.slopes.shape[3]
         slopes = turned[..., 1 : 1 + unknowns]
         return Predicted(turned[..., 0] - wanted, slopes, turned[..., 1 + unknowns :], turned[..., 0], True)
@@ -232,7 +235,7 @@ class _Part:
             read = self.view.target.read(h[..., None], values)[..., 0]
             return float(np.sum(np.abs(whitened(self.view, read - self.view.target.data.frf)) ** 2))
         factor, wanted, left = self._compressed
-        turned = (factor @ np.swapaxes(h, 1, 2)[..., None])[..., 0]
+        turned = real_product(factor, np.swapaxes(h, 1, 2)[..., None])[..., 0]
         return float(np.sum(np.abs(turned - wanted) ** 2)) + left
 
     def rest(self, values: Array, law: tuple[Array, Array, Array] | None) -> Complex:
@@ -349,43 +352,51 @@ def end_of(
     view: View, matrices: tuple[Array, Array, Array], out: Array, force: Array, values: Array
 ) -> Complex:
     """(lines, channels, inputs): what the end of the record adds to H."""
-    s = view.target.s_at(values)
-    at = (*matrices, s, out, force, view.power)
-    if view.target.ends is None:
+    s, record = view.target.s_at(values), view.target.ends
+    if record is None:
         return np.zeros((len(s), out.shape[0], force.shape[1]), dtype=complex)
-    return frf(*at, view.target.ends) - frf_by_solve(*at)
+    return end_added(matrices, s, out, force, view.power, record)
 
 
 def _nearest(s: Complex, stiffness: Complex) -> tuple[Array, Array, Array]:
     """Stiffness, damping and mass (d, d) nearest to a dynamic stiffness (lines, d, d), each line counted by
     its own size.
     """
-    columns = np.stack([np.ones_like(s), s, s * s], axis=1)
     size = stiffness.shape[-1]
-    result, least = np.zeros((3, size, size)), 1e-9 * np.abs(stiffness).max() + np.finfo(float).tiny
-    for i in range(size):
-        for j in range(i, size):
-            entry = stiffness[:, i, j]
-            weight = 1 / np.maximum(np.abs(entry), max(np.median(np.abs(entry)), least))
-            rows = columns * weight[:, None]
-            rows, wanted = np.concatenate([rows.real, rows.imag]), entry * weight
-            found = np.linalg.lstsq(
-                rows / np.linalg.norm(rows, axis=0), np.concatenate([wanted.real, wanted.imag]), rcond=None
-            )
-            result[:, i, j] = result[:, j, i] = found[0] / np.linalg.norm(rows, axis=0)
+    rows, columns = np.triu_indices(size)
+    wanted = stiffness[:, rows, columns].T
+    typical = np.abs(wanted)
+    least = 1e-9 * typical.max() + np.finfo(float).tiny
+    weight = 1 / np.maximum(typical, np.maximum(np.median(typical, axis=1), least)[:, None])
+    powers = weight[..., None] * np.stack([np.ones_like(s), s, s * s], axis=1)
+    found = _least_squares(powers, wanted * weight)
+    result = np.zeros((3, size, size))
+    result[:, rows, columns] = result[:, columns, rows] = found.T
     return result[0], result[1], result[2]
+
+
+def _least_squares(matrix: Complex, wanted: Complex) -> Array:
+    """Real x (e, q) for which matrix (e, l, q) times x is nearest to wanted (e, l)."""
+    real = np.concatenate([matrix.real, matrix.imag], axis=1)
+    size = np.linalg.norm(real, axis=1)
+    size = np.where(size > 0, size, 1.0)
+    real = real / size[:, None]
+    right = np.swapaxes(real, 1, 2) @ np.concatenate([wanted.real, wanted.imag], axis=1)[..., None]
+    product = np.swapaxes(real, 1, 2) @ real + _RIDGE * np.eye(matrix.shape[2])
+    return np.asarray(np.linalg.solve(product, right)[..., 0] / size)
 
 
 def _gradient(system: System, moved: Complex, to_out: Complex, s: Complex, free: Index) -> Complex:
     """(lines, outputs, inputs, free): derivatives of S Z^-1 B from S Z^-1 and Z^-1 B."""
     factors = system.factors
-    result = np.zeros((len(s), to_out.shape[1], moved.shape[2], len(free)), dtype=complex)
+    columns = factors.columns(free)
+    vectors, owner = factors.vectors[:, columns], factors.owner[columns]
+    weight = factors.weight[columns] * s[:, None] ** factors.power[columns]
+    left, right = -(to_out @ vectors) * weight[:, None, :], np.swapaxes(vectors.T @ moved, 1, 2)
+    every = left[:, :, None, :] * right[:, None]
+    if np.array_equal(owner, free):
+        return np.asarray(every)
+    result = np.zeros((*every.shape[:3], len(free)), dtype=complex)
     for number, parameter in enumerate(free):
-        own = np.flatnonzero(factors.owner == parameter)
-        if not len(own):
-            continue
-        vectors = factors.vectors[:, own]
-        weight = factors.weight[own] * s[:, None] ** factors.power[own]
-        left, right = -(to_out @ vectors) * weight[:, None, :], vectors.T @ moved
-        result[..., number] = left * right if len(own) == 1 else left @ right
+        result[..., number] = every[..., owner == parameter].sum(axis=3)
     return result

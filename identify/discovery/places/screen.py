@@ -94,8 +94,8 @@ def screen_places(
     values: Array,
     least: float = -np.inf,
 ) -> list[PlaceFit]:
-    """The places in order of the gap they leave, from parameter values of the present model; none where no
-    place leaves a gap that is smaller by `least` after the first steps.
+    """The places in order of the gap they leave, from parameter values of the present model; after the first
+    steps only where some place leaves a gap that is smaller by `least`.
     """
     readings = [place for place in places if isinstance(place, (Rows, Column))]
     left = [place for place in places if place not in readings]
@@ -103,13 +103,13 @@ def screen_places(
     found: dict[Place, PlaceFit] = {}
     if least > -np.inf:
         looks = fitter.fit([_job(place, None, values) for place in left], 0)
-        worth = _FORESEEN * least
-        left = [p for p, one in zip(left, looks, strict=True) if one and one.fall_foreseen >= worth]
+        found = {place: PlaceFit(place, one) for place, one in zip(left, looks, strict=True) if one}
+        left = [place for place, one in found.items() if one.fit.fall_foreseen >= _FORESEEN * least]
     for steps, keep in _ROUNDS:
         ends = fitter.fit([_job(place, found.get(place), values) for place in left], steps)
         found |= {place: PlaceFit(place, fit) for place, fit in zip(left, ends, strict=True) if fit}
-        if all(one.fit.fall < least for one in found.values()):
-            return []
+        if all(found[place].fit.fall < least for place in left if place in found):
+            break
         left = sorted(
             (p for p in left if p in found),
             key=lambda place: found[place].fit.gap_before - found[place].fit.fall,
@@ -185,8 +185,8 @@ def _filled(weight: Array) -> Array:
 
 def _add(gram: Complex, both: Complex, numbers: Index, own: Complex, right: Complex) -> None:
     turned = np.conj(np.swapaxes(own, 1, 2))
-    np.add.at(gram, numbers, turned @ own)
-    np.add.at(both, numbers, turned @ right)
+    gram[numbers] += turned @ own  # a set has each line once
+    both[numbers] += turned @ right
 
 
 def _projected(gram: Complex, both: Complex) -> Array:

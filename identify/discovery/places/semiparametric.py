@@ -20,7 +20,11 @@ is not determined."""
 COMMON = 5.0
 """Squares that an unknown takes out of noise alone, where the noise of a force is in all responses: the least
 variance inflation that has been seen."""
+_SURE = 1e3
+"""How many times better than that combinations must be known at least for a plain inverse."""
 _LEAST = 1e-8
+_FELL = 1e-3
+"""Share of the squares: a step that promises or does less is the last."""
 _OWN = 2
 """Steps of the unknowns alone after each step of the parameters."""
 _STEPS = (1.0, 0.4, 0.1, 0.02)
@@ -55,10 +59,7 @@ class SemiParametricFit:
     @property
     def fall_foreseen(self) -> float:
         """The same after one more linear step of everything, if all were linear."""
-        size = np.diag(self.normal.information)
-        matrix = self.normal.information + np.diag(_LEAST * size + 1e-12 * size.max(initial=1.0))
-        by_parameters = float(self.normal.gradient @ np.linalg.solve(matrix, self.normal.gradient))
-        return self._fall_to(max(self.squares - self.normal.taken - by_parameters, 0.0))
+        return self._fall_to(max(self.squares - self.normal.promised, 0.0))
 
     def _fall_to(self, squares: float) -> float:
         return self.gap_before - float(np.sqrt((squares + COMMON * self.unknowns) / max(self.count, 1)))
@@ -86,6 +87,13 @@ class Normal:
     taken: float
     determined: int
 
+    @property
+    def promised(self) -> float:
+        """Squares that a linear step of everything takes away."""
+        size = np.diag(self.information)
+        matrix = self.information + np.diag(_LEAST * size + 1e-12 * size.max(initial=1.0))
+        return self.taken + float(self.gradient @ np.linalg.solve(matrix, self.gradient))
+
 
 def normal_equations(parts: Sequence[Predicted], lines: Sequence[Index], count: int) -> Normal:
     """Of all sets, whose lines have the given numbers among `count` shared ones."""
@@ -98,8 +106,8 @@ def normal_equations(parts: Sequence[Predicted], lines: Sequence[Index], count: 
         unknown = part.by_unknown.reshape(rows, -1, m)
         right = np.concatenate([part.by_parameter, part.residual[..., None]], axis=3).reshape(rows, -1, p + 1)
         turned = np.conj(np.swapaxes(unknown, 1, 2))
-        np.add.at(gram, numbers, turned @ unknown)
-        np.add.at(both, numbers, turned @ right)
+        gram[numbers] += turned @ unknown  # a set has each line once
+        both[numbers] += turned @ right
         flat = right.reshape(-1, p + 1)
         information += (np.conj(flat).T @ flat).real
     inverse, determined = _inverse(gram)
@@ -115,11 +123,29 @@ def _inverse(gram: Complex) -> tuple[Complex, int]:
     """Inverses (l, m, m) of Gram matrices over what they determine, and how many unknowns that is."""
     size = np.sqrt(np.einsum("lmm->lm", gram).real)
     size = np.where(size > 0, size, 1.0)
-    values, vectors = np.linalg.eigh(gram / (size[:, :, None] * size[:, None, :]))
+    scaled = gram / (size[:, :, None] * size[:, None, :])
+    try:
+        inverse = np.linalg.inv(scaled)
+        poor = ~(_norm(scaled) * _norm(inverse) < 1 / (_SURE * _RANK))
+    except np.linalg.LinAlgError:
+        inverse, poor = np.zeros_like(scaled), np.ones(len(scaled), dtype=bool)
+    count = (len(scaled) - int(poor.sum())) * scaled.shape[1]
+    if poor.any():
+        inverse[poor], few = _determined(scaled[poor])
+        count += few
+    return np.asarray(inverse / (size[:, :, None] * size[:, None, :])), count
+
+
+def _norm(matrix: Complex) -> Array:
+    return np.asarray(np.sqrt(np.einsum("lmn,lmn->l", matrix, matrix.conj()).real))
+
+
+def _determined(gram: Complex) -> tuple[Complex, int]:
+    """The same by eigenvalues, where some combinations are not determined."""
+    values, vectors = np.linalg.eigh(gram)
     kept = values > _RANK * values.max(axis=1, keepdims=True, initial=1e-300)
     scaled = vectors * np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0)[:, None, :]
-    inverse = scaled @ np.conj(np.swapaxes(vectors, 1, 2)) / (size[:, :, None] * size[:, None, :])
-    return np.asarray(inverse), int(kept.sum())
+    return np.asarray(scaled @ np.conj(np.swapaxes(vectors, 1, 2))), int(kept.sum())
 
 
 def fit_place(
@@ -135,6 +161,8 @@ def fit_place(
     squares = before = model.squares(unknown, values, rests)
     for _ in range(steps):
         normal = normal_equations(_scaled(parts, scale.slope(x)), lines, count)
+        if normal.promised < _FELL * squares:
+            break
         step, change = _step(normal, damping)
         for fraction in _STEPS:
             trial = np.clip(x + fraction * np.clip(step, -1, 1), lower, upper)
@@ -155,7 +183,7 @@ def fit_place(
         x, values, damping = trial, new, max(damping / 10, _LEAST)
         unknown, rests, squares = moved, ends, tried
         parts = model.predict(unknown, values, free, rests)
-        if fell < 1e-3:
+        if fell < _FELL:
             break
     normal = normal_equations(_scaled(parts, scale.slope(x)), lines, count)
     measured = sum(2 * int(np.count_nonzero(view.weight)) for view in model.views)

@@ -105,11 +105,12 @@ def updated(base: Base, a: Complex, reference: Complex) -> Updated:
     moved = base.moved + base.sign * (base.columns @ (at @ inwards))
     to_out = base.to_out + base.sign * (outwards @ at) @ np.swapaxes(base.columns, 1, 2)
     left, right = outwards @ np.swapaxes(turn, 1, 2), turn @ inwards
-    slopes = np.empty((*outwards.shape[:2], inwards.shape[2], len(pairs_of(size))), dtype=complex)
-    for number, (i, j) in enumerate(pairs_of(size)):
-        slopes[..., number] = left[:, :, i, None] * right[:, j, None, :]
-        if i != j:
-            slopes[..., number] += left[:, :, j, None] * right[:, i, None, :]
+    rows, columns = np.triu_indices(size)
+    back = np.swapaxes(right, 1, 2)
+    slopes = left[:, :, None, rows] * back[:, None][..., columns]
+    apart = rows != columns
+    if apart.any():
+        slopes[..., apart] += left[:, :, None, columns[apart]] * back[:, None][..., rows[apart]]
     return Updated(moved, to_out, np.asarray(base.sign * slopes))
 
 

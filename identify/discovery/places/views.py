@@ -175,6 +175,7 @@ def _view(problem: Problem, m: Measurement, keys: dict[tuple[float, complex], in
         m.settings.detached,
         problem.points,
         m.system.site.reference,
+        m.system.site.engine,
     )
     every = Unlocked(names=site.coordinates)
     system = assemble(problem.robot, site, [*effects, every])

@@ -41,7 +41,7 @@ class StickingFriction(TorqueLaw):
 
     def torque(self, free: Array, compliance: Array, own: Array) -> Array:
         """What sticking takes, as far as the friction torque goes."""
-        return np.asarray(np.clip(free / (1 / own[1] + compliance), -own[0], own[0]))
+        return np.asarray(np.maximum(np.minimum(free / (1 / own[1] + compliance), own[0]), -own[0]))
 
 
 class JointFriction(NonlinearEffect):

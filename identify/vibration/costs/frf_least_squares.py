@@ -12,6 +12,7 @@ from pydantic import Field
 from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective, compressed
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
+from identify.vibration.costs.compressed import compressed_frfs
 from identify.vibration.costs.information import information, over_noise
 from identify.vibration.costs.target import FrfTarget, Targets
 
@@ -39,12 +40,19 @@ class FrfLeastSquares(Cost):
 
 
 class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
-    """RMS over all real and imaginary parts of all measurements."""
+    """RMS over all real and imaginary parts of all measurements.
 
-    def __init__(self, cost: FrfLeastSquares, targets: Targets) -> None:
+    shortened: compare in the model's coordinates where these are fewer than the outputs, for fits of many
+    models to the same data.
+    """
+
+    def __init__(self, cost: FrfLeastSquares, targets: Targets, *, shortened: bool = False) -> None:
         super().__init__(cost, targets)
+        wanted = self.targets if shortened and cost.residual == "complex" else ()
+        self._short = {target: compressed_frfs(target) for target in wanted}
         self.count = sum(2 * target.sigma.size for target in self.targets)
         self._known: tuple[Array, Array] | None = None
+        self._weight: dict[FrfTarget, Array] = {}
 
     def costs(self, candidates: Array) -> Array:
         """Known already where residuals have just been computed, as they are before every step of a gradient
@@ -67,6 +75,9 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
 
     def sums(self, target: FrfTarget, candidates: Array) -> Array:
         """Sum of squares."""
+        short = self._short.get(target)
+        if short is not None:
+            return short.squares(candidates)
         h = target.predict_pairs(candidates)
         if self.cost.residual == "complex":
             residual: Complex = (h - target.measured) / target.sigma
@@ -76,11 +87,17 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
 
     def parts(self, target: FrfTarget, values: Array, free: Index) -> tuple[Array, Array]:
         """Real and imaginary parts, in units of noise."""
+        short = self._short.get(target)
+        if short is not None:
+            return short.rows(values, free)
         h, gradient = target.gradient_pairs(values, free)
         if self.cost.residual == "complex":
             return real_rows((h - target.measured) / target.sigma, gradient * (1.0 / target.sigma)[..., None])
-        slope = gradient[:, target.observable] / h[:, target.observable, None]
-        return real_rows(self._logarithm(target, h), slope * self._weights(target)[..., None])
+        seen = target.observable
+        slope = (gradient if len(seen) == gradient.shape[1] else gradient[:, seen]) * (
+            self._weights(target) / h[:, seen]
+        )[..., None]
+        return real_rows(self._logarithm(target, h), slope)
 
     def residuals_of(self, target: FrfTarget, h: Complex) -> tuple[Complex, Complex]:
         """Residuals of a set and their derivatives with respect to h, (lines, outputs, inputs) both."""
@@ -98,8 +115,10 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         return np.asarray(logarithm(ratio) * self._weights(target), dtype=complex)
 
     def _weights(self, target: FrfTarget) -> Array:
-        noise = target.sigma[:, target.observable] / np.abs(target.measured[:, target.observable])
-        return np.asarray(1.0 / np.hypot(_LOG_FLOOR, noise))
+        if target not in self._weight:
+            noise = target.sigma[:, target.observable] / np.abs(target.measured[:, target.observable])
+            self._weight[target] = np.asarray(1.0 / np.hypot(_LOG_FLOOR, noise))
+        return self._weight[target]
 
 
 class PosteriorObjective(Objective):

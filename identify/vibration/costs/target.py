@@ -39,7 +39,7 @@ def channel_rows(
     """(channels, n): motion of each channel per released coordinate; a channel without a point is an
     InputError.
     """
-    rows = []
+    rows, turned = [], dict[int, Array]()
     for channel in channels:
         if channel.node not in points:
             raise InputError(
@@ -48,10 +48,11 @@ def channel_rows(
                 "a node of the points file",
                 "add it there or leave the channel out",
             )
-        point = points[channel.node]
-        motion = system.jacobian(point.link, point.position, where)
-        turned = np.concatenate([point.axes @ motion[:3], point.axes @ motion[3:]])
-        rows.append(channel.sign * turned[channel.axis])
+        if channel.node not in turned:
+            point = points[channel.node]
+            motion = system.jacobian(point.link, point.position, where)
+            turned[channel.node] = np.concatenate([point.axes @ motion[:3], point.axes @ motion[3:]])
+        rows.append(channel.sign * turned[channel.node][channel.axis])
     return np.array(rows)
 
 
