@@ -152,10 +152,14 @@ def build_site(
         n: (one.link, one.deformation) for n, one in enumerate(kept, start=len(own)) if one.deformation
     }
     mass = shapes.T @ engine.mass_matrix() @ shapes
-    there = {node: point for node, point in (points or {}).items() if point.link not in gone}
+    there = _points_left(points or {}, gone)
     names = (*own, *(one.name for one in kept))
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
     return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects)], axis=0))
+
+
+def _points_left(points: Mapping[int, Point], gone: set[str]) -> dict[int, Point]:
+    return {node: point for node, point in points.items() if point.link not in gone}
 
 
 def _gone(robot: Robot, tested: Robot) -> set[str]:
