@@ -45,7 +45,8 @@ _STATES, _STEP = 80, 2
 _IDLE = 1e-3
 """Least part of the energy around a mode that only it explains."""
 _UNSTEADY = 0.3
-"""Standard deviation of a frequency, in half-bandwidths, from which on a pole is no mode."""
+"""Standard deviation of a frequency over orders of all sizes, in half-bandwidths, from which on a pole is no
+mode."""
 _LINES_A_WIDTH = 4.0
 """Correlations last so many times 1 / decay of a mode of the least damping at the lowest frequency."""
 
@@ -196,10 +197,10 @@ def _determined(
     scatter = jackknife(whole, rows, found.modes, diagram.orders)
     half = -found.model.poles.real / (2 * np.pi)
     chosen = np.array([by_hand or mode.by_hand for mode in found.modes], dtype=bool)
-    steady = chosen | (scatter.frequency_hz < _UNSTEADY * half)
+    steady = chosen | (scatter.wander_hz < _UNSTEADY * half)
     gone = [
         replace(mode, reason=f"differs from block to block by {std:.2g} Hz")
-        for mode, std, kept in zip(found.modes, scatter.frequency_hz, steady, strict=True)
+        for mode, std, kept in zip(found.modes, scatter.wander_hz, steady, strict=True)
         if not kept
     ]
     return (
