@@ -169,6 +169,19 @@ def test_mixed_line_ends_are_read(tmp_path_factory: pytest.TempPathFactory, ends
     np.testing.assert_array_equal(load(tmp_path_factory.mktemp("ends"), content).frf[:, 0, 0], some_frf())
 
 
+def test_many_lines_are_read_at_once_and_a_bad_one_is_named(tmp_path: Path) -> None:
+    """Lines that are alike are read together; one that ends or begins otherwise is still what it is."""
+    values = np.arange(60.0) * (1 + 2j)
+    lines = Dataset58(values).lines()
+    odd = "".join(line + ("\r\n" if n == 30 else "\n") for n, line in enumerate(lines))
+    for content in (odd, odd.replace("\r\n", "\n"), odd.replace("\r\n", "\n").replace("\n", "\r")):
+        np.testing.assert_array_equal(load(tmp_path, content).frf[:, 0, 0], values)
+    for wrong in (lines[30][:-1], lines[30][:-1] + " ", lines[30][:-1] + "x"):
+        broken = [*lines[:30], wrong, *lines[31:]]
+        with pytest.raises(InputError, match="line 31: "):
+            load(tmp_path, "".join(line + "\n" for line in broken))
+
+
 def test_vendors_habits_are_read(tmp_path: Path) -> None:
     plain = text([Dataset58(some_frf())]).decode()
     habits = {

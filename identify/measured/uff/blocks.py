@@ -121,8 +121,11 @@ def _datasets(path: Path) -> Iterator[Block | None]:
             yield None
             continue
         first = cursor.line + 1 if cursor.line else 0
-        lines = cursor.rest()
-        yield None if int(match[1]) == 58 else Block(int(match[1]), lines, str(path), first)
+        if int(match[1]) == 58:
+            cursor.skip_rest()
+            yield None
+        else:
+            yield Block(int(match[1]), cursor.rest(), str(path), first)
     if cursor.dataset == 0:
         raise InputError(str(path), "no dataset in the file", "a universal file (UFF)")
 

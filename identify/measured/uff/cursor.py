@@ -9,6 +9,7 @@ import re
 from identify.core.errors import InputError
 
 _LINE = re.compile(rb"([^\r\n]*)(?:\r\n|\r|\n|\Z)")
+_CLOSING = re.compile(rb"[\r\n][ \t]*-1[ \t]*(?:\r\n|\r|\n|\Z)")
 EXPORT = "export the file again as UFF 58"
 """What to do about a damaged universal file."""
 
@@ -73,6 +74,36 @@ class Cursor:
                     EXPORT,
                 )
         return False
+
+    def alike(self, start: int, count: int) -> list[bytes]:
+        """The next lines at once, without their ends, where they are as long as the line from byte `start` up
+        to here, end like it and in no blank; none, and no step, where they do not.
+        """
+        line = self.data[start : self.at]
+        size, width = len(line.rstrip(b"\r\n")), len(line)
+        found = self.data[self.at : self.at + count * width]
+        rows = [found[first : first + width] for first in range(0, len(found), max(width, 1))]
+        ends = found.count(b"\r") + found.count(b"\n")
+        if size == 0 or len(found) < count * width or ends != count * (width - size):
+            return []
+        if any(row[size:] != line[size:] or row[size - 1 : size].isspace() for row in rows):
+            return []
+        if found.endswith(b"\r") and self.data.startswith(b"\n", self.at + len(found)):
+            return []
+        self.at += len(found)
+        self.line += self._counting * count
+        return [row[:size] for row in rows]
+
+    def skip_rest(self) -> None:
+        """Move behind the `-1` that closes the dataset, as `rest` does."""
+        closing = _CLOSING.search(self.data, max(self.at - 1, 0))
+        if closing is None:
+            self.rest()  # which says what is wrong
+            return
+        passed = self.data[self.at : closing.end()]
+        ends = passed.count(b"\n") + passed.count(b"\r") - passed.count(b"\r\n")
+        self.line += self._counting * (ends + (not passed.endswith((b"\n", b"\r"))))
+        self.at = closing.end()
 
     def rest(self) -> list[str]:
         """The lines up to the `-1` that closes the dataset; the cursor stands behind it."""

@@ -126,12 +126,14 @@ def ascii_values(cursor: Cursor, form: Form) -> Array:
     columns.
     """
     total, first_line = form.count * form.columns, cursor.line + 1
+    start = cursor.at
     first = cursor.next().rstrip()
     layout = next(
         (widths for widths in form.layouts() if sum(widths[:total]) == len(first)), form.layouts()[0]
     )
     rows = -(-total // len(layout))
-    lines = [first, *(cursor.next().rstrip() for _ in range(rows - 1))]
+    most = cursor.alike(start, rows - 2) if rows > 2 else []
+    lines = [first, *most, *(cursor.next().rstrip() for _ in range(rows - 1 - len(most)))]
     last = total - (rows - 1) * len(layout)
     for i, line in enumerate(lines):
         expected = sum(layout if i < rows - 1 else layout[:last])
