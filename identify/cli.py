@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import re
 import sys
+import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -377,9 +378,11 @@ def _conclude(found: Result, options: Any, config: Path | None = None) -> None:
     if options.report:
         from identify.reports.write import reports
 
+        began = time.perf_counter()
         for path in reports(found.path):
             if not options.quiet:
-                _say_written([path])
+                typer.echo(f"wrote {path} ({time.perf_counter() - began:.1f} s)")
+            began = time.perf_counter()
     if not options.quiet:
         for step in next_steps(found, config):
             typer.echo(f"next: {step}")

@@ -4,7 +4,7 @@ and what each one adds in the end.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from identify.core.errors import InputError
@@ -67,15 +67,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         options, final = promoted(problem, workers, options, final, story)
         found = Selection(found.first, final, tuple(options))
     added = in_turn(problem, workers, found.first, found.options, found.final)
-    story.say(_spent(workers.seconds))
     places = tuple(bench.places(step.before) for step in story.steps)
     return Discovery(found.first, found.final, tuple(added), tuple(story.steps), places)
-
-
-def _spent(seconds: Mapping[str, float]) -> str:
-    """Where the time went, longest first."""
-    parts = sorted(seconds.items(), key=lambda item: -item[1])
-    return "Time: " + ", ".join(f"{name} {time:.1f} s" for name, time in parts if name) + "."
 
 
 def promoted(

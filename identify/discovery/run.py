@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -74,14 +75,27 @@ def run_discover(
 
         def compute(part: PartFile) -> DiscoveryResult:
             with Workers(problem, workers or os.cpu_count() or 1, Memory(part)) as at_work:
+                at_work.seconds["reading"] = time.perf_counter() - began
                 found = discover(problem, at_work, progress)
-            return _result(problem, found, key, path, began)
+            searched = time.perf_counter()
+            result = _result(problem, found, key, path, began)
+            at_work.seconds["measured curves and result"] = time.perf_counter() - searched
+            progress.say(spent(at_work.seconds, time.perf_counter() - began))
+            return result
 
         result = resumable(path, key, DiscoveryResult, compute, resume=resume)
     if not result.added.sentence:
         return result, [path]
     write_text(study, result.after.provenance.config)
     return result, [path, study]
+
+
+def spent(seconds: Mapping[str, float], total: float) -> str:
+    """Where the time went, s, longest first, with what none of it was."""
+    named = {name: time for name, time in seconds.items() if name}
+    named["all else"] = max(total - sum(named.values()), 0.0)
+    parts = sorted(named.items(), key=lambda item: -item[1])
+    return f"Time: {total:.1f} s: " + ", ".join(f"{name} {time:.1f} s" for name, time in parts) + "."
 
 
 def _remarks(found: Discovery) -> list[tuple[Any, str]]:

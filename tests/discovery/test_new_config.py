@@ -1,4 +1,5 @@
-"""The study that a discovery writes has a name of its own, so that its fit replaces nothing."""
+"""The study that a discovery writes has a name of its own, so that its fit replaces nothing; and what is
+said of the time."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from identify.discovery.new_config import config_text
+from identify.discovery.run import spent
 from identify.vibration.study import read_study
 
 STUDY = """schema: identify/1   # a comment that stays
@@ -38,3 +40,10 @@ def _named(folder: Path) -> str:
     assert "# a comment that stays" in text
     (folder / "new.yaml").write_text(text)
     return read_study(folder / "new.yaml").study.name
+
+
+def test_the_time_is_told_longest_first_and_adds_up() -> None:
+    """What no phase was is told as such; phases without a name are part of it."""
+    said = spent({"places": 2.0, "reading": 0.5, "thorough refits": 7.0, "": 1.0}, 12.0)
+    parts = "thorough refits 7.0 s, all else 2.5 s, places 2.0 s, reading 0.5 s"
+    assert said == f"Time: 12.0 s: {parts}."

@@ -17,7 +17,7 @@ _SPAN = 12.0
 """Natural logarithm of how far values may be from where they start."""
 _AROUND = (0.25, 0.5, 1.0, 1.5)
 """Resonances that are tried, over the middle of the band, and delays, over a radian there."""
-_EVALUATIONS = 40
+_EVALUATIONS = 24
 """Steps of each law from its best starts: a curve has few numbers."""
 
 
