@@ -236,7 +236,7 @@ def gradient_with(
         right[:, powers == k] = vectors[:, powers == k].T @ motion[k]
     gradient = _products(left, right, factors.owner[columns], parameters)
     if end is not None:
-        gradient = gradient + end.gradient(matrices[0], matrices[1], s, out, to_out, power)
+        gradient = gradient + end.gradient(matrices, s, to_out, power)
     return out @ motion[power], gradient
 
 

@@ -49,9 +49,7 @@ class ImpactedFrf:
         """(lines, n, inputs): what is added to s^power X."""
         return self.end.motion(s, power) / self.impulse[:, None, None]
 
-    def gradient(
-        self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
-    ) -> Complex:
+    def gradient(self, matrices: Matrices, s: Complex, to_out: Complex, power: int) -> Complex:
         """(lines, outputs, inputs, p): what H changes by as the torques and the end of the record do; to_out
         is S Z^-1.
         """
@@ -59,7 +57,7 @@ class ImpactedFrf:
         moved = (seen @ self.slopes.reshape(*self.slopes.shape[:2], -1)).reshape(
             *seen.shape[:2], *self.slopes.shape[2:]
         )
-        end = self.end.gradient(mass, damping, s, out, to_out, power)
+        end = self.end.gradient(matrices, s, to_out, power)
         return np.asarray(end / self.impulse[:, None, None, None] - (s**power)[:, None, None, None] * moved)
 
 

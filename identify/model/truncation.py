@@ -41,7 +41,7 @@ class TruncationCorrection(Protocol):
         """(lines, n, inputs): what is added to s^power X."""
 
     def gradient(
-        self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
+        self, matrices: tuple[Array, Array, Array], s: Complex, to_out: Complex, power: int
     ) -> Complex:
         """(lines, outputs, inputs, p): what H changes by as load and motion do; to_out (lines, outputs, n) is
         S Z^-1.
@@ -86,21 +86,29 @@ class EndOfRecord:
         return np.asarray(np.exp(-line * self.record) * change)
 
     def gradient(
-        self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
+        self, matrices: tuple[Array, Array, Array], s: Complex, to_out: Complex, power: int
     ) -> Complex:
         """(lines, outputs, inputs, p): what H changes by as x(T) and v(T) do; to_out (lines, outputs, n) is S
         Z^-1.
         """
+        moved = to_out @ self.driving(matrices, s, power)
+        return np.asarray(moved.reshape(*to_out.shape[:2], *self.slopes.shape[2:]))
+
+    def driving(self, matrices: tuple[Array, Array, Array], s: Complex, power: int) -> Complex:
+        """(lines, n, inputs * p): forces that move as much as changes of x(T) and v(T) change H.
+
+        Those that s^(k-1) x(T) + s^(k-2) v(T) would take, less s^k times what is missing from the load.
+        """
+        mass, damping, stiffness = matrices
+        x, v = self.slopes.reshape(2, len(mass), -1)
         line = s[:, None, None]
-        of_x = line ** (power - 1) * out * (power > 0) - line**power * (to_out @ (line * mass + damping))
-        of_v = out * (power == 2) - line**power * (to_out @ mass)
-        both = np.concatenate([of_x, of_v], axis=2) * np.exp(-line * self.record)
-        flat = both.reshape(-1, both.shape[2])
-        ends = self.slopes.reshape(both.shape[2], -1)
-        product = np.empty((len(flat), ends.shape[1]), dtype=complex)
-        # Copied, because BLAS refuses the strides of a real part.
-        product.real, product.imag = flat.real.copy() @ ends, flat.imag.copy() @ ends
-        return product.reshape(*to_out.shape[:2], *self.slopes.shape[2:])
+        if power == 0:
+            load = -line * (mass @ x) - (damping @ x + mass @ v)
+        elif power == 1:
+            load = stiffness @ x - line * (mass @ v)
+        else:
+            load = stiffness @ v + line * (stiffness @ x + damping @ v)
+        return np.asarray(np.exp(-line * self.record) * load)
 
 
 def outlasts_record(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_]:

@@ -46,8 +46,7 @@ class Off:
     @cached_property
     def slopes(self) -> Array:
         """(links, 10, 10): derivatives of the inertial parameters by the changes, see `moments`."""
-        pairs = zip(self.links, self.inertia, strict=True)
-        return np.array([moments(link, change)[1] for link, change in pairs]).reshape(-1, 10, 10)
+        return moments(self.links, self.inertia)[1]
 
 
 def corrected(robot: Robot, stated: StatedUncertainty, where: str) -> tuple[Robot, Off]:

@@ -1,8 +1,11 @@
 """Draw new cases for `tests.benchmarks.discovery` at random: python -m tests.benchmarks.discovery_draw OUT
---seed N [--count 60].
+--seed N [--count 60]
+[--dirt careful|typical].
 
 Every sixth case has nothing hidden in it, every sixth two effects, the others one, each kind of the catalogue
-about as often; makes of arm, places and sizes by the seed.  Draw after the work is done, and score once.
+about as often; makes of arm, places and sizes by the seed.  With dirt, everything told is a little wrong
+(`tests.generator.dirt`), and what several force levels show is left out.  Draw after the work is done, and
+score once.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.generator.cases import CASES, hide
+from tests.generator.dirt import CAREFUL, ORDINARY, soil
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
@@ -20,6 +24,8 @@ from tests.generator.spec import TestSpec
 _BESIDES = ("pad", "fractional")
 """Laws that no effect of the catalogue has."""
 _JOINTS, _LINKS = ("tilt", "radial", "axial", "rotor", "friction", "hardening"), ("absorber",)
+_OF_LEVELS = ("friction", "hardening")
+_DIRT = {"careful": CAREFUL, "typical": ORDINARY}
 _STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
 """What two effects at once are drawn from."""
 
@@ -33,10 +39,10 @@ def named(kind: str, rng: np.random.Generator) -> str:
     return f"{kind}_l{rng.integers(2, 5)}" if kind in _LINKS else kind
 
 
-def drawn(count: int, seed: int) -> list[str]:
+def drawn(count: int, seed: int, without: tuple[str, ...] = _BESIDES) -> list[str]:
     """So many cases, by name."""
     rng = np.random.default_rng(seed)
-    kinds = [kind for kind in CASES if kind not in _BESIDES]
+    kinds = [kind for kind in CASES if kind not in without]
     order = [kind for _ in range(-(-count // len(kinds))) for kind in rng.permutation(kinds)]
     found = []
     for number in range(count):
@@ -56,13 +62,18 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=60)
+    parser.add_argument("--dirt", choices=sorted(_DIRT))
     given = parser.parse_args()
     rng = np.random.default_rng([given.seed, 1])
-    for number, case in enumerate(drawn(given.count, given.seed)):
+    without = (*_BESIDES, *_OF_LEVELS) if given.dirt else _BESIDES
+    for number, case in enumerate(drawn(given.count, given.seed, without)):
         seed = int(rng.integers(1, 10**6))
         spec = TestSpec(MAKES[str(rng.choice(list(MAKES)))](seed), seed=seed, binary=True)
         folder = given.out / f"{number:02d}_{case.replace('+', '_and_')}"
-        generate(hide(spec, case), folder, given.out / f"{folder.name}.truth.json")
+        test = hide(spec, case)
+        if given.dirt:
+            test = soil(test, _DIRT[given.dirt])
+        generate(test, folder, given.out / f"{folder.name}.truth.json")
         print(folder.name, flush=True)
 
 

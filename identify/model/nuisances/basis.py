@@ -51,7 +51,7 @@ class Basis:
     @cached_property
     def told(self) -> Array:
         """Inertial parameters (links, 10) as told."""
-        return np.array([moments(link, np.zeros(10))[0] for link in self.links])
+        return moments(self.links, np.zeros((len(self.links), 10)))[0]
 
 
 def basis(

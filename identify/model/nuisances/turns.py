@@ -14,17 +14,16 @@ _SMALL = 1e-4
 
 
 def cross_matrix(vector: Array) -> Array:
-    """(3, 3): `cross_matrix(a) @ b` is a x b."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    """(..., 3, 3) of vectors (..., 3): `cross_matrix(a) @ b` is a x b."""
+    return np.asarray(np.cross(vector[..., None, :], np.eye(3), axisb=-1).swapaxes(-1, -2))
 
 
 def turn_slope(turn: Array) -> tuple[Array, Array]:
-    """R (3, 3) of a rotation vector (3,), rad, and Jr (3, 3) with d(R u) = -R (u x Jr d turn)."""
-    angle, cross = float(np.linalg.norm(turn)), cross_matrix(turn)
-    if angle < _SMALL:
-        first, second = 0.5, 1 / 6
-    else:
-        first, second = (1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
+    """R (n, 3, 3) of rotation vectors (n, 3), rad, and Jr (n, 3, 3) with d(R u) = -R (u x Jr d turn)."""
+    angle, cross = np.linalg.norm(turn, axis=-1)[:, None, None], cross_matrix(turn)
+    small = angle < _SMALL
+    far = np.where(small, 1.0, angle)
+    first = np.where(small, 0.5, (1 - np.cos(far)) / far**2)
+    second = np.where(small, 1 / 6, (far - np.sin(far)) / far**3)
     rotation = scipy.spatial.transform.Rotation.from_rotvec(turn).as_matrix()
     return rotation, np.eye(3) - first * cross + second * cross @ cross

@@ -99,7 +99,7 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         )[..., None]
         return real_rows(self._logarithm(target, h), slope)
 
-    def residuals_of(self, target: FrfTarget, h: Complex) -> tuple[Complex, Complex]:
+    def residuals_of(self, target: FrfTarget, h: Complex) -> tuple[Complex, Complex | Array]:
         """Residuals of a set and their derivatives with respect to h, (lines, outputs, inputs) both."""
         if self.cost.residual == "complex":
             return over_noise(target, h)

@@ -25,16 +25,16 @@ class Information:
     count: int
 
 
-Residuals = Callable[[FrfTarget, Complex], tuple[Complex, Complex]]
+Residuals = Callable[[FrfTarget, Complex], tuple[Complex, Complex | Array]]
 """Of a set and its prediction (lines, outputs, inputs): residuals, and their derivatives with respect to
 it.
 """
 
 
-def over_noise(target: FrfTarget, h: Complex) -> tuple[Complex, Complex]:
+def over_noise(target: FrfTarget, h: Complex) -> tuple[Complex, Array]:
     """Residuals in units of noise, zero where nothing was measured."""
     weight = weights(target)
-    return (h - np.where(weight > 0, target.data.frf, h)) * weight, weight.astype(complex)
+    return (h - np.where(weight > 0, target.data.frf, h)) * weight, weight
 
 
 def information(
@@ -58,26 +58,33 @@ def _of_target(target: FrfTarget, values: Array, free: Index, residuals: Residua
     own = [block for block in blocks if len(block.channels) < h.shape[1]]
     column = {number: position for position, number in enumerate(free.tolist())}
     parts = [slopes, *(block.slopes for block in every)]
-    dense = side_by_side([*(weight[..., None] * part for part in parts), residual[..., None]])
+    dense = side_by_side([*(part * weight[..., None] for part in parts), residual[..., None]])
     numbers = [*free[free < size].tolist(), *(n for block in every for n in block.numbers.tolist())]
     places = np.array([*(column[number] for number in numbers), len(free)])
     product = np.zeros((len(free) + 1, len(free) + 1))
     np.add.at(product, np.ix_(places, places), gram(dense, dense))
-    for first, block in enumerate(own):
+    for block in own:
         left, at = _weighted(block, block.channels, weight), _places(block, column)
         cross = gram(left, dense[:, :, block.channels])
         np.add.at(product, np.ix_(at, places), cross)
         np.add.at(product, np.ix_(places, at), cross.T)
         np.add.at(product, np.ix_(at, at), gram(left, left))
-        for other in own[first + 1 :]:
-            shared = np.intersect1d(block.channels, other.channels)
-            if len(shared):
-                _add_shared(product, (block, other), shared, weight, column)
+    for a, b in _overlapping(own, h.shape[1]):
+        _add_shared(product, (a, b), np.intersect1d(a.channels, b.channels), weight, column)
     return product
 
 
+def _overlapping(blocks: Sequence[Block], channels: int) -> list[tuple[Block, Block]]:
+    """Pairs of blocks with channels in common, of so many."""
+    has = np.zeros((len(blocks), channels))
+    for row, block in zip(has, blocks, strict=True):
+        row[block.channels] = 1.0
+    pairs = np.argwhere(np.triu(has @ has.T, 1) > 0)
+    return [(blocks[a], blocks[b]) for a, b in pairs]
+
+
 def _add_shared(
-    product: Array, pair: tuple[Block, Block], shared: Index, weight: Complex, column: dict[int, int]
+    product: Array, pair: tuple[Block, Block], shared: Index, weight: Complex | Array, column: dict[int, int]
 ) -> None:
     """Sensors whose channels a reading mixes."""
     cross = gram(*(_weighted(one, shared, weight) for one in pair))
@@ -86,7 +93,7 @@ def _add_shared(
     np.add.at(product, np.ix_(b, a), cross.T)
 
 
-def _weighted(block: Block, channels: Index, weight: Complex) -> Array:
+def _weighted(block: Block, channels: Index, weight: Complex | Array) -> Array:
     """Weighted slopes of some channels of a block."""
     slopes = block.slopes[:, np.searchsorted(block.channels, channels)]
     return side_by_side([slopes * weight[:, channels, :, None]])

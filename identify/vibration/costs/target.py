@@ -202,7 +202,8 @@ class FrfTarget:
         found = []
         for block in nuisance_blocks(self.nuisances, at, matrices, s, power, end):
             one = recorded(block, readings, s, len(self.out), len(self.data.outputs))
-            slopes = np.swapaxes(self._at_once(np.swapaxes(late * one.slopes, 2, 3)), 2, 3)
+            slopes = late * one.slopes if delay else one.slopes
+            slopes = np.swapaxes(self._at_once(np.swapaxes(slopes, 2, 3)), 2, 3)
             found.append(Block(one.channels, size + one.numbers, slopes))
         if self.nuisances.delay.numbers >= 0:
             slopes = -float(self.nuisances.delay.std) * (s[:, None, None] * self.predict(values))[..., None]

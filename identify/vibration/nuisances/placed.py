@@ -194,12 +194,12 @@ def wrench(ends: Ends, directions: Array, shift: Array) -> Array:
 
 def _inertia(placed: Placed, values: Array) -> tuple[Array, Array, Array]:
     """What other inertias add to M and K_g, (n, n) each, and the slopes (L, 10, 10) of the parameters."""
-    basis, changes = placed.basis, placed.links.at(values)
-    found = [moments(link, change) for link, change in zip(basis.links, changes, strict=True)]
-    off = np.array([value for value, _ in found]) - basis.told
+    basis = placed.basis
+    found, slopes = moments(basis.links, placed.links.at(values))
+    off = found - basis.told
     mass = np.tensordot(off, basis.mass, axes=2)
     stiffness = np.tensordot(off[:, : basis.weight.shape[1]], basis.weight, axes=2)
-    return mass, stiffness, np.array([slope for _, slope in found])
+    return mass, stiffness, slopes
 
 
 def _directions(placed: Placed, turns: Array) -> Array:

@@ -7,7 +7,6 @@ channels only, so that they are kept as small blocks.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.model.frf import motion_and_transfer
 from identify.model.nuisances.basis import WEIGHTED
-from identify.model.nuisances.turns import turn_slope
+from identify.model.nuisances.turns import cross_matrix, turn_slope
 from identify.model.truncation import EndOfRecord, TruncationCorrection, end_by_matrices
 from identify.vibration.nuisances.placed import Placed, State, push, read, wrench
 
@@ -85,14 +84,11 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
     lines, _, inputs = model.motion[0].shape
     size, count = mass.shape[1], len(numbers)
     pushed = mass.reshape(-1, size) @ model.motion[2] + stiffness.reshape(-1, size) @ model.motion[0]
-    pushed = pushed.reshape(lines, count, size, inputs).transpose(0, 2, 3, 1).reshape(lines, size, -1)
-    slopes = (-(model.s**model.power)[:, None, None] * model.transfer) @ pushed
-    slopes = slopes.reshape(lines, -1, inputs, count)
+    load = -(model.s**model.power)[:, None, None, None] * pushed.reshape(lines, count, size, inputs)
+    load = load.transpose(0, 2, 3, 1).reshape(lines, size, -1)
     if isinstance(model.end, EndOfRecord):
-        of_end = model.end.gradient(
-            model.matrices[0], model.matrices[1], model.s, at.out, model.transfer, model.power
-        )
-        slopes += of_end
+        load += model.end.driving(model.matrices, model.s, model.power)
+    slopes = (model.transfer @ load).reshape(lines, -1, inputs, count)
     first = count - len(placed.geometry.numbers)
     if first < count:
         slopes[..., first:] += _moved_ends(placed, at, model)
@@ -101,13 +97,13 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
 
 def _moved_ends(placed: Placed, at: State, model: Excited) -> Complex:
     """(lines, outputs, inputs, g): what geometry does by way of sensors and impacts."""
-    parts = []
-    applied = wrench(placed.inputs, at.directions, at.shift)
-    for change, std in zip(placed.basis.geometry, placed.geometry.std, strict=True):
-        out = read(placed.outputs, change.motion, at.shift, at.sensors, at.gain)
-        force = push(placed.inputs, change.motion, applied, at.scale)
-        parts.append(std * (out @ model.motion[model.power] + _by_force(model, at, force)))
-    return np.stack(parts, axis=-1)
+    changes, applied = placed.basis.geometry, wrench(placed.inputs, at.directions, at.shift)
+    out = np.array([read(placed.outputs, one.motion, at.shift, at.sensors, at.gain) for one in changes])
+    force = np.array([push(placed.inputs, one.motion, applied, at.scale) for one in changes])
+    moved = times(out.reshape(-1, out.shape[2]), model.motion[model.power])
+    moved = moved.reshape(len(model.s), *out.shape[:2], -1).transpose(0, 2, 3, 1)
+    pushed = _by_force(model, at, force.transpose(1, 2, 0).reshape(out.shape[2], -1))
+    return np.asarray(placed.geometry.std * (moved + pushed.reshape(moved.shape)))
 
 
 def _by_force(model: Excited, at: State, force: Array) -> Complex:
@@ -127,16 +123,14 @@ def _by_force(model: Excited, at: State, force: Array) -> Complex:
 def impacts(placed: Placed, at: State, model: Excited) -> list[Block]:
     """Of directions and places of the impacts, and of the sensitivity of the force transducer."""
     every, blocks = np.arange(model.h.shape[1]), []
-    found = [one for entry in range(len(placed.inputs.point)) for one in _wrenches(placed, at, entry)]
-    if found:
-        entries, numbers, changes = zip(*found, strict=True)
-        ends = placed.inputs.of(np.array(entries))
-        force = push(ends, at.motion, np.array(changes), at.scale[list(entries)])
-        response, unique = _by_force(model, at, force), list(dict.fromkeys(numbers))
+    known, changes = _wrenches(placed, at)
+    entries, slots = np.nonzero(known >= 0)
+    if len(entries):
+        force = push(placed.inputs.of(entries), at.motion, changes[entries, slots], at.scale[entries])
+        unique, which = np.unique(known[entries, slots], return_inverse=True)
         slopes = np.zeros((*model.h.shape, len(unique)), dtype=complex)
-        for column, (entry, number) in enumerate(zip(entries, numbers, strict=True)):
-            slopes[:, :, entry, unique.index(number)] += response[:, :, column]
-        blocks.append(Block(every, np.array(unique), slopes))
+        slopes[:, :, entries, which] = _by_force(model, at, force)
+        blocks.append(Block(every, unique, slopes))
     if placed.force.numbers >= 0:
         blocks.append(
             Block(every, placed.force.numbers.reshape(1), -float(placed.force.std) * model.h[..., None])
@@ -144,68 +138,71 @@ def impacts(placed: Placed, at: State, model: Excited) -> list[Block]:
     return blocks
 
 
-def _wrenches(placed: Placed, at: State, entry: int) -> Iterator[tuple[int, int, Array]]:
-    """Changes (6,) of the wrench of an impact, each with its entry and the number of its nuisance."""
-    point, is_force = placed.inputs.point[entry], placed.inputs.axis[entry] < 3
-    axes, turns = placed.axes[point], at.struck
-    rotation, right = turn_slope(axes.T @ turns[entry])
-    told = rotation.T @ at.directions[entry]
-    for axis in range(3):
-        number = placed.impacts.numbers[entry, axis]
-        if number >= 0:
-            turned = -placed.impacts.std[entry, axis] * rotation @ np.cross(told, right @ axes[axis])
-            lever = np.cross(at.shift[point], turned)
-            yield entry, int(number), np.concatenate([turned, lever] if is_force else [np.zeros(3), turned])
-    for axis in range(3):
-        number = placed.positions.numbers[point, axis]
-        if number >= 0 and is_force:
-            lever = placed.positions.std[point, axis] * np.cross(np.eye(3)[axis], at.directions[entry])
-            yield entry, int(number), np.concatenate([np.zeros(3), lever])
+def _wrenches(placed: Placed, at: State) -> tuple[Index, Array]:
+    """Numbers (inputs, 6) of the nuisances that change the wrenches of the impacts, -1 for none, and those
+    changes (inputs, 6, 6): turns about the axes of the point, then its place.
+    """
+    ends = placed.inputs
+    axes, is_force = placed.axes[ends.point], (ends.axis < 3)[:, None]
+    rotation, right = turn_slope(np.einsum("cxi,cx->ci", axes, at.struck))
+    told = np.einsum("cij,ci->cj", rotation, at.directions)
+    about = np.cross(told[:, None], axes @ np.swapaxes(right, 1, 2))
+    turned = -placed.impacts.std[:, :, None] * (about @ np.swapaxes(rotation, 1, 2))
+    none, lever = np.zeros_like(turned), np.cross(at.shift[ends.point][:, None], turned)
+    turns = np.where(
+        is_force[..., None], np.concatenate([turned, lever], 2), np.concatenate([none, turned], 2)
+    )
+    moved = placed.positions.std[ends.point][..., None] * np.cross(np.eye(3), at.directions[:, None])
+    of_place = np.where(is_force, placed.positions.numbers[ends.point], -1)
+    return (
+        np.concatenate([placed.impacts.numbers, of_place], axis=1),
+        np.concatenate([turns, np.concatenate([none, moved], axis=2)], axis=1),
+    )
 
 
 def sensors(placed: Placed, at: State, model: Excited) -> list[Block]:
     """Of places, turns and gains of the sensors, each on its own channels."""
-    motion = model.motion[model.power]
+    motion, points = model.motion[model.power], placed.outputs.point
+    rows = _rows(placed, at)
+    every = times(rows.reshape(-1, rows.shape[2]), motion).reshape(len(model.s), *rows.shape[:2], -1)
+    slots = (placed.positions, placed.rotations)
+    numbers = np.concatenate([slot.numbers for slot in slots], axis=1)
     blocks = []
-    for point in np.unique(placed.outputs.point):
-        own = np.flatnonzero(placed.outputs.point == point)
-        columns = [*_of_place(placed, at, motion, point, own), *_of_turn(placed, at, motion, point, own)]
-        for position, channel in enumerate(own):
-            if placed.gains.numbers[channel] >= 0:
-                slope = np.zeros((len(model.s), len(own), motion.shape[2]), dtype=complex)
-                slope[:, position] = placed.gains.std[channel] * model.h[:, channel]
-                columns.append((int(placed.gains.numbers[channel]), slope))
-        if columns:
-            numbers, slopes = zip(*columns, strict=True)
-            blocks.append(Block(own, np.array(numbers), np.stack(slopes, axis=-1)))
+    for point in np.unique(points):
+        own, moves = np.flatnonzero(points == point), np.flatnonzero(numbers[point] >= 0)
+        gained = np.flatnonzero(placed.gains.numbers[own] >= 0)
+        known = np.concatenate([numbers[point, moves], placed.gains.numbers[own[gained]]])
+        if len(known):
+            slopes = np.zeros((len(model.s), len(own), motion.shape[2], len(known)), dtype=complex)
+            slopes[..., : len(moves)] = np.swapaxes(every[:, own][:, :, moves], 2, 3)
+            gains = placed.gains.std[own[gained], None] * model.h[:, own[gained]]
+            slopes[:, gained, :, len(moves) + np.arange(len(gained))] = np.swapaxes(gains, 0, 1)
+            blocks.append(Block(own, known, slopes))
     return blocks
 
 
-def _of_place(
-    placed: Placed, at: State, motion: Complex, point: int, own: Index
-) -> Iterator[tuple[int, Complex]]:
-    """Derivatives (lines, own, inputs) with respect to the position of a sensor."""
-    turning = at.motion[point, 3:]
-    for axis in range(3):
-        number = placed.positions.numbers[point, axis]
-        if number >= 0:
-            moved = at.sensors[point] @ np.cross(turning.T, np.eye(3)[axis]).T
-            rows = np.concatenate([moved, np.zeros_like(moved)])[placed.outputs.axis[own]]
-            yield int(number), (placed.positions.std[point, axis] * at.gain[own, None] * rows) @ motion
+def _rows(placed: Placed, at: State) -> Array:
+    """(outputs, 6, n): change of what channels read with the place of their sensor, then with its turn, per
+    standard deviation.
+    """
+    turning = at.motion[:, 3:]
+    moved = at.motion[:, :3] + np.cross(turning, at.shift[:, :, None], axis=1)
+    placing = -at.sensors[:, None] @ cross_matrix(np.eye(3)) @ turning[:, None]
+    back, right = turn_slope(-at.turns)
+    turn = -back[:, None] @ cross_matrix(np.swapaxes(right, 1, 2))
+    turned = [turn @ (placed.axes @ one)[:, None] for one in (moved, turning)]
+    rows = np.concatenate(
+        [
+            placed.positions.std[..., None, None] * np.concatenate([placing, np.zeros_like(placing)], axis=2),
+            placed.rotations.std[..., None, None] * np.concatenate(turned, axis=2),
+        ],
+        axis=1,
+    )
+    ends = placed.outputs
+    return np.asarray(at.gain[:, None, None] * rows[ends.point, :, ends.axis])
 
 
-def _of_turn(
-    placed: Placed, at: State, motion: Complex, point: int, own: Index
-) -> Iterator[tuple[int, Complex]]:
-    """The same with respect to the turn of a sensor."""
-    back, right = turn_slope(-at.turns[point])
-    moved = at.motion[point, :3] + np.cross(at.motion[point, 3:], at.shift[point][:, None], axis=0)
-    for axis in range(3):
-        number = placed.rotations.numbers[point, axis]
-        if number >= 0:
-            turned = [
-                back @ np.cross((placed.axes[point] @ one).T, right[:, axis]).T
-                for one in (moved, at.motion[point, 3:])
-            ]
-            rows = np.concatenate(turned)[placed.outputs.axis[own]]
-            yield int(number), (placed.rotations.std[point, axis] * at.gain[own, None] * rows) @ motion
+def times(a: Array, b: Complex) -> Complex:
+    """a (m, n) @ b (lines, n, k) without making a complex."""
+    parts = np.ascontiguousarray(b).view(float)
+    return np.asarray(np.ascontiguousarray(a @ parts).view(complex))
