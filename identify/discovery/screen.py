@@ -250,9 +250,21 @@ def screened_softly(
     others = [effect for effect in left if not effect.of_measurement]
     tasks = [Task(known, (e,), present.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
     brief = sorted(workers.run(tasks, one), key=squares_of)
-    best = [trial for trial in brief[:_REFITTED] if np.isfinite(trial.squares)]
-    quick = workers.run([Task(known, trial.task.new, trial.values, "quick") for trial in best], one)
-    return [*sorted(quick, key=squares_of), *brief[len(quick) :]]
+    first = [trial for trial in brief[:_REFITTED] if np.isfinite(trial.squares)]
+    if present.gap > 1.0:  # errors of what was told are where they make up for what is missing
+        led = workers.run([Task(known, (e,), present.values, "led") for e in others], one)
+        first = _alternating(first, sorted(led, key=squares_of))
+    quick = workers.run([Task(known, trial.task.new, trial.values, "quick") for trial in first], one)
+    tried = [trial.task.new for trial in quick]
+    return [*sorted(quick, key=squares_of), *(trial for trial in brief if trial.task.new not in tried)]
+
+
+def _alternating(one: Sequence[Trial], other: Sequence[Trial]) -> list[Trial]:
+    """The best of either, in turn, each effect once; as many as are refitted."""
+    found: dict[str, Trial] = {}
+    for trial in (trial for pair in zip(one, other, strict=False) for trial in pair):
+        found.setdefault(trial.task.new[0].sentence(), trial)
+    return [trial for trial in found.values() if np.isfinite(trial.squares)][:_REFITTED]
 
 
 def promising_softly(screened: Sequence[Trial]) -> list[Trial]:

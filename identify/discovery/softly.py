@@ -45,6 +45,18 @@ def descend_softly(problem: Problem, start: Array, *, thorough: bool) -> Array:
     return start
 
 
+def led(problem: Problem, start: Array) -> Array:
+    """A few steps from start (unknowns,) where residuals count for next to nothing, then for little."""
+    for softness in _LEADING[:-1]:
+        start = minimized(problem, start, _BRIEF, _soft(problem, softness))[0]
+    return start
+
+
+def cost_led(problem: Problem, end: Array) -> float:
+    """The cost of such an end (unknowns,), where residuals count for as little as there."""
+    return float(_soft(problem, _LEADING[-2]).costs(end[None])[0])
+
+
 def likely(problem: Problem, start: Array, optimizer: GaussNewton) -> tuple[Array, float]:
     """From start (unknowns,), errors from nothing, to the greatest likelihood; values and cost."""
     values = start.copy()

@@ -18,7 +18,7 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
-from identify.discovery.softly import best_softly, descend_softly, likely, without_errors
+from identify.discovery.softly import best_softly, cost_led, descend_softly, led, likely, without_errors
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -38,8 +38,9 @@ _MANY, _PLENTY = 12, 100
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
+_GLIMPSE, _FURTHER = GaussNewton(evaluations=2, tolerance=1e-2), 4
 _SEEN = 0.03
-"""Share of the cost by which a start must change it to be followed."""
+"""Share of the cost by which a start must change it to be followed, which all are for two steps, then some."""
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
 
@@ -49,7 +50,8 @@ class Task:
     name.
 
     how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
-    `brief`: a few steps on few lines; `quick`: more of them; `thorough`: from several starts, on all lines.
+    `brief`: a few steps on few lines; `led`: the same, errors of what was told first, which changes more;
+    `quick`: more of them; `thorough`: from several starts, on all lines.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
     every impact anew takes long.
@@ -58,7 +60,7 @@ class Task:
     known: tuple[Effect, ...]
     new: tuple[Effect, ...]
     values: Mapping[str, float]
-    how: Literal["start", "glance", "brief", "quick", "thorough"] = "quick"
+    how: Literal["start", "glance", "brief", "led", "quick", "thorough"] = "quick"
     far: bool = False
     anchor: Mapping[str, float] = field(default_factory=dict)
 
@@ -155,11 +157,15 @@ class TrialRunner:
         """
         if task.how == "glance":
             return best_softly(problem, starts)
-        if task.how == "brief":
+        if task.how in ("brief", "led"):
             few = _fewer_channels(problem, task)
-            either = np.concatenate([starts, [from_each(without_errors(few), starts, _FOLLOWED)]])
-            values = descend_softly(few, best_softly(few, either)[0], thorough=False)
-            return best_softly(problem, np.array([*starts, values]))
+            held = without_errors(few)
+            if task.how == "led":
+                values = led(few, _descend(held, starts, _BRIEF, _logarithmic(held))[0])
+                return values, cost_led(problem, values)
+            followed = from_each(held, starts, _FOLLOWED)
+            values = descend_softly(few, best_softly(few, np.array([*starts, followed]))[0], thorough=False)
+            return best_softly(problem, np.array([*starts, followed, values]))
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
@@ -431,7 +437,9 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     costs = objective.costs(starts)
     seen = np.abs(costs / costs.min() - 1) > _SEEN
     tried = starts[seen] if seen.any() else starts[:1]
-    ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
+    ends = [_descend(problem, one[None], _GLIMPSE, objective) for one in tried]
+    best = sorted(ends, key=lambda end: end[1])[:_FURTHER]
+    ends = [_descend(problem, one[None], optimizer, objective) for one, _ in best]
     return min(ends, key=lambda end: end[1])[0]
 
 

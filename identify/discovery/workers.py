@@ -23,6 +23,7 @@ _PHASES = {
     "start": "the present model",
     "glance": "first looks",
     "brief": "first looks",
+    "led": "first looks",
     "quick": "quick refits",
     "thorough": "thorough refits",
 }
