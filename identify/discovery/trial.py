@@ -40,7 +40,7 @@ _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
 _GLIMPSE, _FURTHER = GaussNewton(evaluations=2, tolerance=1e-2), 4
 _SEEN = 0.03
-"""Share of the cost by which a start must change it to be followed, which all are for two steps, then some."""
+"""Share of the cost by which a start must change it to be followed: all of those two steps, some further."""
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
 
