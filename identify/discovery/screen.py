@@ -356,7 +356,8 @@ def first_of_two(
         return best, best.gain.explained
     tasks = _together(workers, known, pairs)
     trial, number = min(zip(workers.run(list(tasks.values())), tasks, strict=True), key=_squares_first)
-    if trial.gap - 1 > _FAR_MORE * (best.model.gap - 1):
+    at_first, by_one, by_two = _above_noise(workers, step, quick, trial)
+    if by_two > _FAR_MORE * by_one:
         return best, best.gain.explained
     pair = pairs[number]
     two = [one.task.new[0] for one in pair]
@@ -367,7 +368,19 @@ def first_of_two(
     alone = as_options(step.criterion, before, [attempt(before, trial) for trial in single])
     either += sorted((o for o in alone if o.gain.confirmed), key=lambda option: -option.gain.log_odds)
     chosen = max(either, key=lambda option: option.gain.log_odds, default=best)
-    return chosen, removed(before.gap, trial.gap)
+    return chosen, 1.0 - max(by_two, 0.0) / max(at_first, 1e-9)
+
+
+def _above_noise(
+    workers: Workers, step: Step[Effect, Trial], quick: Sequence[Trial], pair: Trial
+) -> tuple[float, float, float]:
+    """What gaps are above noise before, with the best one and with a pair; where errors of what was told are
+    fitted along, residuals count for little in quick trials, and noise for next to nothing.
+    """
+    if not workers.with_errors:
+        return step.before.gap - 1, step.found[0].model.gap - 1, pair.gap - 1
+    [present] = workers.run([Task(step.before.task.effects, (), step.before.values, "quick")])
+    return present.gap, quick[0].gap, pair.gap
 
 
 def _pairs(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[tuple[Trial, Trial]]:
@@ -384,11 +397,11 @@ def _together(
 ) -> dict[int, Task]:
     """Quick trials of pairs, by number; only of those that are the best after a few steps."""
     tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}) for a, b in pairs]
-    if workers.with_errors:
-        return dict(enumerate(tasks))
-    brief = workers.run([replace(task, how="brief") for task in tasks])
-    order = sorted(range(len(pairs)), key=lambda n: brief[n].squares)[:_PAIRS]
-    return {n: replace(tasks[n], values=brief[n].values) for n in order}
+    how: Literal["led", "brief"] = "led" if workers.with_errors else "brief"
+    brief = workers.run([replace(task, how=how) for task in tasks])
+    order = sorted(range(len(pairs)), key=lambda n: brief[n].squares)
+    few = order[: _PAIRS // 2 if workers.with_errors else _PAIRS]
+    return {n: replace(tasks[n], values=brief[n].values) for n in few}
 
 
 def _squares_first(one: tuple[Trial, int]) -> float:

@@ -38,9 +38,8 @@ _MANY, _PLENTY = 12, 100
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
-_GLIMPSE, _FURTHER = GaussNewton(evaluations=2, tolerance=1e-2), 4
 _SEEN = 0.03
-"""Share of the cost by which a start must change it to be followed: all of those two steps, some further."""
+"""Share of the cost by which a start must change it to be followed."""
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
 
@@ -437,9 +436,7 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     costs = objective.costs(starts)
     seen = np.abs(costs / costs.min() - 1) > _SEEN
     tried = starts[seen] if seen.any() else starts[:1]
-    ends = [_descend(problem, one[None], _GLIMPSE, objective) for one in tried]
-    best = sorted(ends, key=lambda end: end[1])[:_FURTHER]
-    ends = [_descend(problem, one[None], optimizer, objective) for one, _ in best]
+    ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
     return min(ends, key=lambda end: end[1])[0]
 
 

@@ -18,13 +18,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from identify.core.parameters import Scale
 from identify.discovery.loop import Discovery, discover
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import CLASSES
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import uncertainty
 from tests.hidden import config_of
 from tests.shared import ROOT
 
@@ -67,6 +69,7 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         with Workers(problem, workers) as at_work:
             found = discover(problem, at_work, Story())
         seconds = time.perf_counter() - began
+    held, told = _held(problem, found, truth.get("k", []))
     hidden, named = {label for effect in truth["effects"] for label in _true(effect)}, _named(problem, found)
     return {
         "truth": sorted(hidden),
@@ -78,8 +81,25 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         "gap_after": found.final.gap,
         "gap_validation_before": _number(found.first.gap_validation),
         "gap_validation_after": _number(found.final.gap_validation),
+        "stiffness_held": held,
+        "stiffness_told": told,
         "seconds": seconds,
     }
+
+
+def _held(problem: Problem, found: Discovery, stiffness: list[float]) -> tuple[int, int]:
+    """How many true stiffnesses of joints lie within their 95 % intervals, and of how many that are told."""
+    model = with_effects(problem, found.final.task.effects, found.final.values)
+    scale = Scale(model.parameters)
+    trusted = uncertainty(model.targets(), scale, model.initial)
+    names = [model.parameters[number].name for number in scale.free if number < model.size]
+    held = told = 0
+    for number, true in enumerate(stiffness, start=1):
+        name = f"joint{number}.rz.stiffness"
+        if name in names and trusted.status[names.index(name)] == "determined":
+            row = names.index(name)
+            told, held = told + 1, held + bool(trusted.low[row] <= true <= trusted.high[row])
+    return held, told
 
 
 def line(name: str, s: dict[str, Any]) -> str:
@@ -92,7 +112,8 @@ def line(name: str, s: dict[str, Any]) -> str:
     return (
         f"{name:26s} {result}  truth: {', '.join(s['truth']) or 'nothing':44s} named:"
         f" {', '.join(s['named']) or 'nothing':44s} gap {s['gap_before']:.2f} -> {s['gap_after']:.2f},"
-        f" validation {validation}, {s['false_additions']} false, {s['seconds']:.1f} s"
+        f" validation {validation}, {s['false_additions']} false, stiffness {s['stiffness_held']} of"
+        f" {s['stiffness_told']} held, {s['seconds']:.1f} s"
     )
 
 
@@ -103,7 +124,11 @@ def total(scores: dict[str, dict[str, Any]]) -> str:
         sum(s["false_additions"] for s in scores.values()),
     )
     slowest = max((s["seconds"] for s in scores.values()), default=0.0)
-    return f"{right} of {len(scores)} right, {false} false additions, slowest {slowest:.1f} s"
+    held, told = (sum(s[key] for s in scores.values()) for key in ("stiffness_held", "stiffness_told"))
+    return (
+        f"{right} of {len(scores)} right, {false} false additions, {held} of {told} stiffnesses within their"
+        f" intervals, slowest {slowest:.1f} s"
+    )
 
 
 def _number(value: float) -> float | None:
