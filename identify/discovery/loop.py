@@ -11,7 +11,7 @@ from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.promote import beyond_belief
+from identify.discovery.promote import alike, beyond_belief
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
@@ -76,7 +76,8 @@ def promoted(
 ) -> tuple[list[Option], Trial]:
     """The options and the model where errors of what was told that are beyond belief have become effects.
 
-    Only once the gap is closed: before, they make up for what was not found.
+    Only once the gap is closed: before, they make up for what was not found.  What looks like a wrong link is
+    compared with what else adds inertia.
     """
     kept, model, tried = list(options), final, list[Effect]()
     for _ in range(_PROMOTED if final.gap < CLOSED else 0):
@@ -85,15 +86,28 @@ def promoted(
         if effect is None:
             break
         tried.append(effect)
-        [trial] = workers.run([Task(model.task.effects, (effect,), model.values, "thorough")])
-        fall = (model.squares - trial.squares) / 2
-        if fall > CONVINCING + (trial.free - model.free):
+        rivals = [
+            one for one in alike(effect, problem.robot, problem.points) if one not in model.task.effects
+        ]
+        trials = workers.run(
+            [Task(model.task.effects, (one,), model.values, "thorough") for one in (effect, *rivals)]
+        )
+        odds, number = max((_log_odds(model, trial), -n) for n, trial in enumerate(trials))
+        trial = trials[-number]
+        if odds > CONVINCING:
             criterion = EvidenceCriterion(max(trial.gap**2, 1.0))
-            gain = replace(criterion.gain(model, trial), log_odds=fall - (trial.free - model.free))
-            kept.append(selection.Option(effect, trial, trial.free - model.free, gain))
+            gain = replace(criterion.gain(model, trial), log_odds=odds)
+            kept.append(selection.Option(trial.task.new[0], trial, trial.free - model.free, gain))
             model = trial
-            story.say(f"{effect.sentence()}: more than stated uncertainty allows.")
+            story.say(f"{trial.task.new[0].sentence()}: more than stated uncertainty allows.")
     return kept, model
+
+
+def _log_odds(before: Trial, after: Trial) -> float:
+    """Of one more effect: half of what it takes off the squares of residuals and errors, less what chance
+    takes.
+    """
+    return (before.squares - after.squares) / 2 - (after.free - before.free)
 
 
 def check_data(problem: Problem) -> None:

@@ -12,9 +12,12 @@ from identify.core.parameters import Values
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.channel_gain import ChannelGain
+from identify.model.effects.rotor_inertia import RotorInertia
+from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_rotation import SensorRotation
 from identify.model.effects.time_delay import TimeDelay
 from identify.robot.description import Robot
+from identify.robot.points import Point
 from identify.vibration.nuisances.nuisance import FORCE, Nuisance, Nuisances
 
 _BEYOND, _CHANCE = 3.0, 1e-4
@@ -48,6 +51,15 @@ def beyond_belief(nuisances: Nuisances, values: Mapping[str, float], robot: Robo
         if np.abs(own).max() > _BEYOND and chance < _CHANCE and effect is not None:
             found.append((chance, -float(np.sum(own**2)), effect))
     return [effect for *_, effect in sorted(found, key=lambda row: row[:2])]
+
+
+def alike(effect: Effect, robot: Robot, points: Mapping[int, Point]) -> list[Effect]:
+    """What looks like a wrong inertia of a link to a model that does not have it: sensors, and rotors of any
+    joint, which errors of several links share among them.
+    """
+    if not isinstance(effect, AddedMass):
+        return []
+    return [one for kind in (SensorMass, RotorInertia) for one in kind.instances(robot, points)]
 
 
 def _effect(some: Sequence[Nuisance], shift: Array, robot: Robot) -> Effect | None:

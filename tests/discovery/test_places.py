@@ -19,7 +19,7 @@ from identify.discovery.places.look import candidates_at
 from identify.discovery.places.predict import ReadingModel, StructuralModel, Unknown, model_of
 from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
 from identify.discovery.places.semiparametric import fit_place
-from identify.discovery.places.update import a_of, symmetric, triangle
+from identify.discovery.places.update import a_of, recharted, symmetric, triangle
 from identify.discovery.places.views import View, views_of
 from identify.discovery.trial import thinned
 from identify.discovery.workers import Workers
@@ -182,3 +182,9 @@ def test_an_effect_without_a_place_of_the_robot_is_still_tried(problem: Problem,
     assert found["joint-compliance"] == pytest.approx(fit.gap)
     assert np.isnan(found["load-cell"]) and np.isnan(found["sensor-mass"])
     assert [one.effect for one in looked if not np.isnan(one.gap)] == effects[:1]
+
+
+def test_an_unknown_that_nothing_stands_for_is_no_number() -> None:
+    a, zero = np.ones((2, 1, 1), dtype=complex), np.zeros((2, 1, 1), dtype=complex)
+    assert np.isnan(recharted(a, a, zero)).all()
+    assert np.allclose(recharted(a, a, 0.5 * a), 2.0)

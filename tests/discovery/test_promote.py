@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from identify.discovery.loop import promoted
-from identify.discovery.promote import beyond_belief, stated_already
+from identify.discovery.promote import alike, beyond_belief, stated_already
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import parse_effect
 from identify.robot.description import Joint, Link, Robot
+from identify.robot.points import Point
 from identify.vibration.nuisances.nuisance import Nuisance, Nuisances
 from identify.vibration.problem import Problem
 
@@ -70,6 +71,36 @@ def test_the_least_likely_comes_first() -> None:
     assert _found(n0=8.0, n10=15.0)[0] == "gain of channel 7:+X"
 
 
+def test_only_a_wrong_link_may_be_a_rotor_or_the_sensors() -> None:
+    mass, gain = (
+        parse_effect(one)
+        for one in ({"kind": "added-mass", "link": "link1"}, {"kind": "channel-gain", "channel": "7:+X"})
+    )
+    points = {7: Point(7, "7", "link1", np.zeros(3), np.eye(3), "points.csv:2")}
+    assert [one.kind for one in alike(mass, _robot(), points)] == ["sensor-mass", "rotor-inertia"]
+    assert [one.kind for one in alike(mass, _robot(), {})] == ["rotor-inertia"]
+    assert alike(gain, _robot(), points) == []
+
+
+@pytest.mark.parametrize(("by_rotor", "named"), [(60.0, "rotor-inertia"), (20.0, "added-mass")])
+def test_the_rival_that_takes_most_off_is_named(by_rotor: float, named: str) -> None:
+    names = [one.name for one in _ENTRIES]
+    believed, first = dict.fromkeys(names, 0.5), Task((), (), {})
+    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot(), points={}))
+    fall = {"added-mass": 40.0, "rotor-inertia": by_rotor}
+
+    class Fitting:
+        """Workers whose refits take so much off."""
+
+        def run(self, tasks: Sequence[Task]) -> list[Trial]:
+            return [Trial(t, believed, 100.0 - fall[t.new[0].kind], 100, free=1) for t in tasks]
+
+    beyond = Trial(first, {**believed, names[0]: 9.0}, 100.0, 100)
+    kept, model = promoted(problem, cast(Workers, Fitting()), [], beyond, Story())
+    assert [option.effect.kind for option in kept] == [named]
+    assert model.squares == pytest.approx(100.0 - max(fall.values()))
+
+
 def test_effects_that_are_fitted_along_anyway_are_not_candidates() -> None:
     gain = parse_effect({"kind": "channel-gain", "channel": "7:+X"})
     tilt = parse_effect({"kind": "joint-compliance", "joints": [1], "axes": ["rx"]})
@@ -92,7 +123,7 @@ class _Workers:
 def test_while_a_gap_is_open_errors_stand_for_what_was_not_found() -> None:
     names = [one.name for one in _ENTRIES]
     values = {**dict.fromkeys(names, 0.5), names[0]: 9.0}
-    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot()))
+    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot(), points={}))
     workers = cast(Workers, _Workers())
 
     def ended(gap: float) -> Trial:

@@ -196,7 +196,7 @@ def _settled(model: PlaceModel, unknown: Unknown, values: Array, rests: Sequence
     """
     lines, count = [view.lines for view in model.views], len(unknown.values)
     squares = model.squares(unknown, values, rests)
-    for _ in range(_OWN):
+    for _ in range(_OWN if np.isfinite(squares) else 0):
         parts = model.predict(unknown, values, np.zeros(0, dtype=int), rests)
         normal = normal_equations(parts, lines, count)
         change = -(normal.inverse @ normal.slope[..., None])[..., 0]

@@ -99,7 +99,7 @@ class Updated:
 def updated(base: Base, a: Complex, reference: Complex) -> Updated:
     """The model with a symmetric A (l, d, d) that belongs to a reference zeta (l, d, d)."""
     size = a.shape[-1]
-    turn = np.linalg.inv(np.eye(size) + (base.zeta - reference) @ a)
+    turn = _inverse(np.eye(size) + (base.zeta - reference) @ a)
     at = a @ turn
     outwards, inwards = base.out @ base.columns, np.swapaxes(base.columns, 1, 2) @ base.force
     moved = base.moved + base.sign * (base.columns @ (at @ inwards))
@@ -122,8 +122,18 @@ def moved_by(base: Base, a: Complex, reference: Complex) -> Complex:
 
 
 def recharted(a: Complex, old: Complex, new: Complex) -> Complex:
-    """A (l, d, d) of a reference zeta, as it is of another one; what it stands for is the same."""
-    return np.asarray(a @ np.linalg.inv(np.eye(a.shape[-1]) + (new - old) @ a))
+    """A (l, d, d) of a reference zeta, as it is of another one; what it stands for is the same.  NaN where a
+    line has a resonance without damping, at which nothing stands for it.
+    """
+    return np.asarray(a @ _inverse(np.eye(a.shape[-1]) + (new - old) @ a))
+
+
+def _inverse(matrix: Complex) -> Complex:
+    """Of matrices (l, d, d); NaN where one of them has none, so that a step there is not taken."""
+    try:
+        return np.asarray(np.linalg.inv(matrix))
+    except np.linalg.LinAlgError:
+        return np.full_like(matrix, np.nan)
 
 
 def stiffness_of(a: Complex, reference: Complex, sign: float) -> Complex:
@@ -132,7 +142,7 @@ def stiffness_of(a: Complex, reference: Complex, sign: float) -> Complex:
         singular = (np.linalg.det(a) == 0)[:, None, None]
         inverse = np.linalg.inv(np.where(singular, np.eye(a.shape[-1]), a))
         return np.where(singular, np.nan, inverse - reference)
-    return np.asarray(a @ np.linalg.inv(np.eye(a.shape[-1]) - reference @ a))
+    return np.asarray(a @ _inverse(np.eye(a.shape[-1]) - reference @ a))
 
 
 def a_of(stiffness: Complex, reference: Complex, sign: float) -> Complex:
