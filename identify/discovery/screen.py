@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
-from identify.discovery.evidence import CLOSED, MATERIAL, POLICY, EvidenceCriterion, removed
+from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
@@ -91,12 +91,11 @@ def screened(
 
 
 def _least(before: Trial) -> float:
-    """What a place must take off the gap to be looked at: more than noise models may be wrong by and, where
-    the model is near the data, as much as an addition must explain to be followed.
+    """What a place must take off the gap by a linear step to be looked at: once the gap is closed, more than
+    noise models may be wrong by; before, anything, because a linear step does not see what turns as a joint
+    does.
     """
-    if before.gap < CLOSED:
-        return MATERIAL
-    return POLICY.tentative * (before.gap - 1) if before.gap < _LINEAR else -np.inf
+    return MATERIAL if before.gap < CLOSED else -np.inf
 
 
 def _refitted(
