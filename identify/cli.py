@@ -381,7 +381,7 @@ def _conclude(found: Result, options: Any, config: Path | None = None) -> None:
         began = time.perf_counter()
         for path in reports(found.path):
             if not options.quiet:
-                typer.echo(f"wrote {path} ({time.perf_counter() - began:.1f} s)")
+                _say_written([path], f" ({time.perf_counter() - began:.1f} s)")
             began = time.perf_counter()
     if not options.quiet:
         for step in next_steps(found, config):
@@ -406,9 +406,9 @@ def _with_options(error: InputError) -> InputError:
     return InputError(*parts)
 
 
-def _say_written(paths: Iterable[Path]) -> None:
+def _say_written(paths: Iterable[Path], in_time: str = "") -> None:
     for path in paths:
-        typer.echo(f"wrote {path}")
+        typer.echo(f"wrote {path}{in_time}")
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
@@ -92,8 +93,8 @@ def promoted(
         trials = workers.run(
             [Task(model.task.effects, (one,), model.values, "thorough") for one in (effect, *rivals)]
         )
-        odds, number = max((_log_odds(model, trial), -n) for n, trial in enumerate(trials))
-        trial = trials[-number]
+        trial = max(trials, key=partial(_log_odds, model))
+        odds = _log_odds(model, trial)
         if odds > CONVINCING:
             criterion = EvidenceCriterion(max(trial.gap**2, 1.0))
             gain = replace(criterion.gain(model, trial), log_odds=odds)

@@ -67,8 +67,8 @@ def screened(
     """Places and candidates, best first: those at places that explain the gap, by the law that they say, the
     best of them refitted quickly; then the others that have been looked at.
 
-    No candidates at places where the gap is small and no place would make it smaller by what matters, and no
-    places where it is closed.
+    Where the gap is closed and no place would make it smaller by more than noise models may be wrong by, no
+    places and no candidates at them.
     """
     if problem.nuisances.entries:
         return [], screened_softly(workers, problem, found, before, story)
@@ -81,21 +81,14 @@ def screened(
         count[0] += 1
         story.done(count[0], 0)
 
-    least = _least(before)
+    # Before the gap is closed anything counts: a linear step does not see what turns as a joint does.
+    least = MATERIAL if before.gap < CLOSED else -np.inf
     asked = Known(known, off_bounds(problem, linear, before), anchor)
     places, looked = look(workers, model, asked, found, one, least)
-    if not looked and least > -np.inf:
-        left, places = _without_place(problem, found), places if before.gap >= CLOSED else []
-        return places, workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
+    if not places and before.gap < CLOSED:
+        left = _without_place(problem, found)
+        return [], workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
     return places, _refitted(workers, model, asked, found, before, (places, looked), one)
-
-
-def _least(before: Trial) -> float:
-    """What a place must take off the gap by a linear step to be looked at: once the gap is closed, more than
-    noise models may be wrong by; before, anything, because a linear step does not see what turns as a joint
-    does.
-    """
-    return MATERIAL if before.gap < CLOSED else -np.inf
 
 
 def _refitted(
@@ -260,10 +253,8 @@ def screened_softly(
 
 def _alternating(one: Sequence[Trial], other: Sequence[Trial]) -> list[Trial]:
     """The best of either, in turn, each effect once; as many as are refitted."""
-    found: dict[str, Trial] = {}
-    for trial in (trial for pair in zip(one, other, strict=False) for trial in pair):
-        found.setdefault(trial.task.new[0].sentence(), trial)
-    return [trial for trial in found.values() if np.isfinite(trial.squares)][:_REFITTED]
+    found = _once([trial for pair in zip(one, other, strict=False) for trial in pair])
+    return [trial for trial in found if np.isfinite(trial.squares)][:_REFITTED]
 
 
 def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
@@ -354,8 +345,9 @@ def first_of_two(
     if not pairs:
         return best, best.gain.explained
     tasks = _together(workers, known, pairs)
-    trial, number = min(zip(workers.run(list(tasks.values())), tasks, strict=True), key=_squares_first)
-    at_first, by_one, by_two = _above_noise(workers, step, quick, trial)
+    trials = dict(zip(tasks, workers.run(list(tasks.values())), strict=True))
+    number = min(trials, key=lambda n: trials[n].squares)
+    at_first, by_one, by_two = _above_noise(workers, step, quick, trials[number])
     if by_two > _FAR_MORE * by_one:
         return best, best.gain.explained
     pair = pairs[number]
@@ -401,10 +393,6 @@ def _together(
     order = sorted(range(len(pairs)), key=lambda n: brief[n].squares)
     few = order[: _PAIRS // 2 if workers.with_errors else _PAIRS]
     return {n: replace(tasks[n], values=brief[n].values) for n in few}
-
-
-def _squares_first(one: tuple[Trial, int]) -> float:
-    return one[0].squares
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:

@@ -46,6 +46,11 @@ class Channel:
             raise ValueError(f"{self} has no axis")
         return abs(self.direction) - 1
 
+    @property
+    def place(self) -> tuple[int, int]:
+        """Node and axis, whatever the sign."""
+        return self.node, abs(self.direction)
+
     def __str__(self) -> str:
         sign = "" if self.direction == 0 else "-" if self.direction < 0 else "+"
         return f"{self.node}:{sign}{_NAMES[abs(self.direction)]}"

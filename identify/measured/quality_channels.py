@@ -67,7 +67,7 @@ def doubled(frf_set: FrfSet) -> Iterator[Finding]:
     """One place and axis under two signs, and channels that are copies of each other."""
     for kind, channels in (("output", frf_set.outputs), ("input", frf_set.inputs)):
         for a, b in combinations(channels, 2):
-            if (a.node, abs(a.direction)) == (b.node, abs(b.direction)):
+            if a.place == b.place:
                 yield Finding(
                     "warn",
                     "doubled-channel",

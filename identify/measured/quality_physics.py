@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex
-from identify.measured.channel import Channel
 from identify.measured.finding import Finding, Level, listing
 from identify.measured.frf_set import POWER, FrfSet
 
@@ -111,9 +110,9 @@ def reciprocity(frf_set: FrfSet) -> Iterator[Finding]:
     """H_ij against H_ji (Maxwell, Betti) wherever both were measured, as the norm of the difference over the
     mean norm.
     """
-    place = {_place(channel): i for i, channel in enumerate(frf_set.outputs)}
+    place = {channel.place: i for i, channel in enumerate(frf_set.outputs)}
     at_inputs = [
-        (j, place[_place(channel)]) for j, channel in enumerate(frf_set.inputs) if _place(channel) in place
+        (j, place[channel.place]) for j, channel in enumerate(frf_set.inputs) if channel.place in place
     ]
     for (a, at_a), (b, at_b) in combinations(at_inputs, 2):
         pairs = (frf_set.outputs[at_a], frf_set.inputs[b]), (frf_set.outputs[at_b], frf_set.inputs[a])
@@ -176,16 +175,11 @@ def _mobility(frf_set: FrfSet) -> Complex:
     return np.asarray(frf_set.frf * frf_set.s[:, None, None] ** (1 - POWER[frf_set.quantity]))
 
 
-def _place(channel: Channel) -> tuple[int, int]:
-    """Node and axis, whatever the sign."""
-    return channel.node, abs(channel.direction)
-
-
 def _same_place(frf_set: FrfSet) -> Iterator[tuple[int, int, int]]:
     """Output, input and sign of every measured drive point."""
     for i, output in enumerate(frf_set.outputs):
         for j, input_ in enumerate(frf_set.inputs):
-            if _place(output) == _place(input_) and output.direction != 0 and frf_set.measured[i, j]:
+            if output.place == input_.place and output.direction != 0 and frf_set.measured[i, j]:
                 yield i, j, output.sign * input_.sign
 
 

@@ -55,12 +55,8 @@ def scale(model: ModalModel, layout: Layout) -> Scaling:
 
 def _drive_points(layout: Layout) -> tuple[list[int], list[int], Array]:
     """Positions among responses and references of channels that are both, and the product of their signs."""
-    where = {(c.node, abs(c.direction)): i for i, c in enumerate(layout.responses)}
-    pairs = [
-        (where[key], j)
-        for j, c in enumerate(layout.references)
-        if (key := (c.node, abs(c.direction))) in where
-    ]
+    where = {c.place: i for i, c in enumerate(layout.responses)}
+    pairs = [(where[c.place], j) for j, c in enumerate(layout.references) if c.place in where]
     sign = [layout.responses[i].sign * layout.references[j].sign for i, j in pairs]
     return [i for i, _ in pairs], [j for _, j in pairs], np.array(sign, dtype=np.float64)
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.core.text import count, listed
-from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
@@ -85,9 +84,9 @@ def loaded(by: ScaledBy, file: FrfFileOptions, history: TimeHistory) -> Scaler:
 
 def _check_ends(frfs: FrfSet, history: TimeHistory) -> None:
     """InputError where no FRF has its force and its response at channels of the records."""
-    known = {_place(history.channels[i]) for i in history.responses}
+    known = {history.channels[i].place for i in history.responses}
     rows, columns = (
-        [n for n, c in enumerate(side) if _place(c) in known] for side in (frfs.outputs, frfs.inputs)
+        [n for n, c in enumerate(side) if c.place in known] for side in (frfs.outputs, frfs.inputs)
     )
     if not np.isfinite(frfs.frf[:, rows][:, :, columns]).any():
         names = [str(history.channels[i]) for i in history.responses]
@@ -97,10 +96,6 @@ def _check_ends(frfs: FrfSet, history: TimeHistory) -> None:
             "one or more, such as that at a sensor which was hit",
             f"the records have {', '.join(names[:6])}{', ...' * (len(names) > 6)}",
         )
-
-
-def _place(channel: Channel) -> tuple[int, int]:
-    return channel.node, abs(channel.direction)
 
 
 def _nodes(history: TimeHistory) -> set[int]:

@@ -74,7 +74,7 @@ def _readings(problem: Problem) -> Iterator[Place]:
     targets = [m.target for m in problem.measurements if isinstance(m.target, FrfTarget)]
     for channel in targets[0].data.inputs:
         yield Column(str(channel))
-    outputs = sorted({(c.node, abs(c.direction)) for t in targets for c in t.data.outputs})
+    outputs = sorted({c.place for t in targets for c in t.data.outputs})
     for node in sorted({node for node, _ in outputs}):
         name = problem.points[node].name if node in problem.points else ""
         directions = [direction for other, direction in outputs if other == node]

@@ -63,14 +63,14 @@ def look(
     least: float = -np.inf,
 ) -> tuple[list[PlaceFit], list[Looked]]:
     """Places, best first, and candidates, best first, those without a place last; problem has the known
-    linear effects.  No candidates where no place makes the gap smaller by `least`.
+    linear effects.  None of either where no place makes the gap smaller by `least`.
     """
     names = [p.name for p in problem.parameters]
     values = np.array([known.values[name] for name in names])
     fitter = PooledFitter(workers, known, done)
     ranked = screen_places(places_of(problem, candidates), fitter, values, least)
     if not any(one.fit.fall >= least for one in ranked):
-        return ranked, []
+        return [], []
     return ranked, candidates_at(workers, problem, known, ranked, candidates, done)
 
 

@@ -54,12 +54,12 @@ def by_frfs(found: OperationalModes, forced: ModalAnalysis) -> ModalMasses:
 
 def _pairs(found: OperationalModes, forced: ModalAnalysis) -> _Pairs:
     layout, channels = forced.layout, found.records.channels
-    where = {(c.node, abs(c.direction)): n for n, c in enumerate(channels)}
+    where = {c.place: n for n, c in enumerate(channels)}
     measured = np.isfinite(layout.frf).all(axis=0)
     rows = []
     for i, j in zip(*np.nonzero(measured), strict=True):
         ends = layout.responses[i], layout.references[j]
-        at = [where.get((c.node, abs(c.direction))) for c in ends]
+        at = [where.get(c.place) for c in ends]
         if at[0] is not None and at[1] is not None:
             sign = ends[0].sign * ends[1].sign * channels[at[0]].sign * channels[at[1]].sign
             rows.append((i, j, at[0], at[1], sign))

@@ -112,8 +112,8 @@ def _move(whole: PoleSet, left: PoleSet, mode: Candidate) -> tuple[float, float,
     frequency = (abs(new) - abs(old)) / (2 * np.pi)
     damping = old.real / abs(old) - new.real / abs(new)
     largest = int(np.argmax(np.abs(mode.shape)))  # always the same one: two may be as large
-    shapes = (found.shapes[n] / found.shapes[n, largest] for found, n in ((left, b), (whole, a)))
-    return frequency, damping, next(shapes) - next(shapes)
+    before, after = whole.shapes[a], left.shapes[b]
+    return frequency, damping, after / after[largest] - before / before[largest]
 
 
 def _nearest(found: PoleSet, pole: complex, reach: float) -> int | None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, real_product
 from identify.model.frf import motion_and_transfer
 from identify.model.nuisances.basis import WEIGHTED
 from identify.model.nuisances.turns import cross_matrix, turn_slope
@@ -100,7 +100,7 @@ def _moved_ends(placed: Placed, at: State, model: Excited) -> Complex:
     changes, applied = placed.basis.geometry, wrench(placed.inputs, at.directions, at.shift)
     out = np.array([read(placed.outputs, one.motion, at.shift, at.sensors, at.gain) for one in changes])
     force = np.array([push(placed.inputs, one.motion, applied, at.scale) for one in changes])
-    moved = times(out.reshape(-1, out.shape[2]), model.motion[model.power])
+    moved = real_product(out.reshape(-1, out.shape[2]), model.motion[model.power])
     moved = moved.reshape(len(model.s), *out.shape[:2], -1).transpose(0, 2, 3, 1)
     pushed = _by_force(model, at, force.transpose(1, 2, 0).reshape(out.shape[2], -1))
     return np.asarray(placed.geometry.std * (moved + pushed.reshape(moved.shape)))
@@ -164,7 +164,7 @@ def sensors(placed: Placed, at: State, model: Excited) -> list[Block]:
     """Of places, turns and gains of the sensors, each on its own channels."""
     motion, points = model.motion[model.power], placed.outputs.point
     rows = _rows(placed, at)
-    every = times(rows.reshape(-1, rows.shape[2]), motion).reshape(len(model.s), *rows.shape[:2], -1)
+    every = real_product(rows.reshape(-1, rows.shape[2]), motion).reshape(len(model.s), *rows.shape[:2], -1)
     slots = (placed.positions, placed.rotations)
     numbers = np.concatenate([slot.numbers for slot in slots], axis=1)
     blocks = []
@@ -200,9 +200,3 @@ def _rows(placed: Placed, at: State) -> Array:
     )
     ends = placed.outputs
     return np.asarray(at.gain[:, None, None] * rows[ends.point, :, ends.axis])
-
-
-def times(a: Array, b: Complex) -> Complex:
-    """a (m, n) @ b (lines, n, k) without making a complex."""
-    parts = np.ascontiguousarray(b).view(float)
-    return np.asarray(np.ascontiguousarray(a @ parts).view(complex))
