@@ -28,6 +28,9 @@ _REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
 """How many candidates are refitted after the first look; get further than quick trials; and of those, are
 tried in their other variants; how many times the best one's squares a candidate may leave after a few steps
 and still be refitted."""
+_LED, _WORTH_SOFTLY = 30, 2.5
+"""With errors of what was told fitted along: how many candidates go on after a few steps, and how many times
+the gap of the best one they may leave then."""
 _NEARLY = 1.5
 """How many times the squares that the best one leaves a candidate may leave and still win, with errors of
 what was told fitted along and residuals that count for little."""
@@ -242,26 +245,31 @@ def screened_softly(
     others = [effect for effect in left if not effect.of_measurement]
     tasks = [Task(known, (e,), present.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
     brief = sorted(workers.run(tasks, one), key=squares_of)
-    first = [trial for trial in brief[:_REFITTED] if np.isfinite(trial.squares)]
-    if present.gap > 1.0:  # errors of what was told are where they make up for what is missing
-        led = workers.run([Task(known, (e,), present.values, "led") for e in others], one)
-        first = _alternating(first, sorted(led, key=squares_of))
-    quick = workers.run([Task(known, trial.task.new, trial.values, "quick") for trial in first], one)
+    led = further(workers, brief[:_LED], "led", one)
+    quick = further(workers, led[:_REFITTED], "quick", one)
     tried = [trial.task.new for trial in quick]
-    return [*sorted(quick, key=squares_of), *(trial for trial in brief if trial.task.new not in tried)]
+    return [*quick, *(trial for trial in (*led, *brief[_LED:]) if trial.task.new not in tried)]
 
 
-def _alternating(one: Sequence[Trial], other: Sequence[Trial]) -> list[Trial]:
-    """The best of either, in turn, each effect once; as many as are refitted."""
-    found = _once([trial for pair in zip(one, other, strict=False) for trial in pair])
-    return [trial for trial in found if np.isfinite(trial.squares)][:_REFITTED]
+def further(
+    workers: Workers,
+    trials: Sequence[Trial],
+    how: Literal["led", "quick"],
+    done: Callable[[], None] = lambda: None,
+) -> list[Trial]:
+    """Trials, best first, taken on from where they are, but those that leave far more than the best one; best
+    first again.
+    """
+    near = [trial for trial in trials if trial.gap <= _WORTH_SOFTLY * trials[0].gap]
+    tasks = [replace(trial.task, values=trial.values, how=how) for trial in near]
+    return sorted(workers.run(tasks, done), key=squares_of)
 
 
 def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
     """Those that may win where errors were fitted along: what leaves far more than the best one does not."""
-    best = min((trial.squares for trial in screened), default=np.inf)
-    near = [trial for trial in screened if trial.task.how == "quick" and trial.squares <= _NEARLY * best]
-    return near[:_MOST]
+    quick = [trial for trial in screened if trial.task.how == "quick"]
+    best = min((trial.squares for trial in quick), default=np.inf)
+    return [trial for trial in quick if trial.squares <= _NEARLY * best][:_MOST]
 
 
 def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> list[Trial]:
@@ -344,14 +352,12 @@ def first_of_two(
     known, pairs = before.task.effects, _pairs(workers, step.before, quick)
     if not pairs:
         return best, best.gain.explained
-    tasks = _together(workers, known, pairs)
-    trials = dict(zip(tasks, workers.run(list(tasks.values())), strict=True))
-    number = min(trials, key=lambda n: trials[n].squares)
-    at_first, by_one, by_two = _above_noise(workers, step, quick, trials[number])
+    together = _together(workers, known, pairs)
+    at_first, by_one, by_two = _above_noise(workers, step, quick, together)
     if by_two > _FAR_MORE * by_one:
         return best, best.gain.explained
-    pair = pairs[number]
-    two = [one.task.new[0] for one in pair]
+    two = together.task.new
+    pair = next(p for p in pairs if two == (*p[0].task.new, *p[1].task.new))
     single = workers.run(
         [Task(known, (effect,), trial.values, "thorough") for effect, trial in zip(two, pair, strict=True)]
     )
@@ -383,16 +389,14 @@ def _pairs(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[tupl
     return [pair for pair in pairs if min(map(squares_of, pair)) < _IDLE * present.squares]
 
 
-def _together(
-    workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple[Trial, Trial]]
-) -> dict[int, Task]:
-    """Quick trials of pairs, by number; only of those that are the best after a few steps."""
-    tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}) for a, b in pairs]
-    how: Literal["led", "brief"] = "led" if workers.with_errors else "brief"
-    brief = workers.run([replace(task, how=how) for task in tasks])
-    order = sorted(range(len(pairs)), key=lambda n: brief[n].squares)
-    few = order[: _PAIRS // 2 if workers.with_errors else _PAIRS]
-    return {n: replace(tasks[n], values=brief[n].values) for n in few}
+def _together(workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple[Trial, Trial]]) -> Trial:
+    """The best of quick trials of pairs; only of those that are the best after a few steps."""
+    tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, "brief") for a, b in pairs]
+    near = sorted(workers.run(tasks), key=squares_of)[:_PAIRS]
+    if workers.with_errors:
+        near = further(workers, near, "led")
+    quick = [replace(trial.task, values=trial.values, how="quick") for trial in near]
+    return min(workers.run(quick), key=squares_of)
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:

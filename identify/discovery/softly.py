@@ -5,6 +5,7 @@ that the errors stay near what was stated (`identify.vibration.softened`).
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,16 +13,14 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import Ended, Search
-from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.fitting.optimizers.base import Ended, Optimizer, Search
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.problem import Problem
 from identify.vibration.softened import SOFT_STAGE, softened
 
-_SOFT = 10.0
-"""By how much less residuals count in a first look: noise of half a per cent then counts as one of 5 %."""
-_BRIEF = GaussNewton(evaluations=5, tolerance=1e-2)
-_LEADING = (100.0, 30.0, _SOFT)
+FIRST, LEADING, SOFT = 100.0, (100.0, 30.0), 10.0
+"""By how much less residuals count in a first look, on the way from there, and in quick trials: noise of half
+a per cent counts as one of 50, 15 and 5 %."""
 
 
 def without_errors(problem: Problem) -> Problem:
@@ -32,32 +31,21 @@ def without_errors(problem: Problem) -> Problem:
 
 def best_softly(problem: Problem, starts: Array) -> tuple[Array, float]:
     """The best of the starts (m, unknowns) as they are, and its cost, with residuals that count for less."""
-    costs = _soft(problem, _SOFT).costs(starts)
+    costs = _soft(problem, SOFT).costs(starts)
     return starts[int(np.argmin(costs))], float(costs.min())
 
 
-def descend_softly(problem: Problem, start: Array, *, thorough: bool) -> Array:
-    """From start (unknowns,) to the least of that cost; else a few steps towards it."""
-    if not thorough:
-        return minimized(problem, start, _BRIEF, _soft(problem, _SOFT))[0]
-    for softness in _LEADING:
-        start = minimized(problem, start, SOFT_STAGE, _soft(problem, softness))[0]
-    return start
+def led(
+    problem: Problem, start: Array, path: Sequence[float], optimizer: Optimizer = SOFT_STAGE
+) -> tuple[Array, float]:
+    """From start (unknowns,) along a path of residuals that count for ever more; values and last cost."""
+    cost = np.inf
+    for softness in path:
+        start, cost = minimized(problem, start, optimizer, _soft(problem, softness))
+    return start, cost
 
 
-def led(problem: Problem, start: Array) -> Array:
-    """A few steps from start (unknowns,) where residuals count for next to nothing, then for little."""
-    for softness in _LEADING[:-1]:
-        start = minimized(problem, start, _BRIEF, _soft(problem, softness))[0]
-    return start
-
-
-def cost_led(problem: Problem, end: Array) -> float:
-    """The cost of such an end (unknowns,), where residuals count for as little as there."""
-    return float(_soft(problem, _LEADING[-2]).costs(end[None])[0])
-
-
-def likely(problem: Problem, start: Array, optimizer: GaussNewton) -> tuple[Array, float]:
+def likely(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:
     """From start (unknowns,), errors from nothing, to the greatest likelihood; values and cost."""
     values = start.copy()
     values[problem.size :] = 0.0
@@ -67,9 +55,9 @@ def likely(problem: Problem, start: Array, optimizer: GaussNewton) -> tuple[Arra
 
 
 def minimized(
-    problem: Problem, start: Array, optimizer: GaussNewton, objective: Objective
+    problem: Problem, start: Array, optimizer: Optimizer, objective: Objective
 ) -> tuple[Array, float]:
-    """Gauss-Newton from start (unknowns,): values and cost."""
+    """From start (unknowns,): values and cost."""
     scale = Scale(problem.parameters)
     search = Search(objective, scale, 10 * optimizer.evaluations)
     with contextlib.suppress(Ended):  # the budget is spent: what was found counts

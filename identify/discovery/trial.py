@@ -18,10 +18,11 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
-from identify.discovery.softly import best_softly, cost_led, descend_softly, led, likely, without_errors
+from identify.discovery.softly import FIRST, LEADING, SOFT, best_softly, led, likely, without_errors
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import Ended, Search
+from identify.fitting.optimizers.base import Ended, Optimizer, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.model.effects.base import Effect
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.target import FrfTarget
@@ -40,6 +41,9 @@ _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
+_FEW_STEPS = LevenbergMarquardt(steps=4, tolerance=1e-2)
+_TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
+_ON_ALL_LINES = LevenbergMarquardt(steps=10, tolerance=1e-6)
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
 
@@ -49,8 +53,8 @@ class Task:
     name.
 
     how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
-    `brief`: a few steps on few lines; `led`: the same, errors of what was told first, which changes more;
-    `quick`: more of them; `thorough`: from several starts, on all lines.
+    `brief`: a few steps on few lines; `led`: on from there, with errors of what was told; `quick`: more of
+    them; `thorough`: from several starts, on all lines.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
     every impact anew takes long.
@@ -150,21 +154,21 @@ class TrialRunner:
         )
 
     def _softly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
-        """With errors of what was told fitted along, from the best of the starts and from where logarithmic
-        residuals lead; residuals count for little, so that the errors stay near what was stated and what they
-        cannot explain shows.
+        """With errors of what was told fitted along; residuals count for little, so that the errors stay near
+        what was stated and what they cannot explain shows.
+
+        A first look starts with what is known afresh and no errors, because those of the present model make
+        up for what it lacks; a quick trial of something new goes on from there.
         """
         if task.how == "glance":
             return best_softly(problem, starts)
-        if task.how in ("brief", "led"):
+        if task.how == "brief":
             few = _fewer_channels(problem, task)
-            held = without_errors(few)
-            if task.how == "led":
-                values = led(few, _descend(held, starts, _BRIEF, _logarithmic(held))[0])
-                return values, cost_led(problem, values)
-            followed = from_each(held, starts, _FOLLOWED)
-            values = descend_softly(few, best_softly(few, np.array([*starts, followed]))[0], thorough=False)
-            return best_softly(problem, np.array([*starts, followed, values]))
+            return led(few, self._first_start(few, starts, task), [FIRST], _FEW_STEPS)
+        if task.how == "led":
+            return led(_fewer_channels(problem, task), problem.initial, LEADING)
+        if task.how == "quick" and task.new:
+            return led(problem, problem.initial, [SOFT])
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
@@ -172,8 +176,24 @@ class TrialRunner:
         either[:, problem.size :] = 0.0
         if task.how == "start":
             either = best_softly(problem, either)[0][None]
-        ends = [descend_softly(problem, one, thorough=True) for one in either]
-        return best_softly(problem, np.array(ends))
+        return min((led(problem, one, (*LEADING, SOFT)) for one in either), key=lambda end: end[1])
+
+    def _first_start(self, few: Problem, starts: Array, task: Task) -> Array:
+        """Where a first look starts with errors of what was told: with what is known afresh and no errors,
+        because those of the present model make up for what it lacks.
+
+        A resonance of its own is as narrow as its peak: it needs the present values beside it, and each
+        frequency followed.
+        """
+        site = few.measurements[0].system.site
+        terms = [{term.quantity for term in effect.terms(few.robot, site, "")} for effect in task.new]
+        if any({"mass", "stiffness"} <= quantities for quantities in terms):
+            starts = starts.copy()
+            starts[:, few.size :] = 0.0
+            return from_each(without_errors(few), starts, _FOLLOWED)
+        fresh = self._afresh(few, starts)
+        best = int(np.argmin(_logarithmic(few).costs(fresh)))
+        return np.asarray(fresh[best])
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts, on some of the channels.
@@ -206,23 +226,25 @@ class TrialRunner:
             if simulated or min(cost for _, cost in ends) <= QUIET:
                 break
             ends.append(_descend(problem, self._robustly(problem, fresh[None], _QUICK)[None], _QUICK))
-        return self._on_all_lines(problem, task, ends)
+        return self._on_all_lines(problem, task, ends, _THOROUGH)
 
     def _thorough_with_errors(self, problem: Problem, task: Task) -> Trial:
         """The same with errors of what was told, which are led to the likelihood from nothing."""
         held, ends = without_errors(problem), list[tuple[Array, float]]()
         for start in (problem.initial, *self._afresh(problem, problem.initial[None])):
             robust = start if not ends else _descend(held, start[None], _QUICK, _logarithmic(held))[0]
-            ends.append(likely(problem, robust, _QUICK))
+            ends.append(likely(problem, robust, _TO_LIKELIHOOD))
             if min(cost for _, cost in ends) <= QUIET:
                 break
-        return self._on_all_lines(problem, task, ends)
+        return self._on_all_lines(problem, task, ends, _ON_ALL_LINES)
 
-    def _on_all_lines(self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]]) -> Trial:
+    def _on_all_lines(
+        self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]], optimizer: Optimizer
+    ) -> Trial:
         """The best of the ends (values, cost) of some lines, refitted."""
         values = min(ends, key=lambda end: end[1])[0]
         problem = self._model("whole", replace(task, values=_named(problem, values)))
-        values, cost = _descend(problem, problem.initial[None], _THOROUGH)
+        values, cost = _descend(problem, problem.initial[None], optimizer)
         count, found = _count(problem, "fit"), _named(problem, values)
         squares, validation = self._elsewhere(problem, task, found)
         return Trial(task, found, cost**2 * count, count, squares, validation, _free(problem))
@@ -241,7 +263,7 @@ class TrialRunner:
             fresh[:, number] = self._initial.get(p.name, starts[:, number])
         return fresh
 
-    def _robustly(self, problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
+    def _robustly(self, problem: Problem, starts: Array, optimizer: Optimizer) -> Array:
         """Where logarithmic residuals, whose valley is wide, lead from the best of the starts (m,
         parameters).
         """
@@ -408,9 +430,9 @@ def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
 
 
 def _descend(
-    problem: Problem, starts: Array, optimizer: GaussNewton, objective: Objective | None = None
+    problem: Problem, starts: Array, optimizer: Optimizer, objective: Objective | None = None
 ) -> tuple[Array, float]:
-    """Gauss-Newton from the best of the starts (m, parameters): values (parameters,) and cost, of the
+    """Down from the best of the starts (m, parameters): values (parameters,) and cost, of the
     likelihood if none is given.
     """
     scale, objective = Scale(problem.parameters), objective or _likelihood(problem)

@@ -6,12 +6,12 @@ leave the errors near what was stated, and the minimum moves on as they count fo
 
 from __future__ import annotations
 
-from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.costs.target import Targets
 
 _SOFTNESS = (100.0, 30.0, 10.0, 3.0)
-SOFT_STAGE = GaussNewton(evaluations=8, tolerance=1e-2)
+SOFT_STAGE = LevenbergMarquardt(steps=10, tolerance=1e-2)
 """How each of them is minimised: roughly."""
 
 

@@ -32,6 +32,7 @@ OPTIMIZERS = Registry(
         "gauss-newton": "identify.fitting.optimizers.gauss_newton:GaussNewton",
         "genetic-algorithm": "identify.fitting.optimizers.genetic_algorithm:GeneticAlgorithm",
         "hybrid": "identify.fitting.optimizers.hybrid:Hybrid",
+        "levenberg-marquardt": "identify.fitting.optimizers.levenberg_marquardt:LevenbergMarquardt",
         "nelder-mead": "identify.fitting.optimizers.nelder_mead:NelderMead",
         "particle-swarm": "identify.fitting.optimizers.particle_swarm:ParticleSwarm",
     },
