@@ -157,9 +157,10 @@ def test_a_mode_that_was_not_found_widens_the_others(found: OperationalModes) ->
     """The highest one of four is missing: what it adds is uncertain, not wrong."""
     kept = np.arange(4) < 3
     light, heavy = (modes_kept(exact(found, kg), kept) for kg in (0.0, 0.05))
-    masses, whole = (by_added_mass(one, two, {1: 0.05}) for one, two in (
-        (light, heavy), (exact(found, 0.0), exact(found, 0.05))
-    ))
+    masses, whole = (
+        by_added_mass(one, two, {1: 0.05})
+        for one, two in ((light, heavy), (exact(found, 0.0), exact(found, 0.05)))
+    )
     told = np.isfinite(masses.kg)
     assert told.sum() >= 2
     assert np.abs((masses.kg - MASS[:3]) / masses.std_kg)[told].max() < 2.5

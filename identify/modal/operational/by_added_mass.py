@@ -14,7 +14,7 @@ All modes with the mass tell of all modes without it.  With one pair and psi_2 =
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,8 @@ _ROUNDS = 8
 """Of weights from modal masses and modal masses from weights."""
 _BEYOND = (0.03, 0.1, 0.3, 1.0, 3.0)
 """Flexibility of modes that are not known that is tried, see `_Equations.beyond`."""
+_POOR = 2.0
+"""Squared errors of the equations over those expected, from which on a mode is sought that does not belong."""
 _NEAREST = 0.05
 """How near, in squared frequency, the first of them may be to a mode with the mass."""
 _APART = 1e-9
@@ -48,13 +50,15 @@ class _Modes:
     @classmethod
     def of(cls, found: OperationalModes, rows: Index, sign: Array | float) -> _Modes:
         """At some channels, with their signs."""
-        scatter = found.scatter
-        return cls(
-            2 * np.pi * found.frequency_hz,
-            2 * np.pi * scatter.frequency_hz,
-            _real(found.shapes[:, rows] * sign),
-            scatter.shapes[:, rows],
-        )
+        scatter, turned = found.scatter, _upright(found.shapes[:, rows] * sign)
+        # Half of a complex error is real; what is left imaginary beyond the other half is an error as well.
+        std = np.maximum(scatter.shapes[:, rows] / np.sqrt(2), np.abs(turned.imag))
+        return cls(2 * np.pi * found.frequency_hz, 2 * np.pi * scatter.frequency_hz, turned.real, std)
+
+    def without(self, mode: int) -> _Modes:
+        """All but one."""
+        each = self.omega, self.omega_std, self.shapes, self.shapes_std
+        return _Modes(*(np.delete(values, mode, axis=0) for values in each))
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,10 @@ class _Equations:
     heavy: _Modes
     mass: Array
     above: float
+
+    def without(self, mode: int) -> _Equations:
+        """Those of all modes with the mass but one."""
+        return replace(self, heavy=self.heavy.without(mode))
 
     @property
     def apart(self) -> Array:
@@ -151,27 +159,55 @@ def by_added_mass(
         return told.masses
     above = 2 * np.pi * max(found.records.band_hz[1], float(np.max(found.frequency_hz)))
     equations = _Equations(_Modes.of(found, own, 1.0), _Modes.of(heavier, its, sign), mass, above)
-    inverse, std, partner = _solved(equations)
+    answer, hz = _agreeing(equations)
     for r in range(modes):
-        told.add(r, float(heavier.frequency_hz[partner[r]]), float(inverse[r]), float(std[r]))
+        told.add(r, float(hz[answer.partner[r]]), float(answer.inverse[r]), float(answer.std[r]))
     return told.masses
 
 
-def _solved(equations: _Equations) -> tuple[Array, Array, Index]:
-    """1 / m of every mode with its standard deviation, 1/kg, and the mode with the mass that tells most of
-    it.
+@dataclass(frozen=True)
+class _Answer:
+    """inverse: 1 / m of every mode, std: its deviation, 1/kg; partner: the mode with the mass that tells most
+    of it; misfit: of the equations, about 1; likelihood: its logarithm.
+    """
 
-    Weighted least squares with the errors' covariance, which takes 1 / m in turn, and with as much beyond the
-    band as makes the equations likeliest.
+    inverse: Array
+    std: Array
+    partner: Index
+    misfit: float
+    likelihood: float
+
+
+def _agreeing(equations: _Equations) -> tuple[_Answer, Array]:
+    """Without modes with the mass, one by one, that do not go with the others: of which the record without it
+    lacks the mode. Also frequencies, Hz, of those that are left.
+    """
+    answer = _solved(equations)
+    while answer.misfit > _POOR and _is_enough(equations.without(0)):
+        tried = [equations.without(k) for k in range(len(equations.heavy.omega))]
+        answers = [_solved(one) for one in tried]
+        best = int(np.argmin([one.misfit for one in answers]))
+        if answers[best].misfit > answer.misfit:
+            break
+        equations, answer = tried[best], answers[best]
+    return answer, equations.heavy.omega / (2 * np.pi)
+
+
+def _is_enough(equations: _Equations) -> bool:
+    return equations.heavy.shapes.size > len(equations.light.omega)
+
+
+def _solved(equations: _Equations) -> _Answer:
+    """Weighted least squares with the errors' covariance, which takes 1 / m in turn, and with as much beyond
+    the band as makes the equations likeliest.
     """
     start = np.linalg.lstsq(equations.columns, equations.heavy.shapes.ravel(), rcond=None)[0]
     found = [_weighted(equations, start, share) for share in _BEYOND]
-    best = max(found, key=lambda one: one[0])
-    return best[1], best[2], best[3]
+    return max(found, key=lambda one: one.likelihood)
 
 
-def _weighted(equations: _Equations, inverse: Array, share: float) -> tuple[float, Array, Array, Index]:
-    """Logarithm of the likelihood, then as `_solved`, with a share of what may be beyond the band."""
+def _weighted(equations: _Equations, inverse: Array, share: float) -> _Answer:
+    """With a share of what may be beyond the band."""
     columns, heavy = equations.columns, equations.heavy
     wanted = heavy.shapes.ravel()
     for _ in range(_ROUNDS):
@@ -182,15 +218,14 @@ def _weighted(equations: _Equations, inverse: Array, share: float) -> tuple[floa
         factor = np.linalg.cholesky(near)
         weighted, right = (np.linalg.solve(factor, (v.T / size).T) for v in (columns, wanted))
         inverse = np.linalg.lstsq(weighted, right, rcond=None)[0]
-    misfit = float(np.sum((right - weighted @ inverse) ** 2))
-    likelihood = -misfit / 2 - float(np.sum(np.log(np.diag(factor) * size)))
-    worse = max(1.0, misfit / max(len(wanted) - len(inverse), 1))
-    std = np.sqrt(worse * np.diag(np.linalg.pinv(weighted.T @ weighted, hermitian=True)))
+    left = float(np.sum((right - weighted @ inverse) ** 2))
+    misfit = left / max(len(wanted) - len(inverse), 1)
+    std = np.sqrt(max(1.0, misfit) * np.diag(np.linalg.pinv(weighted.T @ weighted, hermitian=True)))
     shares = np.sum(weighted.reshape(*heavy.shapes.shape, -1) ** 2, axis=1)
-    return likelihood, inverse, std, np.argmax(shares, axis=0)
+    likelihood = -left / 2 - float(np.sum(np.log(np.diag(factor) * size)))
+    return _Answer(inverse, std, np.argmax(shares, axis=0), misfit, likelihood)
 
 
-def _real(shapes: Complex) -> Array:
+def _upright(shapes: Complex) -> Complex:
     """Shapes turned to be as real as they can."""
-    turned = shapes * np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None]
-    return np.asarray(turned.real)
+    return np.asarray(shapes * np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None])
