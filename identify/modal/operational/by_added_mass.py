@@ -31,7 +31,7 @@ _ROUNDS = 8
 _BEYOND = (0.03, 0.1, 0.3, 1.0, 3.0)
 """Flexibility of modes that are not known that is tried, see `_Equations.beyond`."""
 _POOR = 2.0
-"""Squared errors of the equations over those expected, from which on a mode is sought that does not belong."""
+"""Squared errors over those expected, from which on a mode is sought that does not belong."""
 _NEAREST = 0.05
 """How near, in squared frequency, the first of them may be to a mode with the mass."""
 _APART = 1e-9
@@ -201,7 +201,8 @@ def _solved(equations: _Equations) -> _Answer:
     """Weighted least squares with the errors' covariance, which takes 1 / m in turn, and with as much beyond
     the band as makes the equations likeliest.
     """
-    start = np.linalg.lstsq(equations.columns, equations.heavy.shapes.ravel(), rcond=None)[0]
+    wanted = equations.heavy.shapes.ravel()
+    start = np.asarray(np.linalg.lstsq(equations.columns, wanted, rcond=None)[0], dtype=np.float64)
     found = [_weighted(equations, start, share) for share in _BEYOND]
     return max(found, key=lambda one: one.likelihood)
 
