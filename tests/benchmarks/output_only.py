@@ -52,8 +52,8 @@ class Case:
 
 @dataclass
 class Score:
-    """What all cases together give; errors: (frequency, damping) relative; z: errors over deviations; seconds:
-    of processor, each.
+    """What all cases together give; errors: (frequency, damping) relative; z: errors over deviations;
+    seconds: of processor, each.
     """
 
     modes: int = 0
