@@ -128,8 +128,10 @@ def modes(
     Exit code 4 when there is none, or when they do not rebuild the FRFs. A universal file with mode shapes
     and no FRF is shown as it is.
     """
-    from identify.api import commands as api
+    from identify.core.collector import uncollected
 
+    with uncollected():
+        from identify.api import commands as api
     try:
         found = api.run_modes(data, options, options.quiet)
     except InputError as error:
@@ -376,13 +378,16 @@ def _conclude(found: Result, options: Any, config: Path | None = None) -> None:
         print_report(found.data)
         _say_written(found.written)
     if options.report:
-        from identify.reports.write import reports
+        from identify.core.collector import uncollected
 
-        began = time.perf_counter()
-        for path in reports(found.path):
-            if not options.quiet:
-                _say_written([path], f" ({time.perf_counter() - began:.1f} s)")
+        with uncollected():
+            from identify.reports.write import reports
+
             began = time.perf_counter()
+            for path in reports(found.path):
+                if not options.quiet:
+                    _say_written([path], f" ({time.perf_counter() - began:.1f} s)")
+                began = time.perf_counter()
     if not options.quiet:
         for step in next_steps(found, config):
             typer.echo(f"next: {step}")

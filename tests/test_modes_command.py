@@ -354,6 +354,11 @@ def test_the_diagram_marks_what_choices_did(tmp_path: Path) -> None:
     for name, hz in (("kept by hand", 12.0), ("dropped by hand", 31.0)):
         assert marked[name].sum() > 5
         assert chosen.diagram.frequency_hz[marked[name]] == pytest.approx(hz, rel=0.02)
+    assert invoke(*given, "--threshold", 0.9).exit_code in {0, 4}
+    diagram = result_file.read(out, ModesResult).measurements["a"].diagram
+    below = dict(diagram.marked())["below the threshold"]
+    assert below.sum() > 5
+    assert diagram.stable[below].all()  # a cluster, and not what else is as near to a wide one
     figure = stabilisation(chosen)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert {"kept by hand", "dropped by hand"} <= set(labels)

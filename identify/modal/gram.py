@@ -44,6 +44,9 @@ class Functions:
     def __len__(self) -> int:
         return int(self.columns.shape[1]) // 2
 
+    def __getitem__(self, rows: slice) -> Functions:
+        return Functions(np.hstack([half[:, rows] for half in np.hsplit(self.columns, 2)]))
+
 
 @dataclass(frozen=True)
 class Moments:

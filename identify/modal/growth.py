@@ -26,6 +26,8 @@ _GROWING = (12, 1e-4)
 """Steps and fall of the cost between rounds: what is not yet fitted looks like a mode that is missing."""
 _AT_ONCE, _SPARE = 4, 8
 """How many modes are added in a round; how many more than there were, in all."""
+_RISES = 1.1
+"""What is left over noise may come out so much larger with another mode, for noise is estimated again."""
 _ROUNDS = 20
 _NEAR = 0.6
 """Error over RMS of the FRFs beyond which no residual says what is missing."""
@@ -52,8 +54,9 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
         if not len(more.poles):
             break
         grown, slim = _round(state, more, barred, layout, others)
-        if len(slim) or _is_better(grown, state):
-            state, barred, widest = grown, np.append(barred, slim), np.inf
+        barred = np.append(barred, slim)
+        if _is_better(grown, state):
+            state, widest = grown, np.inf
             left.append(excess(state.fit))
             doubts = doubts + 1 if _has_pattern(state, begun, layout) else 0
         else:
@@ -67,8 +70,10 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
 
 
 def _is_better(grown: State, state: State) -> bool:
-    """Whether a round added a mode, or put better ones in place of others."""
-    return len(grown.modes) > len(state.modes) or excess(grown.fit) < _FALLS * excess(state.fit)
+    """Whether a round added a mode, and lost none that was needed, or put better ones in place of others."""
+    before, after = excess(state.fit), excess(grown.fit)
+    more = len(grown.modes) > len(state.modes) and 1 + after < _RISES * (1 + before)
+    return more or after < _FALLS * before
 
 
 def _may_grow(begun: State) -> bool:

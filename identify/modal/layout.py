@@ -5,6 +5,7 @@ reference]`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ class Layout:
         """Distance of the lines, Hz."""
         return float((self.frequency_hz[-1] - self.frequency_hz[0]) / (len(self.frequency_hz) - 1))
 
-    @property
+    @cached_property
     def complete(self) -> NDArray[np.bool_]:
         """Responses measured against every reference, (responses,): the ones poles are estimated from."""
         return np.asarray(np.isfinite(self.frf).all(axis=(0, 2)))
@@ -64,14 +65,21 @@ def arrange(frf_set: FrfSet, settings: ModalSettings) -> Layout:
         (frf_set.inputs, frf_set.outputs) if transposed else (frf_set.outputs, frf_set.inputs)
     )
     rows = _rows(responses, settings.direction, where)
-    frf = frf[:, rows][:, :, picked]
-    measured = np.asarray(~np.isnan(frf).all(axis=0))
+    # Only what is left out is copied: large sets take most of their time here.
+    frf = frf if rows == list(range(frf.shape[1])) else frf[:, rows]
+    frf = frf if picked == list(range(frf.shape[2])) else frf[:, :, picked]
+    finite = np.isfinite(frf)
+    measured = np.asarray(finite.any(axis=0))
+    if not measured.all():
+        measured = measured | ~np.isnan(frf).all(axis=0)
     rows_measured = np.asarray(measured.any(axis=1))
-    frf, measured = frf[:, rows_measured], measured[rows_measured]
-    lines = _lines(frf_set.frequency_hz, settings.band_hz, where) & np.isfinite(frf[:, measured]).all(axis=1)
+    if not rows_measured.all():
+        frf, finite, measured = frf[:, rows_measured], finite[:, rows_measured], measured[rows_measured]
+    lines = _lines(frf_set.frequency_hz, settings.band_hz, where)
+    lines = lines & (finite | ~measured).all(axis=(1, 2))
     layout = Layout(
         frequency_hz=frf_set.frequency_hz[lines],
-        frf=frf[lines],
+        frf=frf if lines.all() else frf[lines],
         responses=tuple(responses[i] for i, kept in zip(rows, rows_measured, strict=True) if kept),
         references=tuple(references[i] for i in picked),
         power=POWER[frf_set.quantity],

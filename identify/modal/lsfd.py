@@ -113,9 +113,9 @@ def lsfd(
         responses = np.flatnonzero((known == pattern).all(axis=1))
         used = np.tile(pattern, 2 * len(layout.frequency_hz))
         columns = np.concatenate([np.ones(2 * len(poles), dtype=bool), np.tile(pattern, len(residuals))])
-        found = solve(
-            matrix[np.ix_(used, columns)] * rows[used, None], y[np.ix_(used, responses)] * rows[used, None]
-        )
+        whole = bool(pattern.all() and len(responses) == y.shape[1])  # then there is nothing to pick, or copy
+        own, values = (matrix, y) if whole else (matrix[np.ix_(used, columns)], y[np.ix_(used, responses)])
+        found = solve(own * rows[used, None], values * rows[used, None])
         solution[np.ix_(columns, responses)] = found
     return _model(poles, participation, solution, residuals)
 

@@ -9,6 +9,7 @@ Guillaume and Schoukens, MSSP 21 (2007) 2359-2373).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,6 +24,8 @@ from identify.modal.lsfd import power_of, stack, unit_participation
 QUICK, FULL = (4, 1e-3), (25, 1e-7)
 """Largest number of steps, and the relative fall of the cost that ends them."""
 _RIDGE = 1e-13
+_STRETCH = 64
+"""Rows of FRFs that are worked on at once."""
 _UNKNOWN = 1e-8
 """Part of a parameter's effect that the linear unknowns leave, below which it is rounding: a resonance far
 beyond the band that residual terms replace."""
@@ -86,13 +89,18 @@ class Equations:
         square, mirrored = scale / (s - doubled) ** 2, scale / (s - doubled.conj()) ** 2
         return Functions.of(np.hstack([direct, terms, square]), np.hstack([mirror, terms, mirrored]))
 
-    def moments(self, functions: Functions) -> Moments:
-        """Inner products of functions with each other and with the weighted FRFs."""
+    def moments(self, functions: Functions, known: Moments | None = None) -> Moments:
+        """Inner products of functions with each other and with the weighted FRFs; known: those of the first
+        functions, whose products with FRFs are not formed again.
+        """
         same, across = products(functions, functions)
         shape = -1, len(self.reference), len(self.response)
-        twice = Functions(functions.columns * np.tile(self.line, 2)[:, None])
-        data = right(twice, self.frf) * self.each
-        return Moments(same, across, data.reshape(shape), self.energy)
+        new = functions if known is None else functions[len(known.data) :]
+        twice = Functions(new.columns * np.tile(self.line, 2)[:, None])
+        data = (right(twice, self.frf) * self.each).reshape(shape)
+        if known is None:
+            return Moments(same, across, data, self.energy)
+        return Moments(same, across, np.concatenate([known.data, data]), known.energy)
 
     def basis(self, participation: Complex) -> Columns:
         """Columns of the real and the imaginary part of every shape, then of the residual terms of every
@@ -151,6 +159,12 @@ class Fit:
         return self.cost / max(2 * self.equations.count - self.unknowns, 1)
 
     @cached_property
+    def with_squares(self) -> Moments:
+        """Inner products also with the squares of functions of free poles, which derivatives are made of."""
+        functions = self.equations.functions(self.poles, self.poles[self.free])
+        return self.equations.moments(functions, self.moments)
+
+    @cached_property
     def model(self) -> Array:
         """Weighted FRFs of the model, (2 L, references x responses), real rows above imaginary ones."""
         functions = self.equations.functions(self.poles, self.poles[:0])
@@ -160,10 +174,14 @@ class Fit:
     @cached_property
     def residual(self) -> Array:
         """Weighted FRFs minus the model's, as `model`."""
-        found = self.equations.frf * self.equations.each
-        found *= np.tile(self.equations.line, 2)[:, None]
-        found -= self.model
-        return np.asarray(found)
+        equations, model = self.equations, self.model
+        line, each = np.tile(equations.line, 2)[:, None], equations.each
+        found = np.empty_like(equations.frf)
+        for some in _stretches(len(found)):
+            np.multiply(equations.frf[some], each, out=found[some])
+            found[some] *= line[some]
+            found[some] -= model[some]
+        return found
 
     @cached_property
     def left(self) -> Array:
@@ -178,8 +196,11 @@ class Fit:
         """
         lines = len(self.residual) // 2
         error = self.residual.reshape(2, lines, -1)
-        bend = np.diff(error, n=2, axis=1)
-        bend = np.einsum("plk,plk->l", bend, bend) / (6 * error.shape[2])
+        parts = []
+        for some in _stretches(lines - 2):
+            bend = np.diff(error[:, some.start : some.stop + 2], n=2, axis=1)
+            parts.append(np.einsum("plk,plk->l", bend, bend))
+        bend = np.concatenate(parts) / (6 * error.shape[2])
         reach = min(max(31, lines // 10), lines)
         smooth = scipy.ndimage.median_filter(np.pad(bend, 1, mode="edge"), reach, mode="nearest")
         return np.asarray(smooth + np.finfo(float).tiny)
@@ -204,15 +225,25 @@ class Fit:
 def squared(stacked: Array) -> Array:
     """Squared magnitude, (L, n), of values (2 L, n), real rows above imaginary ones."""
     real, imaginary = stacked.reshape(2, len(stacked) // 2, -1)
-    found = real**2
-    found += imaginary**2
-    return np.asarray(found)
+    found = np.empty_like(real)
+    for some in _stretches(len(found)):
+        np.multiply(real[some], real[some], out=found[some])
+        found[some] += imaginary[some] ** 2
+    return found
+
+
+def _stretches(rows: int) -> Iterator[slice]:
+    """Rows in stretches that stay in the processor's memory: new pages for large arrays cost more than
+    arithmetic.
+    """
+    for start in range(0, rows, _STRETCH):
+        yield slice(start, min(start + _STRETCH, rows))
 
 
 def fit(equations: Equations, poles: Complex, participation: Complex, free: Mask) -> Fit:
     """The shapes and residual terms that fit best with these poles (m,) and participation (m, references)."""
     participation = unit_participation(participation)
-    moments = equations.moments(equations.functions(poles, poles[free]))
+    moments = equations.moments(equations.functions(poles, poles[:0]))
     return _solved(equations, poles, participation, free, moments)
 
 
@@ -233,7 +264,7 @@ def _solved(
 def without(found: Fit, gone: int) -> Fit:
     """The fit of all modes but one, on the same moments."""
     left = np.arange(len(found.poles)) != gone
-    rows = np.concatenate([left, np.ones(len(found.equations.kinds), dtype=bool), left[found.free]])
+    rows = np.append(left, np.ones(len(found.equations.kinds), dtype=bool))
     moments = replace(
         found.moments,
         same=found.moments.same[np.ix_(rows, rows)],
@@ -306,10 +337,11 @@ def slope(state: Fit) -> tuple[Array, Array]:
     """
     columns = state.equations.derivatives(state.participation, state.free)
     basis = state.equations.basis(state.participation)
-    overlap = state.moments.gram(columns, basis) / state.size
-    own = state.moments.gram(columns, columns)
+    moments = state.with_squares
+    overlap = moments.gram(columns, basis) / state.size
+    own = moments.gram(columns, columns)
     projected = own - overlap @ state.inverse @ overlap.T
-    right = state.moments.right(columns) - overlap @ state.solution
+    right = moments.right(columns) - overlap @ state.solution
     shapes = weighted_shapes(state)
     normal, whole = over_responses(projected, shapes), np.diag(over_responses(own, shapes))
     blocks = right.reshape(len(shapes), -1, 2, right.shape[1])

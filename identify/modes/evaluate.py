@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from identify.core.arrays import Array, Index
+from identify.core.arrays import Array, Index, Mask
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.geometry import MeasuredGeometry, displacements
@@ -148,15 +148,26 @@ def drawn_diagram(
 
 
 def _marks(diagram: Diagram, judged: Sequence[Candidate]) -> Index:
-    """Of every pole (n,) the position in MARKS, -1 where no choice touched the cluster within whose
-    half-bandwidth it is.
-    """
+    """Of every pole (n,) the position in MARKS, -1 where no choice touched its cluster."""
     mark = np.full(len(diagram.poles), -1, dtype=np.intp)
     for one in judged:
         kind = _mark(one)
         if kind is not None:
-            mark[np.abs(diagram.poles - one.pole) <= one.half_bandwidth] = MARKS.index(kind)
+            mark[_cluster_of(diagram, one)] = MARKS.index(kind)
     return mark
+
+
+def _cluster_of(diagram: Diagram, one: Candidate) -> Mask:
+    """Which poles (n,) are of the cluster whose middle is nearest to a candidate, within its half-bandwidth;
+    where none is, as of a mode that no cluster showed, the poles that are within it.
+    """
+    near = np.abs(diagram.poles - one.pole) <= one.half_bandwidth
+    numbers = np.unique(diagram.cluster[near & (diagram.cluster >= 0)])
+    if not len(numbers):
+        return np.asarray(near)
+    members = [diagram.poles[diagram.cluster == number] for number in numbers]
+    middles = np.array([np.median(m.real) + 1j * np.median(m.imag) for m in members])
+    return np.asarray(diagram.cluster == numbers[np.argmin(np.abs(middles - one.pole))])
 
 
 def _mark(one: Candidate) -> str | None:

@@ -2,14 +2,19 @@
 
 Run `python -m tests.benchmarks.output_only --seed N [--count 20]` from the repository's root.  Arms,
 postures, sensors, speeds and lengths of the records are drawn by the seed; half the speeds are told.  Beside
-it pyOMA2 (SSI-cov, poles picked where orders agree) if it is installed, and left out, saying so, if not.
+it pyOMA2 (SSI-cov of the same rows and orders, without intervals; poles picked where orders agree, for it
+leaves the choice to its user) if it is installed, and left out, saying so, if not: `pip install pyOMA-2`.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import importlib.util
+import io
+import logging
 import time
+from contextlib import redirect_stderr
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,7 +52,9 @@ class Case:
 
 @dataclass
 class Score:
-    """What all cases together give; errors: (frequency, damping) relative; z: errors over deviations."""
+    """What all cases together give; errors: (frequency, damping) relative; z: errors over deviations;
+    seconds: of processor, each.
+    """
 
     modes: int = 0
     missed: int = 0
@@ -55,6 +62,7 @@ class Score:
     tones: int = 0
     errors: list[tuple[float, float]] = field(default_factory=list)
     z: list[tuple[float, float]] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
 
 
 def drawn(seed: int, number: int) -> Case:
@@ -126,7 +134,8 @@ def told(name: str, total: Score) -> str:
         f"{name}: {total.modes} modes, missed {total.missed}, spurious {total.spurious} (at multiples of the"
         f" speed {total.tones}); frequency median {np.median(errors[:, 0]):.2%}, within"
         f" 1 % {within[0]:.1%}; damping median {np.median(errors[:, 1]):.1%}, within 20 % {within[1]:.1%};"
-        f" coverage of 95 % intervals {held[0]} (frequency), {held[1]} (damping)"
+        f" coverage of 95 % intervals {held[0]} (frequency), {held[1]} (damping); processor seconds a record:"
+        f" median {np.median(total.seconds):.1f}, at most {max(total.seconds):.1f}"
     )
 
 
@@ -139,7 +148,8 @@ def theirs(case: Case) -> tuple[np.ndarray, np.ndarray]:
     rows = int(np.ceil(0.75 * case.history.sample_rate_hz / case.band_hz[0]))
     ssi = algorithms.SSI(name="SSIcov", method="cov", br=min(rows, 1200 // data.shape[1]), ordmax=80, step=2)
     single.add_algorithms(ssi)
-    single.run_by_name("SSIcov")
+    with redirect_stderr(io.StringIO()):
+        single.run_by_name("SSIcov")
     return _clustered(np.array(ssi.result.Fn_poles), np.array(ssi.result.Xi_poles), case.band_hz)
 
 
@@ -172,18 +182,23 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=20)
     given = parser.parse_args()
     has_other = importlib.util.find_spec("pyoma2") is not None
+    logging.disable(logging.INFO)
     ours, other = Score(), Score()
     for number in range(given.count):
         case, begun = drawn(given.seed, number), time.process_time()
         found = found_modes(case)
-        seconds = time.process_time() - begun
+        ours.seconds.append(time.process_time() - begun)
         std = np.stack([found.scatter.frequency_hz, found.scatter.damping], axis=1)
         line = score(case, found.frequency_hz, found.damping_ratio, std, ours)
         said = f"{case.work.seconds:.0f} s, {case.work.rpm / 60:.1f} Hz, {case.work.pulses:g} pulses,"
         said = f"{said} {len(case.history.channels)} channels"
-        print(f"{number:2d} {case.name} ({said}): {line}; {seconds:.1f} s", flush=True)
+        print(f"{number:2d} {case.name} ({said}): {line}; {ours.seconds[-1]:.1f} s", flush=True)
         if has_other:
-            score(case, *theirs(case), None, other)
+            begun = time.process_time()
+            others = theirs(case)
+            other.seconds.append(time.process_time() - begun)
+            line = score(case, *others, None, other)
+            print(f"   pyOMA2: {line}; {other.seconds[-1]:.1f} s", flush=True)
     print(told("identify", ours))
     print(told("pyOMA2", other) if has_other else "pyOMA2 is not installed")
 

@@ -8,9 +8,12 @@ import pytest
 from identify.modal.addition import missing
 from identify.modal.analysis import analyse
 from identify.modal.bands import _whole
+from identify.modal.growth import _is_better
 from identify.modal.layout import arrange
 from identify.modal.refine import FULL, Equations, Fit, fit, minimise
+from identify.modal.selection import Candidate
 from identify.modal.settings import ModalSettings
+from identify.modal.state import State
 from identify.modal.weights import reweighted
 from tests.benchmarks.modal_exam import examine
 from tests.benchmarks.modal_structures import draw
@@ -21,6 +24,7 @@ PAIR = chain([12.0, 30.0, 30.3, 50.0, 64.0], [0.02, 0.015, 0.015, 0.01, 0.02], s
 """The second and the third mode are a third of a half-power bandwidth apart."""
 FEW = ModalSettings(max_order=9)
 NOBODY = np.zeros(0, dtype=complex)
+CANDIDATE = Candidate(PAIR.poles[0], np.ones(1), np.ones(5), 0.0, 0.0, 1.0, 1.0, 1.0, 0.0)
 
 
 def fitted(system: System, without: list[int], barred: bool = False) -> Fit:
@@ -68,6 +72,19 @@ def test_what_was_dropped_by_hand_does_not_come_back() -> None:
     found = analyse(data, ModalSettings(drop_hz=(50.0,))).table.frequency_hz
     assert np.min(np.abs(found - 50.0)) > 0.5
     assert np.min(np.abs(analyse(data).table.frequency_hz - 50.0)) < 0.05
+
+
+def test_a_round_that_loses_a_mode_for_two_others_is_not_taken() -> None:
+    """One more than before, and most of the FRFs is no longer explained."""
+    whole = fitted(PAIR, [])
+    poles = np.append(np.delete(PAIR.poles, 3), 2j * np.pi * np.array([20.0, 70.0]) - 1.0)
+    one = np.ones((len(poles), 1), dtype=complex)
+    exchanged = fit(whole.equations, poles, one, np.ones(len(poles), dtype=bool))
+    before, after = (State(one, [CANDIDATE] * len(one.poles), []) for one in (whole, exchanged))
+    assert len(after.modes) > len(before.modes)
+    assert not _is_better(after, before)
+    lacking = fitted(PAIR, [3])
+    assert _is_better(before, State(lacking, [CANDIDATE] * len(lacking.poles), []))
 
 
 def test_places_wider_than_asked_are_left() -> None:

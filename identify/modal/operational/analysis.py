@@ -45,8 +45,7 @@ _STATES, _STEP = 80, 2
 _IDLE = 1e-3
 """Least part of the energy around a mode that only it explains."""
 _UNSTEADY = 0.3
-"""Standard deviation of a frequency over orders of all sizes, in half-bandwidths, from which on a pole is no
-mode."""
+"""Standard deviation of a frequency, in half-bandwidths, from which on a pole is no mode."""
 _LINES_A_WIDTH = 4.0
 """Correlations last so many times 1 / decay of a mode of the least damping at the lowest frequency."""
 
@@ -106,8 +105,9 @@ def analyse(
     records = without(raw, found)
     rows, lags = _lengths(records, operational.least_damping)
     references = chosen_references(records, _REFERENCES)
-    whole = correlations(records, references, lags, _BLOCKS)
-    layout = _layout(whole, records)
+    layout = _layout(correlations(records, references, lags, _BLOCKS), records)
+    # Poles take few lags, and so the blocks whose scatter tells their intervals may be short, and many.
+    whole = correlations(records, references, 2 * rows, _blocks(records, operational.least_damping))
     diagram = _diagram(whole, rows, layout, settings)
     least = _IDLE if settings.min_contribution is None else settings.min_contribution
     strict = settings.model_copy(update={"refine": False, "residuals": ("upper",), "min_contribution": least})
@@ -160,6 +160,11 @@ def _lengths(records: Records, least_damping: float) -> tuple[int, int]:
     return rows, max(lags, 2 * rows + 2)
 
 
+def _blocks(records: Records, least_damping: float) -> int:
+    """Blocks of the record, none shorter than the memory of its slowest mode."""
+    return max(2, min(_BLOCKS, int(records.seconds * 2 * np.pi * least_damping * records.band_hz[0])))
+
+
 def _layout(found: Correlations, records: Records) -> Layout:
     hz, spectra, decay = found.half_spectra(records.band_hz)
     references = tuple(records.channels[i] for i in found.references)
@@ -197,10 +202,10 @@ def _determined(
     scatter = jackknife(whole, rows, found.modes, diagram.orders)
     half = -found.model.poles.real / (2 * np.pi)
     chosen = np.array([by_hand or mode.by_hand for mode in found.modes], dtype=bool)
-    steady = chosen | (scatter.wander_hz < _UNSTEADY * half)
+    steady = chosen | (scatter.frequency_hz < _UNSTEADY * half)
     gone = [
         replace(mode, reason=f"differs from block to block by {std:.2g} Hz")
-        for mode, std, kept in zip(found.modes, scatter.wander_hz, steady, strict=True)
+        for mode, std, kept in zip(found.modes, scatter.frequency_hz, steady, strict=True)
         if not kept
     ]
     return (

@@ -1,48 +1,143 @@
 """Modal masses by the mass-change method: records without and with masses that were added to the structure.
 
-A mass matrix dM moves a mode from omega_1 to omega_2 and its shape from psi_1 to psi_2, where
+A mode of the structure with a mass matrix dM on it, omega_2 and psi_2, is a free vibration of the structure
+without it under the inertia of dM.  With the modes j of the latter, omega_j, psi_j and modal masses m_j:
 
-    1 / m = (omega_1^2 - omega_2^2) / (omega_2^2 psi_1^T dM psi_2)
+    psi_2 = sum_j psi_j (1 / m_j) omega_2^2 (psi_j^T dM psi_2) / (omega_j^2 - omega_2^2)
 
-is exact if psi_2 is psi_1 and other shapes.  With psi_2 = psi_1 it is the usual formula (Parloo, Verboven,
-Guillaume and Van Overmeire, MSSP 16 (2002) 757-767; Brincker and Andersen, IMAC XXI (2003)), which is off by
-as much as the frequency moves and more; how much of psi_1 is in psi_2 is told by all shapes together (Bernal,
-Journal of Engineering Mechanics 130 (2004) 1083-1088).
+at every channel: linear in 1 / m_j, whatever the scale of psi_2, with no pairs of modes, for any size of mass
+(Bernal, A receptance-based formulation for modal scaling using mass perturbations, MSSP 25 (2011) 621-629).
+All modes with the mass tell of all modes without it.  With one pair and psi_2 = psi_1 it is the usual formula
+(Parloo, Verboven, Guillaume and Van Overmeire, MSSP 16 (2002) 757-767).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
-from identify.core.thresholds import SIGMAS_95
-from identify.modal.mac import mac
+from identify.core.text import count
 from identify.modal.operational.analysis import OperationalModes
 from identify.modal.operational.masses import ModalMasses, Told
-from identify.modal.pairing import PairSettings, common_channels, pair
+from identify.modal.pairing import common_channels
 
-_SAME = PairSettings(max_frequency_error=0.5, min_mac=0.7)
-"""How far a mode may move, and its shape turn, until it is the same mode no longer."""
 _AXES = 3
 """Largest direction that is a translation."""
-_ALIKE = 0.99
-"""MAC below which a shape with and without the mass is not taken as the same, up to its size."""
+_ROUNDS = 8
+"""Of weights from modal masses and modal masses from weights."""
+_BEYOND = (0.03, 0.1, 0.3, 1.0, 3.0)
+"""Flexibility of modes that are not known that is tried, see `_Equations.beyond`."""
+_POOR = 2.0
+"""Squared errors over those expected, from which on a mode is sought that does not belong."""
+_NEAREST = 0.05
+"""How near, in squared frequency, the first of them may be to a mode with the mass."""
+_APART = 1e-9
+"""Relative distance of squared frequencies below which it is rounding."""
 
 
 @dataclass(frozen=True)
-class _Mode:
-    """A mode in both records: hz and hz_std (2,); shapes and their deviations (2, channels), of unit largest
-    component without the mass, and of the same size with it; size_std: relative deviation of that size.
+class _Modes:
+    """Of a record at the channels both have: omega (m,), rad/s, real shapes (m, channels), and deviations."""
+
+    omega: Array
+    omega_std: Array
+    shapes: Array
+    shapes_std: Array
+
+    @classmethod
+    def of(cls, found: OperationalModes, rows: Index, sign: Array | float) -> _Modes:
+        """At some channels, with their signs."""
+        scatter, turned = found.scatter, _upright(found.shapes[:, rows] * sign)
+        # Half of a complex error is real; what is left imaginary beyond the other half is an error as well.
+        std = np.maximum(scatter.shapes[:, rows] / np.sqrt(2), np.abs(turned.imag))
+        return cls(2 * np.pi * found.frequency_hz, 2 * np.pi * scatter.frequency_hz, turned.real, std)
+
+    def without(self, mode: int) -> _Modes:
+        """All but one."""
+        each = self.omega, self.omega_std, self.shapes, self.shapes_std
+        return _Modes(*(np.delete(values, mode, axis=0) for values in each))
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """light, heavy: modes without and with the mass, kg, of every channel; above: rad/s, from where on modes
+    are not known.
     """
 
-    hz: Array
-    hz_std: Array
-    shapes: Complex
-    shapes_std: Array
-    size_std: float
+    light: _Modes
+    heavy: _Modes
+    mass: Array
+    above: float
+
+    def without(self, mode: int) -> _Equations:
+        """Those of all modes with the mass but one."""
+        return replace(self, heavy=self.heavy.without(mode))
+
+    @property
+    def apart(self) -> Array:
+        """omega_j^2 - omega_2^2, (light, heavy)."""
+        square = self.light.omega[:, None] ** 2
+        least = _APART * square
+        found = square - self.heavy.omega**2
+        return np.asarray(np.where(np.abs(found) < least, least, found))
+
+    @property
+    def forced(self) -> Array:
+        """What a mode of unit modal mass answers to the inertia of the mass, (light, heavy)."""
+        inertia = (self.light.shapes * self.mass) @ self.heavy.shapes.T
+        return np.asarray(inertia * self.heavy.omega**2 / self.apart)
+
+    @property
+    def columns(self) -> Array:
+        """Of the unknown 1 / m_j, (heavy x channels, light)."""
+        parts = self.forced.T[:, None, :] * self.light.shapes.T
+        return np.asarray(parts.reshape(-1, len(self.light.omega)))
+
+    def covariance(self, inverse: Array) -> Array:
+        """Of the equations' errors with these 1 / m_j, (heavy x channels)^2: errors of frequencies and shapes
+        to first order.
+        """
+        light, heavy, apart = self.light, self.heavy, self.apart
+        modes, channels = heavy.shapes.shape
+        whole = np.zeros((modes * channels, modes * channels))
+        answers = inverse[:, None, None] * self.forced[:, :, None] * light.shapes[:, None]
+        for j, answer in enumerate(answers):
+            moved = (answer * (2 * light.omega[j] / apart[j])[:, None]).ravel() * light.omega_std[j]
+            whole += np.outer(moved, moved)
+            # Of a shape: where it is seen, and where the mass pushes it.
+            push = (heavy.omega**2 / apart[j])[:, None] * self.mass * heavy.shapes
+            of_shape = inverse[j] * (
+                self.forced[j][:, None, None] * np.eye(channels)
+                + light.shapes[j][None, :, None] * push[:, None, :]
+            )
+            of_shape = of_shape.reshape(modes * channels, channels) * light.shapes_std[j]
+            whole += of_shape @ of_shape.T
+        for k in range(modes):
+            own = slice(k * channels, (k + 1) * channels)
+            rise = 2 / heavy.omega[k] + 2 * heavy.omega[k] / apart[:, k]
+            moved = answers[:, k].T @ rise * heavy.omega_std[k]
+            receptance = (light.shapes.T * (inverse * heavy.omega[k] ** 2 / apart[:, k])) @ light.shapes
+            of_shape = (np.eye(channels) - receptance * self.mass) * heavy.shapes_std[k]
+            whole[own, own] += np.outer(moved, moved) + of_shape @ of_shape.T
+        return whole
+
+    def beyond(self, inverse: Array) -> Array:
+        """Covariance of what the flexibility of modes that are not known adds, were it as large as that of
+        those known would be at the end of the band.
+        """
+        modes, channels = self.heavy.shapes.shape
+        size = np.abs(self.light.shapes)
+        flexible = (size.T * np.abs(inverse)) @ size / self.above**2
+        nearer = np.maximum(1 - (self.heavy.omega / self.above) ** 2, _NEAREST)
+        push = (self.heavy.omega**2 / nearer)[:, None] * self.mass * self.heavy.shapes
+        alike = np.einsum("km,cm,lm->ckl", push, flexible**2, push)
+        whole = np.zeros((modes, channels, modes, channels))
+        at = np.arange(channels)
+        whole[:, at, :, at] = alike
+        return whole.reshape(modes * channels, -1)
 
 
 def by_added_mass(
@@ -55,70 +150,83 @@ def by_added_mass(
     own, its, sign = common_channels(found.table, heavier.table)
     channels = [found.table.channels[i] for i in own]
     mass = np.array([added_kg.get(c.node, 0.0) * (abs(c.direction) <= _AXES) for c in channels])
-    light, heavy = _Shapes.of(found, own, 1.0), _Shapes.of(heavier, its, sign)
-    pairs = pair(found.table, heavier.table, _SAME)
-    told = Told(len(found.frequency_hz), "no mode with the added mass is like it")
-    for r, k in zip(pairs.a, pairs.b, strict=True):
-        mode = _both(light, heavy, int(r), int(k))
-        if mode is None:
-            few = f"{len(own)} channels do not tell which other modes are in its shape with the added mass"
-            told.refuse(int(r), float(heavy.hz[k]), few)
-        else:
-            _tell(told, int(r), mode, mass)
+    modes, several = len(found.frequency_hz), len(heavier.frequency_hz)
+    does = "does" if several == 1 else "do"
+    few = f"{count(several, 'mode')} with the mass at {count(len(own), 'channel')} {does} not tell"
+    few = f"{few} {modes} modal masses"
+    told = Told(modes, few)
+    if not modes or modes > several * len(own):
+        return told.masses
+    above = 2 * np.pi * max(found.records.band_hz[1], float(np.max(found.frequency_hz)))
+    equations = _Equations(_Modes.of(found, own, 1.0), _Modes.of(heavier, its, sign), mass, above)
+    answer, hz = _agreeing(equations)
+    for r in range(modes):
+        told.add(r, float(hz[answer.partner[r]]), float(answer.inverse[r]), float(answer.std[r]))
     return told.masses
 
 
 @dataclass(frozen=True)
-class _Shapes:
-    """Modes of a record at the channels both have: hz (m,), shapes and deviations (m, channels)."""
-
-    hz: Array
-    hz_std: Array
-    shapes: Complex
-    std: Array
-
-    @classmethod
-    def of(cls, found: OperationalModes, rows: Index, sign: Array | float) -> _Shapes:
-        """At some channels, with their signs."""
-        scatter = found.scatter
-        return cls(
-            found.frequency_hz, scatter.frequency_hz, found.shapes[:, rows] * sign, scatter.shapes[:, rows]
-        )
-
-
-def _both(light: _Shapes, heavy: _Shapes, r: int, k: int) -> _Mode | None:
-    """A mode in both records; None where its shape changes and the channels do not tell how much of it is
-    left.
+class _Answer:
+    """inverse: 1 / m of every mode, std: its deviation, 1/kg; partner: the mode with the mass that tells most
+    of it; misfit: of the equations, about 1; likelihood: its logarithm.
     """
-    modes, channels = light.shapes.shape
-    many = channels >= modes
-    used = np.arange(modes) if many else np.array([r])
-    if not many and mac(light.shapes[[r]], heavy.shapes[[k]])[0, 0] < _ALIKE:
-        return None
-    inverse = np.linalg.pinv(light.shapes[used].T)
-    parts = inverse @ heavy.shapes[k]
-    at = int(np.flatnonzero(used == r)[0])
-    noise = heavy.std[k] ** 2 + np.abs(parts) ** 2 @ light.std[used] ** 2
-    size_std = float(np.sqrt(np.abs(inverse[at]) ** 2 @ noise)) / abs(parts[at])
-    hz, hz_std = np.array([light.hz[r], heavy.hz[k]]), np.array([light.hz_std[r], heavy.hz_std[k]])
-    # Alone, a shape is the same to first order of the change of the frequency.
-    size_std = size_std if many else float(np.hypot(size_std, 1 - hz[1] / hz[0]))
-    shapes = np.stack([light.shapes[r], heavy.shapes[k] / parts[at]])
-    return _Mode(hz, hz_std, shapes, np.stack([light.std[r], heavy.std[k] / abs(parts[at])]), size_std)
+
+    inverse: Array
+    std: Array
+    partner: Index
+    misfit: float
+    likelihood: float
 
 
-def _tell(told: Told, r: int, mode: _Mode, mass: Array) -> None:
-    (light, heavy), (first, second) = 2 * np.pi * mode.hz, mode.shapes
-    whole = complex(np.sum(mass * first * second))
-    product = abs(whole)  # whatever the phase that the shapes were given
-    change, rise = light**2 / heavy**2 - 1, mode.hz[1] - mode.hz[0]
-    if rise > SIGMAS_95 * np.linalg.norm(mode.hz_std):
-        risen = f"it rose by {rise:.2g} Hz with the added mass: something else changed"
-        told.refuse(r, float(mode.hz[1]), risen)
-    elif whole.real <= 0:
-        told.refuse(r, float(mode.hz[1]), "the added mass does not move with it")
-    else:
-        change_std = 2 * light**2 / heavy**2 * np.linalg.norm(mode.hz_std / mode.hz)
-        moved = np.linalg.norm(mass * np.abs(mode.shapes[::-1]) * mode.shapes_std) / product
-        std = np.hypot(change_std, change * np.hypot(moved, mode.size_std)) / product
-        told.add(r, float(mode.hz[1]), change / product, float(std))
+def _agreeing(equations: _Equations) -> tuple[_Answer, Array]:
+    """Without modes with the mass, one by one, that do not go with the others: of which the record without it
+    lacks the mode. Also frequencies, Hz, of those that are left.
+    """
+    answer = _solved(equations)
+    while answer.misfit > _POOR and _is_enough(equations.without(0)):
+        tried = [equations.without(k) for k in range(len(equations.heavy.omega))]
+        answers = [_solved(one) for one in tried]
+        best = int(np.argmin([one.misfit for one in answers]))
+        if answers[best].misfit > answer.misfit:
+            break
+        equations, answer = tried[best], answers[best]
+    return answer, equations.heavy.omega / (2 * np.pi)
+
+
+def _is_enough(equations: _Equations) -> bool:
+    return equations.heavy.shapes.size > len(equations.light.omega)
+
+
+def _solved(equations: _Equations) -> _Answer:
+    """Weighted least squares with the errors' covariance, which takes 1 / m in turn, and with as much beyond
+    the band as makes the equations likeliest.
+    """
+    wanted = equations.heavy.shapes.ravel()
+    start = np.asarray(np.linalg.lstsq(equations.columns, wanted, rcond=None)[0], dtype=np.float64)
+    found = [_weighted(equations, start, share) for share in _BEYOND]
+    return max(found, key=lambda one: one.likelihood)
+
+
+def _weighted(equations: _Equations, inverse: Array, share: float) -> _Answer:
+    """With a share of what may be beyond the band."""
+    columns, heavy = equations.columns, equations.heavy
+    wanted = heavy.shapes.ravel()
+    for _ in range(_ROUNDS):
+        covariance = equations.covariance(inverse) + share**2 * equations.beyond(inverse)
+        size = np.sqrt(np.diag(covariance))
+        size = np.maximum(size, 1e-9 * size.max())
+        near = covariance / np.outer(size, size) + 1e-10 * np.eye(len(size))
+        factor = np.linalg.cholesky(near)
+        weighted, right = (np.linalg.solve(factor, (v.T / size).T) for v in (columns, wanted))
+        inverse = np.linalg.lstsq(weighted, right, rcond=None)[0]
+    left = float(np.sum((right - weighted @ inverse) ** 2))
+    misfit = left / max(len(wanted) - len(inverse), 1)
+    std = np.sqrt(max(1.0, misfit) * np.diag(np.linalg.pinv(weighted.T @ weighted, hermitian=True)))
+    shares = np.sum(weighted.reshape(*heavy.shapes.shape, -1) ** 2, axis=1)
+    likelihood = -left / 2 - float(np.sum(np.log(np.diag(factor) * size)))
+    return _Answer(inverse, std, np.argmax(shares, axis=0), misfit, likelihood)
+
+
+def _upright(shapes: Complex) -> Complex:
+    """Shapes turned to be as real as they can."""
+    return np.asarray(shapes * np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None])

@@ -57,7 +57,8 @@ class Correlations:
 def correlations(records: Records, references: Index, lags: int, blocks: int) -> Correlations:
     """Correlations up to a lag, of about so many blocks of equal length; products reach beyond their ends."""
     samples = sum(len(take) for take in records.takes)
-    length = max(lags, samples // blocks)
+    longest = max(len(take) for take in records.takes)
+    length = max(lags, min(samples // blocks, longest - lags))
     size = records.size
     found = [
         _block(take[start : start + length + lags] / size, references, length, lags)

@@ -23,30 +23,27 @@ from identify.modal.selection import Candidate
 
 _ORDERS = 14
 """Of all orders, so many are repeated."""
-_BEST = 25.0
-"""Percentile over orders: high orders split a mode, each in its own way, and scatter by that too. Modes are
-medians over all orders, in which it averages out; the orders that scatter least show what the record leaves
-open. Of records simulated at random (`tests.benchmarks.output_only`)."""
 
 
 @dataclass(frozen=True)
 class Scatter:
     """Standard deviations, widened so that 1.96 of them are a 95 % interval for so few blocks: frequency_hz
-    (m,), damping (m,), shapes (m, channels) of shapes whose largest component is 1; wander_hz (m,): of the
-    median over these orders, high ones too.
+    (m,), damping (m,), shapes (m, channels) of shapes whose largest component is 1.
     """
 
     frequency_hz: Array
     damping: Array
     shapes: Array
-    wander_hz: Array
 
     def __getitem__(self, rows: Mask) -> Scatter:
-        return Scatter(self.frequency_hz[rows], self.damping[rows], self.shapes[rows], self.wander_hz[rows])
+        return Scatter(self.frequency_hz[rows], self.damping[rows], self.shapes[rows])
 
 
 def jackknife(found: Correlations, rows: int, modes: Sequence[Candidate], orders: Sequence[int]) -> Scatter:
-    """Of modes found in models of some of these orders (see `ssi`)."""
+    """Of modes that are medians over all orders (see `ssi`): of the median over some of these orders.
+
+    High orders split a mode, each in its own way, and scatter by that; in the median it averages out.
+    """
     first = min(2, len(orders) - 1)
     picked = sorted({orders[k] for k in np.linspace(first, len(orders) - 1, _ORDERS).astype(int)})
     count, mean = len(found.blocks), found.mean
@@ -57,26 +54,16 @@ def jackknife(found: Correlations, rows: int, modes: Sequence[Candidate], orders
         left = (count * mean - block) / (count - 1)
         moved.append(_followed(whole, _sets(subspace(found, left, rows, picked[-1]), picked), modes))
     widened = scipy.stats.t.ppf(PERCENTILES_95[1] / 100, count - 1) / SIGMAS_95
-    moves = [np.array(values) for values in zip(*moved, strict=True)]
-    best = [widened * _best(_deviation(values)) for values in moves]
-    return Scatter(best[0], best[1], best[2], widened * _deviation(_median(moves[0])))
+    frequency, damping, shapes = (np.array(values) for values in zip(*moved, strict=True))
+    parts = _median(shapes.real) + 1j * _median(shapes.imag)
+    return Scatter(*(widened * _deviation(moves) for moves in (_median(frequency), _median(damping), parts)))
 
 
 def _median(moves: Array) -> Array:
-    """Over the orders that know a mode, of (blocks, modes, orders), NaN where none does."""
+    """Over the orders that know a mode, of (blocks, modes, orders, ...), NaN where none does."""
     known = np.isfinite(moves).any(axis=2)
     found = np.full(known.shape, np.nan)
-    found[known] = np.nanmedian(moves[known], axis=1)
-    return found
-
-
-def _best(values: Array) -> Array:
-    """The percentile over orders of values (modes, orders, ...), NaN where no order has the mode."""
-    found = np.full((len(values), *values.shape[2:]), np.nan)
-    for r, of_mode in enumerate(values):
-        known = np.isfinite(of_mode.reshape(len(of_mode), -1)).all(axis=1)
-        if known.any():
-            found[r] = np.percentile(of_mode[known], _BEST, axis=0)
+    found[known] = np.nanmedian(np.moveaxis(moves, 2, -1)[known], axis=-1)
     return found
 
 
@@ -125,10 +112,15 @@ def _nearest(found: PoleSet, pole: complex, reach: float) -> int | None:
 
 
 def _deviation(moves: Array | Complex) -> Array:
-    """Standard deviation of an estimate from what leaving out each of n blocks does to it, (n, ...)."""
+    """Standard deviation of an estimate from what leaving out each of n blocks does to it, (n, ...).
+
+    A block may be as short as the memory of the slowest mode, so that it knows its neighbours: they count
+    with half the weight of itself (Kuensch, Annals of Statistics 17 (1989) 1217-1241: overlapping blocks).
+    """
     known = np.isfinite(moves)
     count = np.maximum(known.sum(axis=0), 1)
     values = np.where(known, moves, 0.0)
     spread = np.where(known, values - values.sum(axis=0) / count, 0.0)
-    variance = np.sum(np.abs(spread) ** 2, axis=0) * np.maximum(count - 1, 0) / count
-    return np.asarray(np.where(count > len(moves) // 2, np.sqrt(variance), np.nan))
+    beside = np.sum((spread[1:] * spread[:-1].conj()).real, axis=0)
+    variance = (np.sum(np.abs(spread) ** 2, axis=0) + beside) * np.maximum(count - 1, 0) / count
+    return np.asarray(np.where(count > len(moves) // 2, np.sqrt(np.maximum(variance, 0.0)), np.nan))

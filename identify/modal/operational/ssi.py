@@ -8,6 +8,7 @@ stochastic subspace identification, MSSP 13 (1999) 855-878; one decomposition se
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -37,17 +38,26 @@ class Subspace:
         """Oscillating poles of a model of so many states, of positive frequency; shapes are displacements."""
         channels = len(self.size)
         root = np.sqrt(self.values[:order])
-        observed = self.left[:, :order] * root
-        system = scipy.linalg.lstsq(
-            observed[:-channels], observed[channels:], lapack_driver="gelsy", check_finite=False
-        )[0]
-        values, vectors = np.linalg.eig(system)
+        triangle, shifted = self._shift
+        system = scipy.linalg.solve_triangular(
+            triangle[:order, :order], shifted[:order, :order], check_finite=False
+        )
+        values, vectors = np.linalg.eig(system * root / root[:, None])
         kept = np.flatnonzero((values.imag > 0) & (np.abs(values) < 1))
-        shapes = (observed[:channels] @ vectors[:, kept]).T
+        shapes = ((self.left[:channels, :order] * root) @ vectors[:, kept]).T
         participation = np.linalg.solve(vectors, root[:, None] * self.right[:order])[kept]
         poles = np.log(values[kept]) * self.rate_hz
         moved = self.size * shapes / poles[:, None] ** self.power
         return PoleSet(order, poles, _unit(participation), _unit(moved))
+
+    @cached_property
+    def _shift(self) -> tuple[Array, Array]:
+        """Triangle R and Q^T B, (k, k) each, of the least squares A X = B for the shift X of the singular
+        vectors: those of fewer are their upper left corners.
+        """
+        channels = len(self.size)
+        q, triangle = scipy.linalg.qr(self.left[:-channels], mode="economic", check_finite=False)
+        return triangle, q.T @ self.left[channels:]
 
 
 def subspace(found: Correlations, correlation: Array, rows: int, order: int) -> Subspace:

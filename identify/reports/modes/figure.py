@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from identify.reports.kit.cells import NONE, unit
-from identify.reports.kit.figures import BLUE, GRID, MUTED, PALETTE, WIDTH_IN
+from identify.reports.kit.figures import BLUE, GRID, MUTED, PALETTE, WIDTH_IN, Room
 from identify.results.modes import AnalysedMeasurement
 
 _MARKS: dict[str, dict[str, Any]] = {
@@ -21,8 +21,8 @@ _MARKS: dict[str, dict[str, Any]] = {
 
 def stabilisation(m: AnalysedMeasurement) -> Figure:
     """Poles of every order over the mode indicator, with the chosen modes and what choices did."""
-    figure = Figure((WIDTH_IN, 3.2), layout="constrained")
-    below = figure.subplots()
+    figure = Figure((WIDTH_IN, 3.2))
+    [below] = Room(left=0.6, right=0.48, top=0.36).axes(figure)
     axes = below.twinx()
     d = m.diagram
     for k, curve in enumerate(d.indicator.T):
@@ -53,5 +53,5 @@ def stabilisation(m: AnalysedMeasurement) -> Figure:
         axes.axvline(hz, color=BLUE, lw=0.7, ls=":", label=None if k else "chosen mode")
     axes.set(ylabel=f"Model order ({NONE})", ylim=(0, 1.06 * m.highest_order))
     axes.grid(False)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=6)
+    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", ncols=6)
     return figure
