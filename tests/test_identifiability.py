@@ -68,6 +68,33 @@ def test_noise_common_to_all_responses_widens_the_intervals(tmp_path: Path) -> N
     assert np.median(trusted.std / trusted.independent_std) > 1.5
 
 
+@pytest.mark.parametrize("askew", [True, False])
+def test_a_hammer_held_askew_widens_the_intervals(tmp_path: Path, askew: bool) -> None:
+    """Two postures struck along three axes; what a force leaks into the others is the same at every line, so
+    that residuals of neighbouring lines say nothing of it, but the forces disagree.
+    """
+    found, stated, without = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
+    _, parameters = targets(tmp_path)
+    for seed in range(10):
+        rng, struck = np.random.default_rng([seed, 2]), []
+        for posture in (1, 2):
+            frf = targets(tmp_path, noise=0.02, seed=posture)[0].frf[0]
+            assert frf.noise is not None
+            leaks = np.eye(3) + 0.01 * askew * rng.normal(size=(3, 3))
+            noise = frf.noise * (rng.normal(size=frf.noise.shape) + 1j * rng.normal(size=frf.noise.shape))
+            h = frf.predict(initial(parameters)) @ leaks + noise
+            struck.append(replace(frf, data=replace(frf.data, frf=h)))
+        together = Targets(frf=tuple(struck))
+        scale, values = _fitted(together, parameters)
+        found.append(np.log(values / initial(parameters)))
+        stated.append(uncertainty(together, scale, values).std)
+        without.append(uncertainty(together, scale, values, disagreement=False).std)
+    off = np.abs(found)
+    assert 0.9 < np.mean(off < 1.96 * np.array(stated)) <= 1.0
+    assert (np.mean(off < 1.96 * np.array(without)) < 0.85) == askew, "neighbouring lines do not show it"
+    assert np.mean(np.array(stated) / np.array(without)) < (4.0 if askew else 2.0)
+
+
 def test_score_variance_of_white_noise_is_the_information() -> None:
     rng = np.random.default_rng(0)
 

@@ -102,7 +102,8 @@ def variance_inflation(problem: Problem, trial: Trial) -> float:
     determine.
     """
     model = with_effects(problem, trial.task.effects, trial.values)
-    found = uncertainty(model.targets(), Scale(model.parameters), model.initial)
+    # What forces disagree by is in every model alike: it widens intervals, but prefers none of the models.
+    found = uncertainty(model.targets(), Scale(model.parameters), model.initial, disagreement=False)
     scale, values = Scale(model.parameters[: model.size]), model.initial[: model.size]
     ratio = (found.std / found.independent_std) ** 2
     known = np.array([status != "not determined" for status in statuses(scale, values, found.std)])

@@ -129,10 +129,10 @@ class TrialRunner:
 
     def place(self, known: Known, job: PlaceJob) -> Any:
         """The outcome of work on a place, on few lines."""
-        problem = self._model("thin", Task(known.effects, (), known.values, anchor=known.anchor))
-        names = tuple(problem.file.study.effects), known.anchor
-        if self._fitter is None or self._fitter[0] != names:
-            self._fitter = names, PlaceFitter(problem)
+        model = known.effects, known.anchor
+        if self._fitter is None or self._fitter[0] != model:
+            task = Task(known.effects, (), known.values, anchor=known.anchor)
+            self._fitter = model, PlaceFitter(self._model("thin", task))
         return job.run(self._fitter[1], self._band)
 
     def _quick(self, task: Task) -> Trial:

@@ -35,6 +35,18 @@ def block_jackknife(jacobian: Array, residual: Array, blocks: Index, prior: Arra
     return np.asarray(moved.T @ moved), _freedom(left_out, parts, np.linalg.inv(whole))
 
 
+def scatter_of_blocks(parts: Array, scores: Array, variance: Array, prior: Array) -> Array:
+    """(p,): variance of values by leaving each block out, over the variance that is stated for them.
+
+    parts (b, p, p) and scores (b, p): J'J and J'e of each block; variance (p, p): that which is stated for
+    the scores of all blocks together.
+    """
+    whole = parts.sum(axis=0) + np.diag(prior)
+    moved = np.linalg.solve(whole - parts, scores[..., None])[..., 0]
+    bread = np.linalg.inv(whole)
+    return np.asarray(np.sum(moved**2, axis=0) / np.diag(bread @ variance @ bread))
+
+
 def _freedom(left_out: Array, parts: Array, inverse: Array) -> Array:
     """Satterthwaite's degrees of freedom (p,) of every variance under independent noise: tr(G)^2 / tr(G^2).
 

@@ -75,13 +75,19 @@ class Joint:
 
 
 def sandwich(
-    information: Array, variance: Array, count: int, scale: Scale, values: Array, notes: tuple[str, ...] = ()
+    information: Array,
+    variance: Array,
+    count: int,
+    scale: Scale,
+    values: Array,
+    notes: tuple[str, ...] = (),
+    widening: Array | float = 1.0,
 ) -> Uncertainty:
     """Uncertainty from J'J and the variance of the scores J'e, both (free, free) on the search scale, of
-    `count` residuals at values.
+    `count` residuals at values; standard deviations (free,) are widened by as much.
     """
     bread = _bread(information, scale)
-    covariance = bread @ variance @ bread
+    covariance = bread @ variance @ bread * np.outer(widening, widening)
     return _uncertainty(information, covariance, bread, count, scale, values, notes)
 
 

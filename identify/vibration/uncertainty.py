@@ -4,11 +4,14 @@ structured residuals.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
+from identify.fitting.jackknife import scatter_of_blocks
 from identify.fitting.uncertainty import Uncertainty, joint_uncertainty, sandwich
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.vibration.costs.eigenfrequency import pair_all
@@ -28,16 +31,53 @@ _LAGS, _POOL = 20, 45
 """Neighbouring lines whose correlation is counted; lines over which the level of noise on the force is
 averaged.
 """
+_KNOWN = 100.0
+"""Information of the data over that of the bounds from which on a value counts as known to them."""
+_FEWEST_BLOCKS = 4
+"""Forces of all postures together from which on what they disagree by says something."""
 
 
-def uncertainty(targets: Targets, scale: Scale, values: Array) -> Uncertainty:
+def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: bool = True) -> Uncertainty:
     """The intervals and their limits at values (unknowns,); of parameters that errors of what was told go
     along with, marginal.
+
+    disagreement: widened where the forces of the postures disagree by more than their residuals say.
     """
     if targets.nuisances:
         return _jointly(targets, scale, values)
-    product, variance, count = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
-    return sandwich(product, variance, count, scale, values, tuple(_structure(targets, values)))
+    found = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
+    wider = np.ones(len(scale.free))
+    if disagreement and len(found.parts) >= _FEWEST_BLOCKS:
+        wider = _disagreement(found, scale)
+    notes = tuple(_structure(targets, values))
+    return sandwich(found.product, found.variance, found.count, scale, values, notes, wider)
+
+
+@dataclass(frozen=True)
+class _Information:
+    """J'J, the variance of the scores J'e (f, f) each, how many real numbers were measured; of each force of
+    each posture its own J'J, parts (b, f, f), and scores (b, f).
+    """
+
+    product: Array
+    variance: Array
+    count: int
+    parts: Array
+    scores: Array
+
+
+def _disagreement(found: _Information, scale: Scale) -> Array:
+    """(f,): by how much wider than stated the values scatter when each force is left out in turn, at least 1.
+
+    Held askew, a hammer makes an error that all lines and channels of its force have in common: no
+    correlation of neighbouring lines shows it.  A few forces say little of one value, so what they say of all
+    that the data determine counts as much.
+    """
+    prior = scale.prior_information()
+    ratio = scatter_of_blocks(found.parts, found.scores, found.variance, prior)
+    known = np.diag(found.product) > _KNOWN * prior
+    of_all = float(np.mean(ratio[known])) if known.any() else 1.0
+    return np.asarray(np.sqrt(np.maximum(1.0, (np.where(known, ratio, of_all) + of_all) / 2)))
 
 
 def _jointly(targets: Targets, scale: Scale, values: Array) -> Uncertainty:
@@ -134,25 +174,28 @@ def covariance_root(problem: Problem, trusted: Uncertainty, values: Array) -> tu
     return scale.free, (trusted.std * slope)[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
 
 
-def _information(targets: Targets, values: Array, free: Index, slope: Array) -> tuple[Array, Array, int]:
-    """J'J, the variance of the scores J'e, and how many real numbers were measured."""
+def _information(targets: Targets, values: Array, free: Index, slope: Array) -> _Information:
+    """On the search scale, of which slope (f,) is the derivative."""
     product, variance, count = np.zeros((len(free), len(free))), np.zeros((len(free), len(free))), 0
+    parts, scores = list[Array](), list[Array]()
     for target in targets.frf:
         e, gradient = _frf_residuals(target, values, free)
         j = gradient * slope
-        rows = np.concatenate([j.real, j.imag]).reshape(-1, len(free))
-        own = rows.T @ rows
-        product, count = product + own, count + 2 * e.size
+        count += 2 * e.size
         common = target.predict_pairs(values) / target.sigma if target.noise is not None else target.measured
         for entry in np.unique(target.pairs[1]):
             column = target.pairs[1] == entry
-            variance += score_variance(e[:, column], j[:, column], common[:, column])
+            slopes, residual = j[:, column], e[:, column]
+            variance += score_variance(residual, slopes, common[:, column])
+            parts.append(_outer(slopes, slopes))
+            scores.append(np.einsum("lof,lo->f", np.conj(slopes), residual).real)
+            product += parts[-1]
     variance *= count / max(1, count - len(free))
     for modal in targets.modal:
-        residuals, slopes = _modal_residuals(modal, values, free)
-        own = (slopes * slope).T @ (slopes * slope)
+        residuals, by_value = _modal_residuals(modal, values, free)
+        own = (by_value * slope).T @ (by_value * slope)
         product, variance, count = product + own, variance + own, count + residuals.size
-    return product, variance, count
+    return _Information(product, variance, count, np.array(parts), np.array(scores))
 
 
 def score_variance(e: Complex, j: Complex, h: Complex) -> Array:

@@ -69,7 +69,7 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         with Workers(problem, workers) as at_work:
             found = discover(problem, at_work, Story())
         seconds = time.perf_counter() - began
-    held, told = _held(problem, found, truth.get("k", []))
+    held, told, doubted = _held(problem, found, truth.get("k", []))
     hidden, named = {label for effect in truth["effects"] for label in _true(effect)}, _named(problem, found)
     return {
         "truth": sorted(hidden),
@@ -83,12 +83,15 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         "gap_validation_after": _number(found.final.gap_validation),
         "stiffness_held": held,
         "stiffness_told": told,
+        "intervals_doubted": doubted,
         "seconds": seconds,
     }
 
 
-def _held(problem: Problem, found: Discovery, stiffness: list[float]) -> tuple[int, int]:
-    """How many true stiffnesses of joints lie within their 95 % intervals, and of how many that are told."""
+def _held(problem: Problem, found: Discovery, stiffness: list[float]) -> tuple[int, int, bool]:
+    """How many true stiffnesses of joints lie within their 95 % intervals, of how many that are told, and
+    whether the program says that its intervals cannot be relied on.
+    """
     model = with_effects(problem, found.final.task.effects, found.final.values)
     scale = Scale(model.parameters)
     trusted = uncertainty(model.targets(), scale, model.initial)
@@ -99,7 +102,7 @@ def _held(problem: Problem, found: Discovery, stiffness: list[float]) -> tuple[i
         if name in names and trusted.status[names.index(name)] == "determined":
             row = names.index(name)
             told, held = told + 1, held + bool(trusted.low[row] <= true <= trusted.high[row])
-    return held, told
+    return held, told, any("cannot be relied on" in note for note in trusted.notes)
 
 
 def line(name: str, s: dict[str, Any]) -> str:
@@ -113,7 +116,7 @@ def line(name: str, s: dict[str, Any]) -> str:
         f"{name:26s} {result}  truth: {', '.join(s['truth']) or 'nothing':44s} named:"
         f" {', '.join(s['named']) or 'nothing':44s} gap {s['gap_before']:.2f} -> {s['gap_after']:.2f},"
         f" validation {validation}, {s['false_additions']} false, stiffness {s['stiffness_held']} of"
-        f" {s['stiffness_told']} held, {s['seconds']:.1f} s"
+        f" {s['stiffness_told']} held{' (doubted)' if s['intervals_doubted'] else ''}, {s['seconds']:.1f} s"
     )
 
 
@@ -124,10 +127,15 @@ def total(scores: dict[str, dict[str, Any]]) -> str:
         sum(s["false_additions"] for s in scores.values()),
     )
     slowest = max((s["seconds"] for s in scores.values()), default=0.0)
-    held, told = (sum(s[key] for s in scores.values()) for key in ("stiffness_held", "stiffness_told"))
+    held, told, doubted_held, doubted_told = (
+        sum(s[key] for s in scores.values() if s["intervals_doubted"] == doubted)
+        for doubted in (False, True)
+        for key in ("stiffness_held", "stiffness_told")
+    )
     return (
         f"{right} of {len(scores)} right, {false} false additions, {held} of {told} stiffnesses within their"
-        f" intervals, slowest {slowest:.1f} s"
+        f" intervals, {doubted_held} of {doubted_told} where the program says that these cannot be relied on,"
+        f" slowest {slowest:.1f} s"
     )
 
 

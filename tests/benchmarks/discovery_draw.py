@@ -1,11 +1,12 @@
 """Draw new cases for `tests.benchmarks.discovery` at random: python -m tests.benchmarks.discovery_draw OUT
 --seed N [--count 60]
-[--dirt careful|typical].
+[--dirt careful|typical] [--outside].
 
 Every sixth case has nothing hidden in it, every sixth two effects, the others one, each kind of the catalogue
 about as often; makes of arm, places and sizes by the seed.  With dirt, everything told is a little wrong
-(`tests.generator.dirt`), and what several force levels show is left out.  Draw after the work is done, and
-score once.
+(`tests.generator.dirt`), and what several force levels show is left out.  Outside the catalogue are joints
+whose law no effect has, and nothing else: right is then a law measured at that joint.  Draw after the work is
+done, and score once.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from tests.generator.spec import TestSpec
 
 _BESIDES = ("pad", "fractional")
 """Laws that no effect of the catalogue has."""
-_JOINTS, _LINKS = ("tilt", "radial", "axial", "rotor", "friction", "hardening"), ("absorber",)
+_JOINTS = ("tilt", "radial", "axial", "rotor", "friction", "hardening", *_BESIDES)
+_LINKS = ("absorber",)
 _OF_LEVELS = ("friction", "hardening")
 _DIRT = {"careful": CAREFUL, "typical": ORDINARY}
 _STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
@@ -56,6 +58,12 @@ def drawn(count: int, seed: int, without: tuple[str, ...] = _BESIDES) -> list[st
     return found
 
 
+def drawn_outside(count: int, seed: int) -> list[str]:
+    """So many cases of laws that no effect has, by name."""
+    rng = np.random.default_rng(seed)
+    return [named(_BESIDES[number % len(_BESIDES)], rng) for number in range(count)]
+
+
 def main() -> None:
     """Write the folders of a draw with their truths."""
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.discovery_draw", description=__doc__)
@@ -63,10 +71,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--dirt", choices=sorted(_DIRT))
+    parser.add_argument("--outside", action="store_true", help="laws that the catalogue does not have")
     given = parser.parse_args()
     rng = np.random.default_rng([given.seed, 1])
     without = (*_BESIDES, *_OF_LEVELS) if given.dirt else _BESIDES
-    for number, case in enumerate(drawn(given.count, given.seed, without)):
+    cases = (
+        drawn_outside(given.count, given.seed) if given.outside else drawn(given.count, given.seed, without)
+    )
+    for number, case in enumerate(cases):
         seed = int(rng.integers(1, 10**6))
         spec = TestSpec(MAKES[str(rng.choice(list(MAKES)))](seed), seed=seed, binary=True)
         folder = given.out / f"{number:02d}_{case.replace('+', '_and_')}"

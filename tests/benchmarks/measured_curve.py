@@ -1,17 +1,20 @@
 """Draw the dynamic stiffness that a hammer test measures at a place, without a law: python -m
-tests.benchmarks.measured_curve FOLDER PLACE --out PICTURE.png.
+tests.benchmarks.measured_curve FOLDER PLACE --out PICTURE.png [--truth FOLDER.truth.json].
 
 PLACE is coordinates with commas between them, such as joint2.rx,joint2.ry; a coordinate that the study frees
 already is drawn with the spring and damper that the model has there, so that the whole joint is seen, and for
-each strength of impacts by itself.  The pictures of docs/measured_curve.md come from here.
+each strength of impacts by itself.  With the truth of a joint whose law no effect has, the share of lines
+whose 95 % band holds it is printed.  The pictures of docs/measured_curve.md come from here.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -27,6 +30,9 @@ from identify.reports.kit.figures import INK, MUTED, PALETTE, WIDTH_IN, style
 from identify.vibration.problem import Problem
 from tests.benchmarks.places import fitted
 
+_BETWEEN = 0.15
+"""Inertia between the elements of a relaxing joint, of that of what moves (`tests.generator.structure`)."""
+
 
 def main() -> None:
     """Fit the present model, then the place, and draw."""
@@ -34,11 +40,30 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("place", help="coordinates with commas between them")
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--truth", type=Path)
     given = parser.parse_args()
     names = tuple(given.place.split(","))
     with threadpool_limits(1), style():
-        figure = drawn(names, list(curves_of(given.folder, names)))
-        figure.savefig(given.out, dpi=130)
+        curves = list(curves_of(given.folder, names))
+        drawn(names, curves).savefig(given.out, dpi=130)
+    if given.truth:
+        [hidden] = json.loads(given.truth.read_text())["effects"]
+        decay = json.loads((given.folder / "test.json").read_text())["exponential_window_decay_per_s"]
+        for _, curve in curves:
+            print(f"held: {held(curve, hidden, decay)[0]:.3f}, error {held(curve, hidden, decay)[1]:.4f}")
+
+
+def held(curve: Curve, hidden: dict[str, Any], decay: float) -> tuple[float, float]:
+    """Share of real and imaginary parts whose band holds the truth of a relaxing joint, whose elements are in
+    series, each with an inertia of its own but the first; and the median error relative to the truth.
+    """
+    s = decay + 2j * np.pi * curve.frequency_hz
+    between = [0.0, *[_BETWEEN * hidden["inertia"]] * (len(hidden["stiffness"]) - 1)]
+    elements = zip(hidden["stiffness"], hidden["damping"], between, strict=True)
+    true = 1 / sum(1 / (k + s * c + s**2 * m) for k, c, m in elements)
+    off = curve.values[:, 0] - true
+    inside = [np.abs(off.real) < 1.96 * curve.std_real[:, 0], np.abs(off.imag) < 1.96 * curve.std_imag[:, 0]]
+    return float(np.mean(inside)), float(np.median(np.abs(off / true)))
 
 
 def curves_of(folder: Path, names: tuple[str, ...]) -> Iterator[tuple[str, Curve]]:

@@ -150,6 +150,32 @@ def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(
     assert [option.effect for option in found.options] == ([TILT, BASE] if with_another else [])
 
 
+@pytest.mark.parametrize("promised", [True, False])
+def test_a_promise_outlasts_patience(promised: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two that stand for little are found before one of a pair that explains all; its other half comes when
+    patience is spent, and what came first is taken out again.
+    """
+    alone = {"joint-compliance": 7.0, "appended-resonator": 8.5, "added-mass": 9.0}
+    both = {"joint-compliance", "base-compliance"}
+    world = World(
+        lambda kinds: 1.01 if both <= kinds else min((alone.get(kind, 9.5) for kind in kinds), default=9.5)
+    )
+
+    def turned(bench: Known, before: Trial, *_: Any) -> Step:
+        effect = next((e for e in (MASS, BODY, TILT, BASE) if e not in before.task.effects), None)
+        if effect is None:
+            return _step(before, None)
+        trial = world.trial(Task(before.task.effects, (effect,), {}))
+        seen = 0.999 if promised and effect in (TILT, BASE) else 0.3
+        gain = EvidenceCriterion(1.0).gain(before, trial)
+        return _step(before, workbench_types.Option(effect, trial, 1, gain), seen)
+
+    monkeypatch.setattr(selection_loop, "turn", turned)
+    monkeypatch.setattr(selection_loop, "exchange", lambda bench, options, model, story: (options, model))
+    found = selection_loop.select(Known(world))
+    assert [option.effect for option in found.options] == ([TILT, BASE] if promised else [])
+
+
 def test_what_is_left_in_the_end_may_be_the_variant_of_what_was_found() -> None:
     """A uniform beam was found while a delay was in the way; beside the delay a nonuniform one explains the
     rest.

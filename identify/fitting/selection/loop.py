@@ -56,10 +56,10 @@ def select(bench: Workbench[E, M], story: Story | None = None) -> Selection[E, M
         if _settles(policy, step.criterion, state):
             banned += _settle(bench, first, state, story)
             patience = policy.patience
-        elif patience == 0 or _hopeless(policy, first, state.settled, step):
+        elif (patience == 0 and not _promised(policy, step)) or _hopeless(policy, first, state.settled, step):
             break
         else:
-            patience -= 1
+            patience = max(patience - 1, 0)
     options, final = state.kept, state.settled
     if not policy.prune_each:
         final, _ = prune(bench, final, story)
@@ -120,6 +120,12 @@ def _hopeless(policy: Policy, first: M, settled: M, step: Step[E, M]) -> bool:
     """Whether a step that does not settle by itself is not worth following either."""
     explained = step.criterion.gain(first, settled).explained
     return explained > policy.nearly or step.promise < policy.tentative
+
+
+def _promised(policy: Policy, step: Step[E, M]) -> bool:
+    """Whether what a step found explains enough together with one more, so that the next step may settle."""
+    rule = policy.settle_several
+    return rule is not None and step.promise >= rule.explained > step.found[-1].gain.explained
 
 
 def found_in(steps: Sequence[Step[E, M]]) -> list[Option[E, M]]:

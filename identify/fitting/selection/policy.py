@@ -24,7 +24,8 @@ class Policy:
     smallest of them is taken; None: the likeliest.
     pair_below: pairs are tried where the best one explains less than this.
     most: additions at most; patience: how many unsettled additions are followed, because two effects of equal
-    size hide each other; tentative: one that explains less, also together with another, is not even followed;
+    size hide each other, and beyond that where one together with another explains what settle_several asks;
+    tentative: one that explains less, also together with another, is not even followed;
     nearly: once this much is explained, only what settles by itself is added, and other variants of what was
     added are tried.
     many: an effect with this many parameters can stand for many things, and is looked for anew at the end.
