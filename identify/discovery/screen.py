@@ -29,8 +29,8 @@ _REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
 tried in their other variants; how many times the best one's squares a candidate may leave after a few steps
 and still be refitted."""
 _LED, _WORTH_SOFTLY = 30, 2.5
-"""With errors of what was told fitted along: how many candidates go on after a few steps, and how many times
-the gap of the best one they may leave then."""
+"""With errors of what was told fitted along: how many candidates go on after a few steps, at which the right
+one may still be under way, and how many times the gap of the best one they may leave then."""
 _NEARLY = 1.5
 """How many times the squares that the best one leaves a candidate may leave and still win, with errors of
 what was told fitted along and residuals that count for little."""
@@ -238,15 +238,17 @@ def screened_softly(
         story.done(count[0], 0)
 
     left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
-    [present] = workers.run([Task(known, (), before.values, "quick")], one)
+    # Errors of the present model make up for a wrong channel: it is looked at beside a model that has few.
+    [present] = workers.run([Task(known, (), before.values, "brief")], one)
     measuring = [effect for effect in left if effect.of_measurement]
     glances = workers.run([Task(known, (e,), present.values, "glance") for e in measuring], one)
     near = sorted(glances, key=squares_of)[:_REFITTED]
     others = [effect for effect in left if not effect.of_measurement]
-    tasks = [Task(known, (e,), present.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
+    tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
     brief = sorted(workers.run(tasks, one), key=squares_of)
     led = further(workers, brief[:_LED], "led", one)
-    quick = further(workers, led[:_REFITTED], "quick", one)
+    near = [trial for trial in led[:_REFITTED] if trial.gap <= _WORTH_SOFTLY * led[0].gap]
+    quick = further(workers, near, "quick", one)
     tried = [trial.task.new for trial in quick]
     return [*quick, *(trial for trial in (*led, *brief[_LED:]) if trial.task.new not in tried)]
 
@@ -257,11 +259,8 @@ def further(
     how: Literal["led", "quick"],
     done: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
-    """Trials, best first, taken on from where they are, but those that leave far more than the best one; best
-    first again.
-    """
-    near = [trial for trial in trials if trial.gap <= _WORTH_SOFTLY * trials[0].gap]
-    tasks = [replace(trial.task, values=trial.values, how=how) for trial in near]
+    """Trials taken on from where they are, the best first."""
+    tasks = [replace(trial.task, values=trial.values, how=how) for trial in trials]
     return sorted(workers.run(tasks, done), key=squares_of)
 
 
@@ -395,8 +394,7 @@ def _together(workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple
     near = sorted(workers.run(tasks), key=squares_of)[:_PAIRS]
     if workers.with_errors:
         near = further(workers, near, "led")
-    quick = [replace(trial.task, values=trial.values, how="quick") for trial in near]
-    return min(workers.run(quick), key=squares_of)
+    return further(workers, near, "quick")[0]
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:

@@ -29,9 +29,9 @@ def without_errors(problem: Problem) -> Problem:
     return replace(problem, parameters=held)
 
 
-def best_softly(problem: Problem, starts: Array) -> tuple[Array, float]:
+def best_softly(problem: Problem, starts: Array, softness: float = SOFT) -> tuple[Array, float]:
     """The best of the starts (m, unknowns) as they are, and its cost, with residuals that count for less."""
-    costs = _soft(problem, SOFT).costs(starts)
+    costs = _soft(problem, softness).costs(starts)
     return starts[int(np.argmin(costs))], float(costs.min())
 
 

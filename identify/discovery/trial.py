@@ -41,7 +41,7 @@ _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
-_FEW_STEPS = LevenbergMarquardt(steps=4, tolerance=1e-2)
+_FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
 _ON_ALL_LINES = LevenbergMarquardt(steps=10, tolerance=1e-6)
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
@@ -161,7 +161,7 @@ class TrialRunner:
         up for what it lacks; a quick trial of something new goes on from there.
         """
         if task.how == "glance":
-            return best_softly(problem, starts)
+            return best_softly(problem, starts, FIRST)
         if task.how == "brief":
             few = _fewer_channels(problem, task)
             return led(few, self._first_start(few, starts, task), [FIRST], _FEW_STEPS)
