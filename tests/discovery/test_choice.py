@@ -43,7 +43,7 @@ class World:
     def __init__(self, gap: Callable[[set[str]], float]) -> None:
         self.gap, self.tasks = gap, 0
 
-    def run(self, tasks: Sequence[Task]) -> list[Trial]:
+    def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
         """The trials of all tasks."""
         self.tasks += len(tasks)
         return [self.trial(task) for task in tasks]

@@ -16,7 +16,8 @@ from identify.model.effects.base import parse_effect
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
-from tests.hidden import truth, write_config
+from tests.hidden import config_of, truth, write_config
+from tests.shared import shared
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
@@ -120,3 +121,39 @@ def test_a_resonator_is_reached_from_the_start_whose_valley_is_its_own(tmp_path:
     costs = FrfLeastSquares(residual="log").objective(problem.targets()).costs(starts)
     assert hz(from_each(problem, starts, few)) == pytest.approx(true, rel=0.05)
     assert hz(from_each(problem, starts[[int(np.argmin(costs))]], few)) != pytest.approx(true, rel=0.05)
+
+
+def _first_looks(case: str, level: str, folder: Path, effects: list[dict[str, object]]) -> list[float]:
+    """Gaps of candidates beside the study's own effects after a few steps, with errors of what was told."""
+    config = config_of(shared("hidden_dirty", case), folder, extra=f"uncertainty: {level}")
+    runner = TrialRunner(load_problem(read_study(config)))
+    known = tuple(runner.whole.file.study.effects)
+    values = {p.name: p.initial for p in runner.whole.parameters}
+    tasks = [Task(known, (parse_effect(effect),), values, "brief") for effect in effects]
+    first = [runner.run(task) for task in tasks]
+    return [runner.run(replace(one.task, values=one.values, how="led")).gap for one in first]
+
+
+def test_under_stated_uncertainty_a_first_look_ends_in_the_right_valley(tmp_path: Path) -> None:
+    """A tilt, a link that bends beside it, and a tilt that a few timid steps put before both."""
+    tilt, beside, other = _first_looks(
+        "tilt_j2_8102_dirt3",
+        "typical",
+        tmp_path,
+        [
+            {"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]},
+            {"kind": "link-flexibility", "link": "link2"},
+            {"kind": "joint-compliance", "joints": [3], "axes": ["rx", "ry"]},
+        ],
+    )
+    assert tilt < 0.8 * beside < 0.4 * other
+
+
+def test_under_stated_uncertainty_a_reversed_channel_stands_out(tmp_path: Path) -> None:
+    true, other = _first_looks(
+        "polarity_8101_dirt1",
+        "careful",
+        tmp_path,
+        [{"kind": "channel-polarity", "channel": f"{channel}:+Y"} for channel in (10, 1)],
+    )
+    assert true < 0.2 * other

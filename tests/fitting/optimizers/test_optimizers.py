@@ -167,3 +167,28 @@ def test_hybrid_needs_a_population_method() -> None:
 def test_unknown_kind_lists_the_known_ones() -> None:
     with pytest.raises(ValueError, match="one of artificial-bee-colony, cma-es"):
         parse_optimizer("simulated-annealing")
+
+
+def test_levenberg_marquardt_takes_the_best_of_a_ladder_of_damped_steps() -> None:
+    problem, start = search("many", 4), np.array([1.9, 2.5, 0.6, 1.4])
+    residuals, jacobian = problem.residuals(start)
+    ends = np.array(
+        [
+            start - np.linalg.solve(jacobian.T @ jacobian + damping * np.eye(4), jacobian.T @ residuals)
+            for damping in (0.01, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
+        ]
+    )
+    costs = problem.costs(np.clip(ends, problem.lower, problem.upper))
+    found = search("many", 4)
+    optimizer = parse_optimizer({"kind": "levenberg-marquardt", "steps": 1})
+    outcome = optimizer.minimize(found, start, np.random.default_rng(0))
+    assert not outcome.converged and outcome.sentence == "1 steps are spent"
+    assert found.best_cost == pytest.approx(costs.min(), rel=1e-9)
+    assert costs.argmin() not in (0, 6), "neither the boldest nor the most timid"
+
+
+def test_levenberg_marquardt_says_why_it_ended() -> None:
+    optimizer = parse_optimizer({"kind": "levenberg-marquardt", "tolerance": 1e-3})
+    outcome = optimizer.minimize(search("many", 4), np.full(4, 0.4), np.random.default_rng(0))
+    assert outcome.converged
+    assert outcome.sentence == "the sum of squares fell by less than 0.001 of itself"
