@@ -11,7 +11,6 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array
-from identify.core.nonnegative import nonnegative
 from identify.modal.refine import Equations, Fit, squared
 
 CHANCE = 1e-8
@@ -60,7 +59,7 @@ def _line_variance(error: Array, first: Array, second: Array) -> Array:
     floor = 1e-20 * np.max(second) + 1e-6 * np.max(variance) + np.finfo(float).tiny
     for _ in range(3):
         row = 1 / (variance + floor)
-        factor = nonnegative(parts / size * row[:, None], error * row)
+        factor, _ = scipy.optimize.nnls(parts / size * row[:, None], error * row)
         variance = parts / size @ factor
     variance = variance + floor
     return np.asarray(
