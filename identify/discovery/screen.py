@@ -28,9 +28,9 @@ _REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
 """How many candidates are refitted after the first look; get further than quick trials; and of those, are
 tried in their other variants; how many times the best one's squares a candidate may leave after a few steps
 and still be refitted."""
-_LED, _WORTH_SOFTLY = 30, 2.5
-"""With errors of what was told fitted along: how many candidates go on after a few steps, at which the right
-one may still be under way, and how many times the gap of the best one they may leave then."""
+_WORTH_SOFTLY = 2.5
+"""With errors of what was told fitted along: how many times the best one's gap a candidate may leave when
+residuals count for little, and still be refitted."""
 _NEARLY = 1.5
 """How many times the squares that the best one leaves a candidate may leave and still win, with errors of
 what was told fitted along and residuals that count for little."""
@@ -245,12 +245,11 @@ def screened_softly(
     near = sorted(glances, key=squares_of)[:_REFITTED]
     others = [effect for effect in left if not effect.of_measurement]
     tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
-    brief = sorted(workers.run(tasks, one), key=squares_of)
-    led = further(workers, brief[:_LED], "led", one)
+    led = further(workers, workers.run(tasks, one), "led", one)  # the right one may still be under way
     near = [trial for trial in led[:_REFITTED] if trial.gap <= _WORTH_SOFTLY * led[0].gap]
     quick = further(workers, near, "quick", one)
     tried = [trial.task.new for trial in quick]
-    return [*quick, *(trial for trial in (*led, *brief[_LED:]) if trial.task.new not in tried)]
+    return [*quick, *(trial for trial in led if trial.task.new not in tried)]
 
 
 def further(
