@@ -130,10 +130,11 @@ def modes(
     """
     from identify.core.collector import uncollected
 
-    with uncollected():
-        from identify.api import commands as api
     try:
-        found = api.run_modes(data, options, options.quiet)
+        with uncollected():
+            from identify.api import commands as api
+
+            found = api.run_modes(data, options, options.quiet)
     except InputError as error:
         if not api.has_shapes_alone(data):
             raise _with_options(error) from error

@@ -209,12 +209,11 @@ def has_shapes_alone(data: Path) -> bool:
 def run_modes(data: Path, options: ModesOptions, quiet: bool = True) -> Result:
     """What `identify modes` does."""
     from identify.core.binary_input import prepare
-    from identify.core.collector import uncollected
     from identify.reports.shown import working
 
     options.check()
     prepare([path for path in (data, options.scale_frf, options.scale_record) if path is not None])
-    with uncollected(), working(quiet, f"finding the modes of {data.name}"):
+    with working(quiet, f"finding the modes of {data.name}"):
         return _modes_of(data, options)
 
 

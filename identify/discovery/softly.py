@@ -16,11 +16,11 @@ from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Optimizer, Search
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.problem import Problem
-from identify.vibration.softened import SOFT_STAGE, softened
+from identify.vibration.softened import SOFT_STAGE, SOFTNESS
 
-FIRST, LEADING, SOFT = 100.0, (100.0, 30.0), 10.0
-"""By how much less residuals count in a first look, on the way from there, and in quick trials: noise of half
-a per cent counts as one of 50, 15 and 5 %."""
+LEADING, SOFT = SOFTNESS[:2], SOFTNESS[2]
+"""By how much less residuals count in a first look, then on the way from there, and in quick trials: noise of
+half a per cent counts as one of 50, 15 and 5 %."""
 
 
 def without_errors(problem: Problem) -> Problem:
@@ -49,8 +49,7 @@ def likely(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array,
     """From start (unknowns,), errors from nothing, to the greatest likelihood; values and cost."""
     values = start.copy()
     values[problem.size :] = 0.0
-    for objective in softened(problem.targets()):
-        values = minimized(problem, values, SOFT_STAGE, objective)[0]
+    values, _ = led(problem, values, SOFTNESS)
     return minimized(problem, values, optimizer, FrfLeastSquares().objective(problem.targets()))
 
 

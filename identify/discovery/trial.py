@@ -4,7 +4,6 @@ them.
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
@@ -14,13 +13,12 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
-from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
-from identify.discovery.softly import FIRST, LEADING, SOFT, best_softly, led, likely, without_errors
+from identify.discovery.softly import LEADING, SOFT, best_softly, led, likely, minimized, without_errors
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import Ended, Optimizer, Search
+from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.model.effects.base import Effect
@@ -161,10 +159,10 @@ class TrialRunner:
         up for what it lacks; a quick trial of something new goes on from there.
         """
         if task.how == "glance":
-            return best_softly(problem, starts, FIRST)
+            return best_softly(problem, starts, LEADING[0])
         if task.how == "brief":
             few = _fewer_channels(problem, task)
-            return led(few, self._first_start(few, starts, task), [FIRST], _FEW_STEPS)
+            return led(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
         if task.how == "led":
             return led(_fewer_channels(problem, task), problem.initial, LEADING)
         if task.how == "quick" and task.new:
@@ -435,17 +433,9 @@ def _descend(
     """Down from the best of the starts (m, parameters): values (parameters,) and cost, of the
     likelihood if none is given.
     """
-    scale, objective = Scale(problem.parameters), objective or _likelihood(problem)
-    x = scale.to_x(starts)
+    objective = objective or _likelihood(problem)
     best = int(np.argmin(objective.costs(starts))) if len(starts) > 1 else 0
-    search = Search(objective, scale, 10 * optimizer.evaluations)
-    with contextlib.suppress(Ended):  # the budget is spent: what was found counts
-        optimizer.minimize(search, x[best], np.random.default_rng(0))
-    return (
-        (starts[best], float("inf"))
-        if search.best_x is None
-        else (scale.to_values(search.best_x), search.best_cost)
-    )
+    return minimized(problem, starts[best], optimizer, objective)
 
 
 def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Complex
 
 Shapes = NDArray[Any]
 
@@ -72,6 +72,13 @@ def mpc(a: Shapes) -> Array:
     return _ratio(np.abs(np.sum(a * a, axis=1)) ** 2, _power(a) ** 2)
 
 
+def as_real(a: Shapes) -> Complex:
+    """Shapes (m, channels), each turned to be as real as it can: the best line through its points of the
+    complex plane is at half the phase of sum a^2.
+    """
+    return np.asarray(a * np.exp(-0.5j * np.angle(np.sum(a * a, axis=1)))[:, None])
+
+
 def mpd(a: Shapes) -> Array:
     """Mean phase deviation, (m,), rad: amplitude-weighted mean angle between the channels and the line that
     fits them best.
@@ -79,9 +86,7 @@ def mpd(a: Shapes) -> Array:
     0 for a real shape; at most pi/2.  Source: Reynders, Houbrechts and De Roeck, MSSP 29 (2012).
     """
     a = np.atleast_2d(a)
-    # The best line through the points of the complex plane is at half the phase of sum a^2.
-    turned = a * np.exp(-0.5j * np.angle(np.sum(a * a, axis=1)))[:, None]
-    size = np.abs(a)
+    turned, size = as_real(a), np.abs(a)
     return _ratio(
         np.sum(size * np.arctan2(np.abs(turned.imag), np.abs(turned.real)), axis=1), np.sum(size, axis=1)
     )

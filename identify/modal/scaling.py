@@ -15,7 +15,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel
-from identify.modal.mac import mac
+from identify.modal.mac import as_real, mac
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def _drive_points(layout: Layout) -> tuple[list[int], list[int], Array]:
 
 def _unit(shapes: Complex) -> Complex:
     """Largest component 1 and, as far as the shape allows, all real."""
-    turned = shapes * np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None]
+    turned = as_real(shapes)
     return _upright(turned / np.max(np.abs(turned), axis=1, initial=0.0)[:, None])
 
 

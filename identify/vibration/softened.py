@@ -10,11 +10,11 @@ from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.costs.target import Targets
 
-_SOFTNESS = (100.0, 30.0, 10.0, 3.0)
+SOFTNESS = (100.0, 30.0, 10.0, 3.0)
 SOFT_STAGE = LevenbergMarquardt(steps=10, tolerance=1e-2)
-"""How each of them is minimised: roughly."""
+"""By how much less residuals count, in turn, and how each of them is minimised: roughly."""
 
 
 def softened(targets: Targets) -> list[PosteriorObjective]:
     """The likelihood with residuals that count for ever more."""
-    return [PosteriorObjective(FrfLeastSquares(), targets, softness) for softness in _SOFTNESS]
+    return [PosteriorObjective(FrfLeastSquares(), targets, softness) for softness in SOFTNESS]

@@ -18,8 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Index
 from identify.core.text import count
+from identify.modal.mac import as_real
 from identify.modal.operational.analysis import OperationalModes
 from identify.modal.operational.masses import ModalMasses, Told
 from identify.modal.pairing import common_channels
@@ -50,7 +51,7 @@ class _Modes:
     @classmethod
     def of(cls, found: OperationalModes, rows: Index, sign: Array | float) -> _Modes:
         """At some channels, with their signs."""
-        scatter, turned = found.scatter, _upright(found.shapes[:, rows] * sign)
+        scatter, turned = found.scatter, as_real(found.shapes[:, rows] * sign)
         # Half of a complex error is real; what is left imaginary beyond the other half is an error as well.
         std = np.maximum(scatter.shapes[:, rows] / np.sqrt(2), np.abs(turned.imag))
         return cls(2 * np.pi * found.frequency_hz, 2 * np.pi * scatter.frequency_hz, turned.real, std)
@@ -225,8 +226,3 @@ def _weighted(equations: _Equations, inverse: Array, share: float) -> _Answer:
     shares = np.sum(weighted.reshape(*heavy.shapes.shape, -1) ** 2, axis=1)
     likelihood = -left / 2 - float(np.sum(np.log(np.diag(factor) * size)))
     return _Answer(inverse, std, np.argmax(shares, axis=0), misfit, likelihood)
-
-
-def _upright(shapes: Complex) -> Complex:
-    """Shapes turned to be as real as they can."""
-    return np.asarray(shapes * np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None])
