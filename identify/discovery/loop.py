@@ -12,13 +12,14 @@ from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.promote import alike, beyond_belief
+from identify.discovery.promote import alike, beyond_belief, without_errors_at
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
 from identify.fitting.selection.loop import Selection, select
 from identify.fitting.selection.workbench import Story
+from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget
@@ -78,30 +79,47 @@ def promoted(
     """The options and the model where errors of what was told that are beyond belief have become effects.
 
     Only once the gap is closed: before, they make up for what was not found.  What looks like a wrong link is
-    compared with what else adds inertia.
+    compared with what else adds inertia.  That the error is that large is what is asked here, not whether
+    chance alone could have made it so: a sensor that is turned by three times what was stated is to be looked
+    at, whatever turned it.
     """
     kept, model, tried = list(options), final, list[Effect]()
     for _ in range(_PROMOTED if final.gap < CLOSED else 0):
         found = beyond_belief(problem.nuisances, model.values, problem.robot)
-        effect = next((one for one in found if one not in (*tried, *model.task.effects)), None)
+        effect, start = next(
+            (one for one in found if one[0] not in (*tried, *model.task.effects)), (None, {})
+        )
         if effect is None:
             break
         tried.append(effect)
-        rivals = [
-            one for one in alike(effect, problem.robot, problem.points) if one not in model.task.effects
-        ]
-        trials = workers.run(
-            [Task(model.task.effects, (one,), model.values, "thorough") for one in (effect, *rivals)]
-        )
-        trial = max(trials, key=partial(_log_odds, model))
-        odds = _log_odds(model, trial)
-        if odds > CONVINCING:
+        [trial] = workers.run([Task(model.task.effects, (effect,), {**model.values, **start}, "onward")])
+        if _log_odds(model, trial) > CONVINCING:
+            trial = _best_alike(problem, workers, model, trial)
             criterion = EvidenceCriterion(max(trial.gap**2, 1.0))
-            gain = replace(criterion.gain(model, trial), log_odds=odds)
+            gain = replace(criterion.gain(model, trial), log_odds=_log_odds(model, trial))
             kept.append(selection.Option(trial.task.new[0], trial, trial.free - model.free, gain))
             model = trial
             story.say(f"{trial.task.new[0].sentence()}: more than stated uncertainty allows.")
     return kept, model
+
+
+def _best_alike(problem: Problem, workers: Workers, model: Trial, trial: Trial) -> Trial:
+    """The trial of an effect beside a model, or of what looks like it where that explains more."""
+    known, [effect] = model.task.effects, trial.task.new
+    rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
+    if isinstance(effect, AddedMass):
+        tasks = [Task(known, (one,), model.values, "thorough") for one in rivals]
+        return max([trial, *workers.run(tasks)], key=partial(_log_odds, model))
+    clean = without_errors_at(effect, problem.nuisances, model.values)
+    tasks = [
+        Task(known, (effect,), trial.values, "nearby"),
+        *(Task(known, (one,), clean, "nearby") for one in rivals),
+    ]
+    best = max(workers.run(tasks), key=partial(_log_odds, model))
+    if best.task.new == trial.task.new:
+        return trial
+    [other] = workers.run([Task(known, best.task.new, best.values, "onward")])
+    return max(trial, other, key=partial(_log_odds, model))
 
 
 def _log_odds(before: Trial, after: Trial) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -12,17 +13,21 @@ from identify.core.parameters import Values
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.channel_gain import ChannelGain
+from identify.model.effects.channel_polarity import ChannelPolarity
+from identify.model.effects.channel_swap import ChannelSwap
+from identify.model.effects.rigid_body import MOMENTS
 from identify.model.effects.rotor_inertia import RotorInertia
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_rotation import SensorRotation
 from identify.model.effects.time_delay import TimeDelay
-from identify.robot.description import Robot
+from identify.model.nuisances.inertia import CHANGES, moments
+from identify.robot.description import Link, Robot
 from identify.robot.points import Point
 from identify.vibration.nuisances.nuisance import FORCE, Nuisance, Nuisances
 
-_BEYOND, _CHANCE = 3.0, 1e-4
-"""Standard deviations beyond which an error may be an effect, and the chance that the largest of all errors
-of a place would be as large."""
+_BEYOND, _CHANCE = 3.0, 0.01
+"""Standard deviations beyond which an error may be an effect, and the chance that all errors of its cause
+together would be as large."""
 _OF = {"channel-gain": "channel", "time-delay": "set"}
 
 
@@ -33,52 +38,94 @@ def stated_already(nuisances: Nuisances, effect: Effect) -> bool:
     return effect.kind in _OF and nuisances.has(_OF[effect.kind])
 
 
-def beyond_belief(nuisances: Nuisances, values: Mapping[str, float], robot: Robot) -> list[Effect]:
-    """The effects that stand for errors beyond three standard deviations, which chance cannot explain, the
-    least likely first; values by name.
+def beyond_belief(
+    nuisances: Nuisances, values: Mapping[str, float], robot: Robot
+) -> list[tuple[Effect, dict[str, float]]]:
+    """The effects that stand for errors beyond three standard deviations, the least likely first, each with
+    its parameters as large as the errors and what is left of those, by name: the model is then as near to the
+    data as it was; values by name.
     """
     entries = nuisances.entries
     shift = np.array([values[one.name] for one in entries])
     together: dict[tuple[str, str], list[int]] = {}
     for number, one in enumerate(entries):
-        part = "turn" if one.group == "point" and one.change.startswith("r") else ""
-        together.setdefault((one.group, one.place + part), []).append(number)
+        together.setdefault(_cause(one), []).append(number)
     found = []
     for numbers in together.values():
         own = shift[numbers]
-        chance = float(scipy.special.chdtrc(len(own), np.sum(own**2))) * len(together)
-        effect = _effect([entries[n] for n in numbers], own, robot)
-        if np.abs(own).max() > _BEYOND and chance < _CHANCE and effect is not None:
-            found.append((chance, -float(np.sum(own**2)), effect))
-    return [effect for *_, effect in sorted(found, key=lambda row: row[:2])]
+        chance = float(scipy.special.chdtrc(len(own), np.sum(own**2)))
+        if np.abs(own).max() <= _BEYOND or chance > _CHANCE:
+            continue
+        named = _effect([entries[n] for n in numbers], own, robot)
+        if named is not None:
+            found.append((chance, -float(np.sum(own**2)), *named))
+    return [(effect, start) for *_, effect, start in sorted(found, key=lambda row: row[:2])]
+
+
+def _cause(one: Nuisance) -> tuple[str, str]:
+    """What errors of one cause have in common: a link, the place or the turn of a sensor, all delays."""
+    if one.group == "point" and one.change.startswith("r"):
+        return "turn", one.place
+    return one.group, "" if one.group == "set" else one.place
 
 
 def alike(effect: Effect, robot: Robot, points: Mapping[int, Point]) -> list[Effect]:
-    """What looks like a wrong inertia of a link to a model that does not have it: sensors, and rotors of any
-    joint, which errors of several links share among them.
+    """What looks like an effect that errors stand for: whatever may be wrong at the same sensor; and like a
+    wrong inertia of a link what else adds inertia, which errors of several links share among them.
     """
-    if not isinstance(effect, AddedMass):
-        return []
-    return [one for kind in (SensorMass, RotorInertia) for one in kind.instances(robot, points)]
+    kinds: Sequence[type[Effect]] = (ChannelPolarity, ChannelSwap, ChannelGain, SensorRotation)
+    if isinstance(effect, AddedMass):
+        kinds = (SensorMass, RotorInertia)
+    every = [one for kind in kinds for one in kind.instances(robot, points)]
+    return [one for one in every if one != effect and _node(one) == _node(effect)]
 
 
-def _effect(some: Sequence[Nuisance], shift: Array, robot: Robot) -> Effect | None:
-    """The effect that the errors of one place stand for, with where it is to start; None for what has
+def without_errors_at(effect: Effect, nuisances: Nuisances, values: Mapping[str, float]) -> dict[str, float]:
+    """The values with no turn and no wrong gains of the sensor that an effect is about."""
+    own = [one for one in nuisances.entries if _cause(one)[0] in ("turn", "channel")]
+    return {**values, **{one.name: 0.0 for one in own if one.place.partition(":")[0] == _node(effect)}}
+
+
+def _node(effect: Effect) -> str | None:
+    """The node of the sensor that is wrong."""
+    if isinstance(effect, (SensorRotation, ChannelSwap)):
+        return str(effect.point)
+    if isinstance(effect, (ChannelGain, ChannelPolarity)):
+        return str(effect.channel).partition(":")[0]
+    return None
+
+
+def _effect(some: Sequence[Nuisance], shift: Array, robot: Robot) -> tuple[Effect, dict[str, float]] | None:
+    """The effect that the errors of one cause stand for and its start (`beyond_belief`); None for what has
     none.
     """
-    first = some[0]
-    largest = some[int(np.argmax(np.abs(shift)))]
+    first, sizes = some[0], shift * [one.std for one in some]
+    nothing_left = dict.fromkeys((one.name for one in some), 0.0)
     if first.group == "link":
-        mass = robot.link(first.place).mass
-        bounds = (-round(mass / 2, 3), round(2 * mass, 3))
-        return AddedMass(
-            link=first.place, extent="body", mass=Values(initial=round(0.02 * mass, 6), bounds=bounds)
-        )
-    if first.group == "point" and first.change.startswith("r"):
-        axis = largest.change.removeprefix("r")
-        return SensorRotation.model_validate({"point": int(first.place), "axis": axis})
+        change = np.zeros(len(CHANGES))
+        change[[CHANGES.index(one.change) for one in some]] = sizes
+        effect, body = _body(robot.link(first.place), change)
+        return effect, {**nothing_left, **body}
+    if _cause(first)[0] == "turn":
+        largest = some[int(np.argmax(np.abs(shift)))]
+        axis, angle = largest.change.removeprefix("r"), float(sizes[some.index(largest)])
+        turned = SensorRotation.model_validate({"point": int(first.place), "axis": axis})
+        return turned, {largest.name: 0.0, f"{first.place}.r{axis}.angle": angle}
     if first.group == "channel" and first.place != FORCE:
-        return ChannelGain(channel=first.place)
+        factor = float(np.exp(sizes[0]))
+        return ChannelGain(channel=first.place), {**nothing_left, f"{first.place}.gain": factor}
     if first.group == "set":
-        return TimeDelay()
+        delay = float(np.mean(sizes))
+        left = {one.name: float(size - delay) / one.std for one, size in zip(some, sizes, strict=True)}
+        return TimeDelay(), {**left, "responses.delay": delay}
     return None
+
+
+def _body(link: Link, change: Array) -> tuple[AddedMass, dict[str, float]]:
+    """The body that makes the same of a link as changes (10,) of its inertia."""
+    bounds = (-round(link.mass / 2, 3), round(2 * link.mass, 3))
+    mass = Values(initial=round(0.02 * link.mass, 6), bounds=bounds)
+    here = [replace(link, centre=np.zeros(3))]
+    added = moments(here, change[None])[0] - moments(here, np.zeros((1, len(CHANGES))))[0]
+    start = {f"{link.name}.{name}": float(value) for name, value in zip(MOMENTS, added[0], strict=True)}
+    return AddedMass(link=link.name, extent="body", mass=mass), start

@@ -52,7 +52,8 @@ class Task:
 
     how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
     `brief`: a few steps on few lines; `led`: on from there, with errors of what was told; `quick`: more of
-    them; `thorough`: from several starts, on all lines.
+    them; `thorough`: from several starts, on all lines; `nearby`: from these values alone, with the
+    errors they have; `onward`: the same on all lines.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
     every impact anew takes long.
@@ -61,7 +62,7 @@ class Task:
     known: tuple[Effect, ...]
     new: tuple[Effect, ...]
     values: Mapping[str, float]
-    how: Literal["start", "glance", "brief", "led", "quick", "thorough"] = "quick"
+    how: Literal["start", "glance", "brief", "led", "quick", "thorough", "nearby", "onward"] = "quick"
     far: bool = False
     anchor: Mapping[str, float] = field(default_factory=dict)
 
@@ -121,7 +122,7 @@ class TrialRunner:
         squares.
         """
         try:
-            return self._thorough(task) if task.how == "thorough" else self._quick(task)
+            return self._thorough(task) if task.how in ("thorough", "onward") else self._quick(task)
         except (InputError, InputErrors, np.linalg.LinAlgError) as error:
             return Trial(task, task.values, np.inf, 1, np.inf, 1, failure=str(error))
 
@@ -160,6 +161,8 @@ class TrialRunner:
         """
         if task.how == "glance":
             return best_softly(problem, starts, LEADING[0])
+        if task.how == "nearby":
+            return minimized(problem, problem.initial, _TO_LIKELIHOOD, _likelihood(problem))
         if task.how == "brief":
             few = _fewer_channels(problem, task)
             return led(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
@@ -213,6 +216,8 @@ class TrialRunner:
         then on all lines.
         """
         problem = self._model("thin", task)
+        if task.how == "onward":
+            return self._on_all_lines(problem, task, [(problem.initial, 0.0)], _ON_ALL_LINES)
         if problem.nuisances.entries:
             return self._thorough_with_errors(problem, task)
         given = problem.initial[None]

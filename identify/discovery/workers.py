@@ -26,6 +26,8 @@ _PHASES = {
     "led": "first looks",
     "quick": "quick refits",
     "thorough": "thorough refits",
+    "nearby": "quick refits",
+    "onward": "thorough refits",
 }
 _runner: list[TrialRunner] = []
 

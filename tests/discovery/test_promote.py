@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -41,12 +42,14 @@ def _found(**shifts: float) -> list[str]:
     names = [one.name for one in _ENTRIES]
     values = dict.fromkeys(names, 0.5)
     values.update({names[int(key.removeprefix("n"))]: shift for key, shift in shifts.items()})
-    return [effect.sentence() for effect in beyond_belief(_STATED, values, _robot())]
+    return [effect.sentence() for effect, _ in beyond_belief(_STATED, values, _robot())]
 
 
 def test_what_can_be_believed_is_no_effect() -> None:
     assert _found() == []
     assert _found(n0=2.9, n10=2.5) == []
+    assert _found(n0=3.2) == []  # of four numbers of a link one may be that large
+    assert _found(n10=3.2) != []
 
 
 @pytest.mark.parametrize(
@@ -79,7 +82,8 @@ def test_only_a_wrong_link_may_be_a_rotor_or_the_sensors() -> None:
     points = {7: Point(7, "7", "link1", np.zeros(3), np.eye(3), "points.csv:2")}
     assert [one.kind for one in alike(mass, _robot(), points)] == ["sensor-mass", "rotor-inertia"]
     assert [one.kind for one in alike(mass, _robot(), {})] == ["rotor-inertia"]
-    assert alike(gain, _robot(), points) == []
+    faults = [one.kind for one in alike(gain, _robot(), {**points, 8: replace(points[7], node=8)})]
+    assert [faults.count(kind) for kind in dict.fromkeys(faults)] == [3, 3, 2, 3]
 
 
 @pytest.mark.parametrize(("by_rotor", "named"), [(60.0, "rotor-inertia"), (20.0, "added-mass")])
@@ -99,6 +103,31 @@ def test_the_rival_that_takes_most_off_is_named(by_rotor: float, named: str) -> 
     kept, model = promoted(problem, cast(Workers, Fitting()), [], beyond, Story())
     assert [option.effect.kind for option in kept] == [named]
     assert model.squares == pytest.approx(100.0 - max(fall.values()))
+
+
+def test_a_sensor_that_is_turned_may_have_exchanged_axes() -> None:
+    names = [one.name for one in _ENTRIES]
+    believed, first = dict.fromkeys(names, 0.5), Task((), (), {})
+    points = {7: Point(7, "7", "link1", np.zeros(3), np.eye(3), "points.csv:2")}
+    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot(), points=points))
+    asked: list[Task] = []
+
+    class Fitting:
+        """Workers whose refits explain most with exchanged axes."""
+
+        def run(self, tasks: Sequence[Task]) -> list[Trial]:
+            asked.extend(tasks)
+            fall = {"channel-swap": 60.0, "sensor-rotation": 40.0}
+            return [Trial(t, believed, 100.0 - fall.get(t.new[0].kind, 0.0), 100, free=1) for t in tasks]
+
+    beyond = Trial(first, {**believed, names[8]: 30.0}, 100.0, 100)
+    kept, model = promoted(problem, cast(Workers, Fitting()), [], beyond, Story())
+    assert [option.effect.kind for option in kept] == ["channel-swap"]
+    assert model.task.how == "onward"
+    assert asked[0].values[names[8]] == 0.0
+    assert asked[0].values["7.ry.angle"] == pytest.approx(30.0 * 0.02)
+    [swap] = [task for task in asked if task.new[0] == kept[0].effect and task.how == "nearby"]
+    assert [swap.values[name] for name in names[7:11]] == [0.0] * 4  # the sensor is otherwise as told
 
 
 def test_effects_that_are_fitted_along_anyway_are_not_candidates() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from identify.core.errors import InputErrors
+from identify.discovery.promote import beyond_belief
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
@@ -19,7 +20,7 @@ from identify.robot.description import Link
 from identify.vibration.check import STUDY, run_checks
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.fitted_model import fitted_model, tool_point
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
 from tests.generator.dirt import CAREFUL, Dirt, soil
@@ -79,6 +80,36 @@ def test_derivatives_of_every_kind_are_those_of_differences(everything: Problem)
         off = np.linalg.norm(slopes[..., number] - difference)
         name = problem.parameters[number].name
         assert off <= 1e-5 * np.linalg.norm(difference) + 1e-9 * np.linalg.norm(h), name
+
+
+@pytest.mark.parametrize(
+    ("chosen", "said"),
+    [
+        (("link", "link5", ""), "added body (mass, centre, inertia) on link5"),
+        (("point", "8", "ry"), "sensor at point 8 turned about its y axis"),
+        (("channel", "10:+Y", "gain"), "gain of channel 10:+Y"),
+        (("set", "", "delay"), "time delay of all responses"),
+    ],
+)
+def test_an_effect_starts_as_large_as_the_errors_it_stands_for(
+    everything: Problem, chosen: tuple[str, str, str], said: str
+) -> None:
+    problem, rng = everything, np.random.default_rng(2)
+    values = {p.name: p.initial for p in problem.parameters}
+    for one in problem.nuisances.entries:
+        if one.group == chosen[0] and chosen[1] in one.place and chosen[2] in one.change:
+            values[one.name] = float(5.0 + rng.normal())
+    [(effect, start)] = beyond_belief(problem.nuisances, values, problem.robot)
+    known = tuple(problem.file.study.effects)
+    model = with_effects(problem, (*known, effect), {**values, **start})
+    assert effect.sentence() == said
+    errors = model.initial[model.size :]
+    assert np.abs(errors).max() < 3
+    pairs = zip(problem.targets().frf, model.targets().frf, strict=True)
+    for before, after in pairs:
+        h, exact = before.predict(problem.at(values)), before.predict(problem.initial)
+        difference = np.linalg.norm(after.predict(model.initial) - h)
+        assert difference < 1e-6 * np.linalg.norm(h - exact)
 
 
 def test_blocks_give_the_information_of_all_rows(everything: Problem) -> None:
