@@ -22,6 +22,7 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.model.effects.base import Effect
+from identify.model.effects.place import Rows
 from identify.vibration.problem import Problem, with_effects
 
 _REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
@@ -229,7 +230,7 @@ def screened_softly(
     workers: Workers, problem: Problem, found: Sequence[Effect], before: Trial, story: Story
 ) -> list[Trial]:
     """Candidates, best first, where errors of what was told are stated and fitted along: a glance at those of
-    single channels, a few steps of the others with residuals that count for little, the best of them again.
+    single sensors, a few steps of the others with residuals that count for little, the best of them again.
     """
     known, count = before.task.effects, [0]
 
@@ -240,16 +241,23 @@ def screened_softly(
     left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
     # Errors of the present model make up for a wrong channel: it is looked at beside a model that has few.
     [present] = workers.run([Task(known, (), before.values, "brief")], one)
-    measuring = [effect for effect in left if effect.of_measurement]
-    glances = workers.run([Task(known, (e,), present.values, "glance") for e in measuring], one)
+    of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
+    glances = workers.run([Task(known, (e,), present.values, "glance") for e in of_sensors], one)
     near = sorted(glances, key=squares_of)[:_REFITTED]
-    others = [effect for effect in left if not effect.of_measurement]
+    others = [effect for effect in left if effect not in of_sensors]
     tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
     led = further(workers, workers.run(tasks, one), "led", one)  # the right one may still be under way
     near = [trial for trial in led[:_REFITTED] if trial.gap <= _WORTH_SOFTLY * led[0].gap]
     quick = further(workers, near, "quick", one)
     tried = [trial.task.new for trial in quick]
     return [*quick, *(trial for trial in led if trial.task.new not in tried)]
+
+
+def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
+    """Whether an effect is about what a single sensor reads: many of them, which say at a glance what they
+    do, while a delay of all responses shows only once the rest has moved with it.
+    """
+    return any(isinstance(place, Rows) for place in effect.places(problem.robot, problem.points))
 
 
 def further(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -11,6 +12,7 @@ import pytest
 from identify.discovery import evidence, screen
 from identify.discovery.trial import Task, Trial, thinned
 from identify.discovery.workers import Workers
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
@@ -104,3 +106,30 @@ def test_variants_that_cannot_win_are_not_refitted(gap: float, how: list[str]) -
     trials = screen.varied_thoroughly(cast(Workers, workers), [Task((DRIVES,), (TILT,), {})], best=1.1)
     assert workers.how == how
     assert len(trials) == len(how) - 1
+
+
+class _Asked:
+    """Workers that keep what they are asked for, and leave everything as it is."""
+
+    def __init__(self) -> None:
+        self.tasks: list[Task] = []
+
+    def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
+        """Trials that differ in nothing."""
+        self.tasks += tasks
+        return [Trial(task, task.values, 100.0, 100) for task in tasks]
+
+
+def test_many_wrong_channels_do_not_keep_a_delay_from_being_looked_at() -> None:
+    """A delay shows only once the rest has moved: at a glance it is as good as nothing."""
+    problem, asked = load_problem(read_study(CONFIG)), _Asked()
+    delay = parse_effect({"kind": "time-delay"})
+    wrong = [parse_effect({"kind": "channel-polarity", "channel": f"{n}:+X"}) for n in range(2, 14)]
+    before = Trial(Task((DRIVES,), (), {}), {}, 1e4, 100)
+    screen.screened_softly(cast(Workers, asked), problem, [*wrong, delay], before, Story())
+    first = {task.new[0]: task.how for task in reversed(asked.tasks) if task.new}
+    assert first[delay] == "brief"
+    assert {first[one] for one in wrong} == {"glance"}
+    followed = [task.new[0] for task in asked.tasks if task.how == "led" and task.new]
+    assert delay in followed
+    assert len(followed) < len(wrong)
