@@ -104,3 +104,17 @@ def test_variants_that_cannot_win_are_not_refitted(gap: float, how: list[str]) -
     trials = screen.varied_thoroughly(cast(Workers, workers), [Task((DRIVES,), (TILT,), {})], best=1.1)
     assert workers.how == how
     assert len(trials) == len(how) - 1
+
+
+def test_a_law_takes_the_place_of_springs_that_were_added_where_it_acts() -> None:
+    """Springs of the study itself stay, and so do those elsewhere; the law then brings its own spring."""
+    problem = thinned(load_problem(read_study(CONFIG)))
+    law = parse_effect({"kind": "measured-impedance", "at": ["joint2.rx"], "released": False, "branches": 2})
+    task = Task((DRIVES, TILT, BASE), (law,), {"joint2.rx.stiffness": 2.0}, "quick")
+    trial = Trial(task, {"joint2.rx.stiffness": 3.0}, 1.0, 1)
+    [instead] = screen.in_place_of_springs(problem, [trial], (TILT, BASE))
+    assert instead.known == (DRIVES, BASE)
+    assert instead.new == (law.model_copy(update={"released": True}),)
+    assert instead.values["joint2.rx.stiffness"] == 3.0
+    assert not screen.in_place_of_springs(problem, [trial], (BASE,))
+    assert not screen.in_place_of_springs(problem, [replace(trial, task=instead)], (TILT, BASE))
