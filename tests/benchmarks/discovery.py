@@ -187,6 +187,8 @@ def _true(effect: dict[str, Any]) -> Iterator[str]:
         yield f"{kind} {effect['joint']} {effect['axes_class']}"
     elif kind == "relaxing-joint":  # no effect of the catalogue: right is a measured law at that joint
         yield f"measured-impedance joint{effect['joint']}"
+    elif kind == "friction-springs":  # no effect either, and not linear: right is dry friction there
+        yield f"joint-friction {effect['joint']}"
     else:
         places = (
             ("point",) if "point" in effect else ("joint", "link", "axis")

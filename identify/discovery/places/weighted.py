@@ -24,6 +24,8 @@ from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.vibration.uncertainty import FEWEST_BLOCKS, KNOWN, common_variance, score_variance
 
 _ROUNDS = 3
+_HELD = 1e-10
+"""Share of the largest information below which a combination of parameters is not determined."""
 _STATED = 2.0
 """Squares of a residual over noise, of both its parts together."""
 _LEAST_LEFT = 0.02
@@ -122,9 +124,7 @@ def weighted_fit(model: StructuralModel, fit: SemiParametricFit, scale: Scale) -
             break
         x, values, unknown, white = trial, new, moved, tried
         normal = normal_equations(white, [force.lines for force in white], count)
-    return _widened(
-        WeightedFit(unknown, values, normal, _of_parameters(white, normal, scale), 1.0), white, scale
-    )
+    return _widened(WeightedFit(unknown, values, normal, _of_parameters(white, normal), 1.0), white, scale)
 
 
 def _forces(model: StructuralModel, unknown: Unknown, values: Array, scale: Scale) -> list[ForceResponses]:
@@ -143,17 +143,19 @@ def _squares(forces: Sequence[ForceResponses]) -> float:
     return sum(float(np.sum(np.abs(force.residual) ** 2)) for force in forces)
 
 
-def _of_parameters(forces: Sequence[ForceResponses], normal: Normal, scale: Scale) -> Array:
-    """(p, p): covariance of the known parameters."""
-    through, prior = -normal.inverse @ normal.coupling, np.diag(scale.prior_information())
+def _of_parameters(forces: Sequence[ForceResponses], normal: Normal) -> Array:
+    """(p, p): covariance of the known parameters.  What the unknowns make up for entirely, as they do for the
+    spring beside which they act, is held.
+    """
+    through = -normal.inverse @ normal.coupling
     variance, count = np.zeros_like(normal.information), 0
     for force in forces:
         slopes = force.by_parameter + force.by_unknown @ through[force.lines]
         variance += score_variance(force.residual, slopes, force.h)
         count += 2 * force.residual.size
     variance *= count / max(1, count - 2 * normal.determined - len(variance))
-    bread = np.linalg.inv(normal.information + prior)
-    return np.asarray(bread @ (variance + prior) @ bread)
+    bread = np.linalg.pinv(normal.information, rcond=_HELD, hermitian=True)
+    return np.asarray(bread @ variance @ bread)
 
 
 def _widened(fit: WeightedFit, forces: Sequence[ForceResponses], scale: Scale) -> WeightedFit:
