@@ -23,7 +23,7 @@ from tests.generator.hammer import Impact, swing
 from tests.generator.linear import linearise
 from tests.generator.makes import MAKES, random_arm
 from tests.generator.measure import draw_postures, make_chain, make_plant, stated_decay, strike_all
-from tests.generator.nonlinear import HardeningStiffness, JointFriction
+from tests.generator.nonlinear import FrictionSprings, HardeningStiffness, JointFriction
 from tests.generator.plant import Plant
 from tests.generator.rigid import Array, from_rpy, to_rpy
 from tests.generator.structure import LinkFlexibility, cut
@@ -209,19 +209,37 @@ def test_errors_and_coherence_are_those_of_the_stated_noise() -> None:
 
 
 def test_force_level_matters_only_where_it_should() -> None:
-    """Ten times the force: same FRFs on a linear arm, other ones with friction or a hardening spring in joint
-    2.
+    """Ten times the force: same FRFs on a linear arm, other ones with friction, a hardening spring or a
+    spring on a slider in joint 2.
     """
     spec = replace(GENTLE, duration_s=0.8, oversampling=8)
     joint = spec.arm.stiffness[1]
     changes = []
-    for effects in ((), (JointFriction(2, 0.3, 1e-5),), (HardeningStiffness(2, 5e9 * joint),)):
+    for effects in (
+        (),
+        (JointFriction(2, 0.3, 1e-5),),
+        (HardeningStiffness(2, 5e9 * joint),),
+        (FrictionSprings(2, (joint,), (0.3,)),),
+    ):
         soft, hard = (measured(replace(spec, effects=effects), level)[0] for level in (1.0, 10.0))
         changes.append(
             mismatch(hard, np.stack([soft[(spec.hammer_points[0], axis)].h1 for axis in range(3)], axis=2))
         )
     assert changes[0] < 1e-3
     assert min(changes[1:]) > 0.03
+
+
+def test_a_spring_on_a_slider_loses_what_the_slider_takes() -> None:
+    """4 T (X - T / k) in a cycle of amplitude X; below T / k nothing, where it is a spring of k (Iwan)."""
+    chain, angles = FrictionSprings(2, (200.0, 50.0), (1.0, 0.5)), np.linspace(0, 4 * np.pi, 4001)
+    for most, lost in ((0.004, 0.0), (0.03, 4 * (0.03 - 0.005) + 4 * 0.5 * (0.03 - 0.01))):
+        memory, torques = chain.start(), []
+        for angle in most * np.sin(angles):
+            torques.append(chain.torque(angle, 0.0, memory))
+            memory = chain.after(angle, memory)
+        path = most * np.sin(angles)[2000:]
+        assert -np.trapezoid(np.array(torques)[2000:], path) == pytest.approx(lost, abs=2e-4)
+    assert chain.torque(1e-3, 0.0, chain.start()) == pytest.approx(-0.25)
 
 
 def test_weighed_accelerometers_feel_the_tilt() -> None:

@@ -78,18 +78,20 @@ def _measured(
     model = with_effects(problem, known, final.values)
     peaks = sorted({m.given.impact.peak for m in model.measurements if m.given.impact is not None})
     if len(peaks) < 2:
-        return [_table(model, final, place, effect, "")]
+        return [_table(model, final, place, effect)]
     tables = []
     for peak in peaks:
         own = tuple(m for m in model.measurements if m.given.impact and m.given.impact.peak == peak)
         if any(m.settings.use == "fit" for m in own):
             alone = replace(model, measurements=own)
-            tables.append(_table(alone, final, place, effect, f", impacts of {peak:.0f} N"))
+            tables.append(_table(alone, final, place, effect, peak))
     return tables
 
 
-def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, when: str) -> CurveTable:
-    """The curve of a place of the structure."""
+def _table(
+    problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float = float("nan")
+) -> CurveTable:
+    """The curve of a place of the structure; peak_n: strength of the impacts, where several were used."""
     fitter = PlaceFitter(problem)
     model = fitter.model(place)
     assert isinstance(model, StructuralModel)
@@ -107,7 +109,7 @@ def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, 
         law = triangle(said)[np.argsort(s.imag, kind="stable")]
     ranked = rank_laws(fit, model.stiffness(fit.unknown), s, model.sign)
     return CurveTable(
-        place=place.sentence() + when,
+        place=place.sentence() + ("" if np.isnan(peak_n) else f", impacts of {peak_n:.0f} N"),
         effect="" if effect is None else effect.sentence(),
         unit=_unit(place),
         gap=fit.gap,
@@ -123,6 +125,7 @@ def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, 
         laws=tuple(one.law.name for one in ranked),
         law_gap=np.array([one.gap for one in ranked]),
         law_log_odds=np.array([one.log_odds for one in ranked]),
+        peak_n=peak_n,
     )
 
 

@@ -22,7 +22,9 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.model.effects.base import Effect
+from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.place import Rows
+from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem, with_effects
 
 _REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
@@ -43,9 +45,10 @@ _AT_BOUND = 1e-3
 """Share of the way between its bounds within which a parameter is at one of them."""
 _SETTLED = 1.25
 """The gap above which the best effect at the best places may not be all that is missing, or the wrong one."""
-_UNEXPLAINED, _EXPLAINED = 2.0, 0.1
+_UNEXPLAINED, _EXPLAINED, _LAWLESS = 2.0, 0.1, 0.03
 """How many times the gap above noise that the best place leaves the best effect must leave for a law that no
-effect has to be tried there, and which gap above noise counts as none."""
+effect has to be tried there; which gap above noise counts as none for an effect that came as far as its
+place, and which for such a law, that spring and damper come near."""
 _PAIRED, _OF_A_KIND, _FAR_MORE = 9, 2, 0.5
 """How many are tried in pairs; how many of them may be of one kind; what a pair must leave at most of what
 the best one leaves."""
@@ -92,7 +95,8 @@ def screened(
     if not places and before.gap < CLOSED:
         left = _without_place(problem, found)
         return [], workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
-    return places, _refitted(workers, model, asked, found, before, (places, looked), one)
+    added = known[len(problem.file.study.effects) :]
+    return places, _refitted(workers, model, asked, found, (before, added), (places, looked), one)
 
 
 def _refitted(
@@ -100,12 +104,14 @@ def _refitted(
     model: Problem,
     asked: Known,
     found: Sequence[Effect],
-    before: Trial,
+    present: tuple[Trial, Sequence[Effect]],
     look_at: tuple[Sequence[PlaceFit], Sequence[Looked]],
     one: Callable[[], None],
 ) -> list[Trial]:
-    """What a look at places leaves of the candidates, best first; model has the known linear effects."""
-    (places, looked), known, anchor = look_at, before.task.effects, asked.anchor
+    """What a look at places leaves of the candidates, best first; model has the known linear effects, present
+    is the model that they are added to and what was added to that.
+    """
+    (before, added), (places, looked), known, anchor = present, look_at, asked.effects, asked.anchor
 
     def tried(ones: Sequence[Looked], how: Literal["quick", "brief"]) -> list[Trial]:
         tasks = [
@@ -127,10 +133,28 @@ def _refitted(
         brief += tried(_astray(model, _not_seen(found, seen), places, before, reached), "brief")
     quick += _again(workers, brief, quick)
     best = min((trial.gap for trial in quick), default=np.inf)
-    if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _EXPLAINED):
-        quick += tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
+    if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _LAWLESS):
+        laws = tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
+        quick += [*laws, *workers.run(in_place_of_springs(model, laws, added), one)]
     rest = [_guessed(before, o, anchor) for o in placed[_REFITTED:]]
     return [*_once(sorted(quick, key=squares_of)), *sorted(rest, key=squares_of)]
+
+
+def in_place_of_springs(model: Problem, laws: Sequence[Trial], added: Sequence[Effect]) -> list[Task]:
+    """Laws beside springs and dampers that an added effect has brought, in place of that effect: it may have
+    stood for the law, also on axes that do not give way.
+    """
+    tasks = []
+    for trial in laws:
+        [law] = trial.task.new
+        if not isinstance(law, MeasuredImpedance) or law.released:
+            continue
+        for effect in added:
+            if isinstance(effect, Springs) and set(law.at) <= set(effect.free_coordinates(model.robot)):
+                known = tuple(other for other in trial.task.known if other != effect)
+                whole = law.model_copy(update={"released": True})
+                tasks.append(replace(trial.task, known=known, new=(whole,), values=trial.values))
+    return tasks
 
 
 def _simulated(

@@ -18,7 +18,8 @@ class CurveTable:
     law; value (l, m) and standard deviations of real and imaginary part; law (l, m): what the added effect
     says, NaN where there is none; sets (p): measurements, with agreement (p,), RMS difference from the pooled
     curve over its standard deviation, and whether they were fitted; laws (n): simple laws, likeliest first,
-    with the gap that each leaves and log odds (of the first over the second, of the others over the first).
+    with the gap that each leaves and log odds (of the first over the second, of the others over the first);
+    peak_n: strength of the impacts, NaN where all are alike.
     """
 
     place: str
@@ -37,6 +38,7 @@ class CurveTable:
     laws: Texts
     law_gap: Array
     law_log_odds: Array
+    peak_n: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -31,9 +31,9 @@ _LAGS, _POOL = 20, 45
 """Neighbouring lines whose correlation is counted; lines over which the level of noise on the force is
 averaged.
 """
-_KNOWN = 100.0
+KNOWN = 100.0
 """Information of the data over that of the bounds from which on a value counts as known to them."""
-_FEWEST_BLOCKS = 4
+FEWEST_BLOCKS = 4
 """Forces of all postures together from which on what they disagree by says something."""
 
 
@@ -47,7 +47,7 @@ def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: 
         return _jointly(targets, scale, values)
     found = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
     wider = np.ones(len(scale.free))
-    if disagreement and len(found.parts) >= _FEWEST_BLOCKS:
+    if disagreement and len(found.parts) >= FEWEST_BLOCKS:
         wider = _disagreement(found, scale)
     notes = tuple(_structure(targets, values))
     return sandwich(found.product, found.variance, found.count, scale, values, notes, wider)
@@ -75,7 +75,7 @@ def _disagreement(found: _Information, scale: Scale) -> Array:
     """
     prior = scale.prior_information()
     ratio = scatter_of_blocks(found.parts, found.scores, found.variance, prior)
-    known = np.diag(found.product) > _KNOWN * prior
+    known = np.diag(found.product) > KNOWN * prior
     of_all = float(np.mean(ratio[known])) if known.any() else 1.0
     return np.asarray(np.sqrt(np.maximum(1.0, (np.where(known, ratio, of_all) + of_all) / 2)))
 

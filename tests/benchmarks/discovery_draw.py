@@ -5,7 +5,8 @@
 Every sixth case has nothing hidden in it, every sixth two effects, the others one, each kind of the catalogue
 about as often; makes of arm, places and sizes by the seed.  With dirt, everything told is a little wrong
 (`tests.generator.dirt`), and what several force levels show is left out.  Outside the catalogue are joints
-whose law no effect has, and nothing else: right is then a law measured at that joint.  Draw after the work is
+whose law no effect has, and nothing else: right is then a law measured at that joint or, where springs on
+sliders hold it, dry friction of that joint.  Draw after the work is
 done, and score once.
 """
 
@@ -22,11 +23,11 @@ from tests.generator.generate import generate
 from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 
-_BESIDES = ("pad", "fractional")
+_BESIDES = ("pad", "fractional", "friction_springs")
 """Laws that no effect of the catalogue has."""
 _JOINTS = ("tilt", "radial", "axial", "rotor", "friction", "hardening", *_BESIDES)
 _LINKS = ("absorber",)
-_OF_LEVELS = ("friction", "hardening")
+_OF_LEVELS = ("friction", "hardening", "friction_springs")
 _DIRT = {"careful": CAREFUL, "typical": ORDINARY}
 _STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
 """What two effects at once are drawn from."""

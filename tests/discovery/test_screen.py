@@ -124,7 +124,7 @@ def test_many_wrong_channels_do_not_keep_a_delay_from_being_looked_at() -> None:
     """A delay shows only once the rest has moved: at a glance it is as good as nothing."""
     problem, asked = load_problem(read_study(CONFIG)), _Asked()
     delay = parse_effect({"kind": "time-delay"})
-    wrong = [parse_effect({"kind": "channel-polarity", "channel": f"{n}:+X"}) for n in range(2, 14)]
+    wrong = [parse_effect({"kind": "channel-polarity", "channel": f"{n}:+X"}) for n in problem.points]
     before = Trial(Task((DRIVES,), (), {}), {}, 1e4, 100)
     screen.screened_softly(cast(Workers, asked), problem, [*wrong, delay], before, Story())
     first = {task.new[0]: task.how for task in reversed(asked.tasks) if task.new}
@@ -133,3 +133,17 @@ def test_many_wrong_channels_do_not_keep_a_delay_from_being_looked_at() -> None:
     followed = [task.new[0] for task in asked.tasks if task.how == "led" and task.new]
     assert delay in followed
     assert len(followed) < len(wrong)
+
+
+def test_a_law_takes_the_place_of_springs_that_were_added_where_it_acts() -> None:
+    """Springs of the study itself stay, and so do those elsewhere; the law then brings its own spring."""
+    problem = thinned(load_problem(read_study(CONFIG)))
+    law = parse_effect({"kind": "measured-impedance", "at": ["joint2.rx"], "released": False, "branches": 2})
+    task = Task((DRIVES, TILT, BASE), (law,), {"joint2.rx.stiffness": 2.0}, "quick")
+    trial = Trial(task, {"joint2.rx.stiffness": 3.0}, 1.0, 1)
+    [instead] = screen.in_place_of_springs(problem, [trial], (TILT, BASE))
+    assert instead.known == (DRIVES, BASE)
+    assert instead.new == (law.model_copy(update={"released": True}),)
+    assert instead.values["joint2.rx.stiffness"] == 3.0
+    assert not screen.in_place_of_springs(problem, [trial], (BASE,))
+    assert not screen.in_place_of_springs(problem, [replace(trial, task=instead)], (TILT, BASE))

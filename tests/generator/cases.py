@@ -197,6 +197,14 @@ def _friction(draw: Draw) -> Effect:
     return nonlinear.JointFriction(draw.number, torque, 0.02 * rate)
 
 
+def _friction_springs(draw: Draw) -> Effect:
+    """Half as stiff as the joint's spring or more, giving way one after the other in usual motion."""
+    angle, _ = draw.amplitude()
+    each = draw.strength * draw.rng.uniform(0.5, 1.0) * draw.arm.stiffness[draw.number - 1] / 4
+    torques = each * angle * np.geomspace(0.1, 1.5, 4)
+    return nonlinear.FrictionSprings(draw.number, (float(each),) * 4, tuple(float(t) for t in torques))
+
+
 def _hardening(draw: Draw) -> Effect:
     stiffness = draw.arm.stiffness[draw.number - 1]
     angle, _ = draw.amplitude()
@@ -233,6 +241,7 @@ CASES: dict[str, Callable[[Draw], Effect]] = {
     "rotor": _rotor,
     "friction": _friction,
     "hardening": _hardening,
+    "friction_springs": _friction_springs,
     "delay": lambda draw: faults.TimeDelay(draw.strength * draw.rng.uniform(0.5e-3, 1.5e-3)),
     "polarity": lambda draw: faults.ChannelPolarity(*draw.channel()),
     "gain": _gain,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from tests.generator.rigid import Array
 from tests.generator.tree import Tree
 
 if TYPE_CHECKING:
@@ -42,14 +43,22 @@ class StructureEffect(Effect):
 
 class TorqueEffect(Effect):
     """A further torque on the drive of one joint, beside its spring and damper, that is not linear in the
-    motion.
+    motion; it may remember where it has been.
     """
 
     joint: int
 
+    def start(self) -> Array:
+        """What it remembers at rest; nothing, unless it says so."""
+        return np.zeros(0)
+
     @abstractmethod
-    def torque(self, angle: float, rate: float) -> float:
+    def torque(self, angle: float, rate: float, memory: Array) -> float:
         """Torque (N m) at a deflection (rad) from rest and its rate (rad/s)."""
+
+    def after(self, angle: float, memory: Array) -> Array:
+        """What it remembers when a time step has ended at a deflection (rad)."""
+        return memory
 
 
 class MeasurementEffect(Effect):

@@ -33,6 +33,7 @@ class Plant:
         self.sensors = [sensor.name for sensor in tree.sensors]
         self.coordinates = [self.model.joint(number).name for number in range(self.model.nv)]
         self._torques = [(self.coordinates.index(f"joint{effect.joint}.rz"), effect) for effect in torques]
+        self._memory = [effect.start() for _, effect in self._torques]
         self._body_of = {name: int(self.model.site(name).bodyid[0]) for name in self.sensors}
         self._weight = np.zeros((self.model.nbody, 3))
         if weighed:
@@ -44,6 +45,7 @@ class Plant:
     def rest(self) -> None:
         """Back to zero displacement, where all forces balance."""
         mujoco.mj_resetData(self.model, self.data)
+        self._memory = [effect.start() for _, effect in self._torques]
         self.data.xfrc_applied[:, :3] = self._weight
 
     def load(self, sensor: str, force: Array | None, torques: bool = True) -> None:
@@ -58,8 +60,8 @@ class Plant:
             mujoco.mj_applyFT(
                 self.model, data, world, np.zeros(3), site.xpos, self._body_of[sensor], data.qfrc_applied
             )
-        for number, effect in self._torques if torques else ():
-            data.qfrc_applied[number] += effect.torque(data.qpos[number], data.qvel[number])
+        for (number, effect), memory in zip(self._torques, self._memory, strict=True) if torques else ():
+            data.qfrc_applied[number] += effect.torque(data.qpos[number], data.qvel[number], memory)
 
     def respond(self, sensor: str, force: Force, until: float, step: float, steps: int) -> Array:
         """Accelerations (steps, sensors, 3), m/s^2, in sensor axes, row n at time n * step (s), of a force
@@ -80,6 +82,10 @@ class Plant:
                 if row == driven:  # nothing acts from outside any more, and the calls back take time
                     mujoco.set_mjcb_control(None)
                 mujoco.mj_step(model, data)
+                self._memory = [
+                    effect.after(data.qpos[number], memory)
+                    for (number, effect), memory in zip(self._torques, self._memory, strict=True)
+                ]
                 result[row] = data.sensordata
         finally:
             mujoco.set_mjcb_control(None)

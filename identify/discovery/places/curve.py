@@ -1,26 +1,29 @@
 """The measured dynamic stiffness of a place, line by line: with its uncertainty, posture by posture, and
 whether the postures agree, also those that were not fitted.
 
-In the axes of its joint or link a place has one dynamic stiffness whatever the posture.  At the fitted place
-the unknown A of a line has the covariance G^-1 B G^-1 with G = J' J, and B counts the noise of each force,
-which is in all its responses (`identify.vibration.uncertainty.score_variance`); what the known parameters do
-not settle is added.  kappa = A^-1 - zeta and Delta = (A^-1 - zeta)^-1 follow to first order.
+In the axes of its joint or link a place has one dynamic stiffness whatever the posture.  A of a line and the
+known parameters are known with the covariance that `identify.discovery.places.weighted` says; kappa = A^-1 -
+zeta and Delta = (A^-1 - zeta)^-1 bend so much where A is hardly known that their bands are drawn at random.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
-from identify.discovery.places.predict import Predicted, StructuralModel, Unknown
-from identify.discovery.places.semiparametric import Normal, SemiParametricFit, normal_equations
+from identify.core.thresholds import SIGMAS_95
+from identify.discovery.places.normal import Normal, normal_equations
+from identify.discovery.places.predict import StructuralModel, Unknown
+from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.places.update import a_of, pairs_of, stiffness_of, symmetric, triangle
-from identify.discovery.places.views import View
-from identify.vibration.uncertainty import common_variance
+from identify.discovery.places.weighted import WeightedFit, force_noise, weighted_fit
+
+_DRAWS = 500
+"""Of what the data leave open; the half-widths of bands are known to 4 % so."""
 
 
 @dataclass(frozen=True)
@@ -53,25 +56,15 @@ def measured_curve(
     model: StructuralModel, fit: SemiParametricFit, scale: Scale, others: StructuralModel | None = None
 ) -> MeasuredCurve:
     """The curve of a fitted place; others: the same place in sets that were not fitted."""
-    x = scale.to_x(fit.values)
-    known = np.asarray(np.linalg.pinv(fit.normal.information, rcond=1e-10, hermitian=True), dtype=float)
-    parts = _parts(model, fit.unknown, fit.values, scale)
-    normal = normal_equations(
-        _scaled(parts, scale.slope(x)), [v.lines for v in model.views], len(fit.unknown.values)
-    )
-    spread = _spread(parts, model.views, len(fit.unknown.values))
-    covariance = normal.inverse @ spread @ normal.inverse
-    through = -normal.inverse @ normal.coupling
-    s = model.lines(fit.values)
-    frequency = s.imag / (2 * np.pi)
+    end = weighted_fit(model, fit, scale)
+    frequency = model.lines(end.values).imag / (2 * np.pi)
     order = np.argsort(frequency, kind="stable")
-    pooled = _curve(model, "all postures", frequency, fit.unknown, covariance, (through, known), order)
+    spread = _drawn(end.covariance, end)
+    pooled = _curve(model, "all postures", frequency, end.unknown, spread, order)
     curves, agreement = [], []
     for one, shared in ((model, True), *(((others, False),) if others is not None else ())):
         for number in range(len(one.views)):
-            curve, rms = _alone(
-                one, number, model.stiffness(fit.unknown), s, fit, scale, (covariance, fit.unknown), shared
-            )
+            curve, rms = _alone(one, number, model, end, shared)
             curves.append(curve)
             agreement.append(rms)
     return MeasuredCurve(_entries(model), pooled, tuple(curves), np.array(agreement))
@@ -83,134 +76,76 @@ def _entries(model: StructuralModel) -> tuple[str, ...]:
     return tuple(names[i] if i == j else f"{names[i]} with {names[j]}" for i, j in pairs_of(len(names)))
 
 
-def _parts(model: StructuralModel, unknown: Unknown, values: Array, scale: Scale) -> list[Predicted]:
-    return model.predict(unknown, values, scale.free, model.rests(unknown, values))
-
-
-def _scaled(parts: Sequence[Predicted], slope: Array) -> list[Predicted]:
-    return [replace(part, by_parameter=part.by_parameter * slope) for part in parts]
-
-
-def _spread(parts: Sequence[Predicted], views: Sequence[View], count: int) -> Complex:
-    """(l, m, m): variance of the scores J' e over that of independent noise with unit parts."""
-    size = parts[0].by_unknown.shape[-1]
-    total = np.zeros((count, size, size), dtype=complex)
-    for part, view in zip(parts, views, strict=True):
-        for entry in range(part.forces):
-            np.add.at(total, view.lines, _of_force(part, entry))
-    return total
-
-
-def _of_force(part: Predicted, entry: int, *, stated: bool = False) -> Complex:
-    """Of one force of a set: the component of residuals along the responses has the force's noise too.
-
-    stated: the noise of the rest is as stated, whatever the residual says.
+def _drawn(covariance: Complex, fit: WeightedFit | None = None) -> Complex:
+    """(draws, l, m): changes of A that the data leave open, with those that follow the known parameters of a
+    fit; the same draws for all lines.
     """
-    e, j, h = part.of_force(entry)
-    size = np.linalg.norm(h, axis=1)
-    u = h / np.where(size > 0, size, 1.0)[:, None]
-    along = np.sum(np.conj(u) * e, axis=1)
-    rest = e - along[:, None] * u
-    level = 2.0 if stated else max(float(np.sum(np.abs(rest) ** 2)) / max(1, rest.size - len(rest)), 2.0)
-    common = common_variance(np.abs(along) ** 2, size**2, level)
-    pull = np.einsum("lrm,lr->lm", np.conj(j), u)
-    own = np.conj(np.swapaxes(j, 1, 2)) @ j
-    extra = (common / 2 - level / 2)[:, None, None] * pull[:, :, None] * np.conj(pull)[:, None, :]
-    return np.asarray(level / 2 * own + extra)
+    rng = np.random.default_rng(0)
+    squares, directions = np.linalg.eigh(covariance)
+    root = directions * np.sqrt(np.maximum(squares, 0.0))[:, None, :]
+    normal = rng.normal(size=(_DRAWS, covariance.shape[1], 2)) @ np.array([1.0, 1j])
+    own = np.einsum("lmn,qn->qlm", root, normal)
+    if fit is None:
+        return np.asarray(own)
+    moved = rng.multivariate_normal(np.zeros(len(fit.known)), fit.known, _DRAWS, method="eigh")
+    return np.asarray(own + np.einsum("lmx,qx->qlm", fit.through, moved))
 
 
 def _curve(
-    model: StructuralModel,
-    name: str,
-    frequency: Array,
-    unknown: Unknown,
-    covariance: Complex,
-    known: tuple[Complex, Array] | None,
-    order: Index,
+    model: StructuralModel, name: str, frequency: Array, unknown: Unknown, spread: Complex, order: Index
 ) -> Curve:
-    """Dynamic stiffness with its standard deviations, to first order."""
-    a = symmetric(unknown.values, model.size)
+    """Dynamic stiffness with half its 95 % interval for given changes of A, in standard deviations."""
     with np.errstate(all="ignore"):
-        stiffness = stiffness_of(a, unknown.reference, model.sign)
-        slope = _slope(a, unknown.reference, model.sign)
-    spread = slope @ covariance @ np.conj(np.swapaxes(slope, 1, 2))
-    real = imaginary = np.maximum(np.einsum("lmm->lm", spread).real, 0.0)
-    if known is not None:
-        moved = slope @ known[0]
-        real = real + np.einsum("lmx,xy,lmy->lm", moved.real, known[1], moved.real)
-        imaginary = imaginary + np.einsum("lmx,xy,lmy->lm", moved.imag, known[1], moved.imag)
-    return Curve(
-        name, frequency[order], triangle(stiffness)[order], np.sqrt(real)[order], np.sqrt(imaginary)[order]
-    )
-
-
-def _slope(a: Complex, reference: Complex, sign: float) -> Complex:
-    """(l, m, m): derivatives of the triangle of kappa or Delta by that of A."""
-    size = a.shape[-1]
-    unit = np.eye(size)
-    left = np.linalg.inv(a) if sign > 0 else np.linalg.inv(unit - a @ reference)
-    right = left if sign > 0 else np.linalg.inv(unit - reference @ a)
-    columns = []
-    for i, j in pairs_of(size):
-        direction = np.zeros((size, size))
-        direction[i, j] = direction[j, i] = 1.0
-        columns.append(-sign * triangle(left @ direction @ right))
-    return np.stack(columns, axis=-1)
+        entries = np.concatenate([unknown.values[None], unknown.values + spread])
+        stiffness = triangle(stiffness_of(symmetric(entries, model.size), unknown.reference, model.sign))
+        off = stiffness[1:] - stiffness[0]
+    real, imaginary = (np.quantile(np.abs(part), 0.95, axis=0) / SIGMAS_95 for part in (off.real, off.imag))
+    return Curve(name, frequency[order], stiffness[0][order], real[order], imaginary[order])
 
 
 def _alone(
-    model: StructuralModel,
-    number: int,
-    pooled: Complex,
-    s: Complex,
-    fit: SemiParametricFit,
-    scale: Scale,
-    known: tuple[Complex, Unknown],
-    shared: bool,
+    model: StructuralModel, number: int, fitted: StructuralModel, fit: WeightedFit, shared: bool
 ) -> tuple[Curve, float]:
     """One set's own curve, known parameters held, and how far it is from the pooled one.
 
     H is linear in A at the set's own zeta, so that one step is exact.
     """
     view = model.views[number]
-    own = view.target.s_at(fit.values)
+    own, s = view.target.s_at(fit.values), fitted.lines(fit.values)
     where = [int(np.argmin(np.abs(s - line))) for line in own]
     reference = model.zeta(number, fit.values)
-    a = a_of(pooled[where], reference, model.sign)
-    start = Unknown(triangle(a), reference)
-    part = model.predict_one(number, start, fit.values, scale.free)
-    lines = np.arange(len(own))
-    normal = normal_equations([part], [lines], len(own))
-    step = -(normal.inverse @ normal.slope[..., None])[..., 0]
-    spread = np.zeros_like(normal.gram)
-    for entry in range(part.forces):
-        spread += _of_force(part, entry)
-    covariance = normal.inverse @ spread @ normal.inverse
+    a = a_of(fitted.stiffness(fit.unknown)[where], reference, model.sign)
+    start, lines = Unknown(triangle(a), reference), np.arange(len(own))
+    forces = model.predict_one(number, start, fit.values, np.zeros(0, dtype=int)).by_force(lines)
+    first = normal_equations(forces, [lines] * len(forces), len(own)).inverse
+
+    def normal(*, stated: bool) -> Normal:
+        white = [force_noise(force, first, stated=stated).whitened(force) for force in forces]
+        return normal_equations(white, [lines] * len(white), len(own))
+
+    found = normal(stated=False)
+    step = -(found.inverse @ found.slope[..., None])[..., 0]
     curve = _curve(
         model,
         view.target.name,
         own.imag / (2 * np.pi),
         Unknown(start.values + step, reference),
-        covariance,
-        None,
+        _drawn(fit.wider * found.inverse),
         lines,
     )
-    return curve, _distance(
-        part, normal, None if shared else _moved(known[0][where], known[1], where, reference)
-    )
+    pooled = None if shared else _moved(fit.covariance[where], fit.unknown, where, reference)
+    return curve, _distance(normal(stated=True), pooled)
 
 
-def _distance(part: Predicted, normal: Normal, pooled: Complex | None) -> float:
+def _distance(normal: Normal, pooled: Complex | None) -> float:
     """RMS over lines and entries of how far a set is from the pooled curve, over its standard deviation by
     the noise as stated, as a score test: what is not determined does not count.
 
     pooled (l, m, m): uncertainty of the pooled curve, where the set has no part in it.
     """
-    variance = np.zeros_like(normal.gram)
-    for entry in range(part.forces):
-        variance += _of_force(part, entry, stated=True)
+    variance = normal.gram
     if pooled is not None:
-        variance += normal.gram @ pooled @ normal.gram
+        variance = variance + normal.gram @ pooled @ normal.gram
     size = np.einsum("lmm->lm", variance).real
     unit = np.eye(variance.shape[1]) * (1e-9 * size.max(axis=1) + np.finfo(float).tiny)[:, None, None]
     through = np.linalg.solve(variance + unit, normal.slope[..., None])[..., 0]

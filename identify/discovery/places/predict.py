@@ -44,16 +44,24 @@ class Predicted:
     h: Complex
     turned: bool = False
 
-    @property
-    def forces(self) -> int:
-        """How many inputs."""
-        return int(self.residual.shape[1 if self.turned else 2])
+    def by_force(self, lines: Index) -> list[ForceResponses]:
+        """Each input by itself; lines: numbers of the lines among those that sets share."""
+        parts = (self.residual, self.by_unknown, self.by_parameter, self.h)
+        first = [np.moveaxis(part, 1 if self.turned else 2, 0) for part in parts]
+        return [ForceResponses(lines, *own) for own in zip(*first, strict=True)]
 
-    def of_force(self, entry: int) -> tuple[Complex, Complex, Complex]:
-        """Residual (lines, r), derivatives by the unknowns (lines, r, m) and H (lines, r) of one input."""
-        if self.turned:
-            return self.residual[:, entry], self.by_unknown[:, entry], self.h[:, entry]
-        return self.residual[..., entry], self.by_unknown[:, :, entry], self.h[..., entry]
+
+@dataclass(frozen=True)
+class ForceResponses:
+    """What one set says of one force at lines (l): residual and h (l, r), derivatives by the unknowns of the
+    line (l, r, m) and by the free parameters (l, r, p), all over noise.
+    """
+
+    lines: Index
+    residual: Complex
+    by_unknown: Complex
+    by_parameter: Complex
+    h: Complex
 
 
 @dataclass(frozen=True)

@@ -137,9 +137,9 @@ def _inverse(matrix: Complex) -> Complex:
 
 
 def stiffness_of(a: Complex, reference: Complex, sign: float) -> Complex:
-    """The dynamic stiffness kappa or Delta (l, d, d) that A stands for."""
+    """The dynamic stiffness kappa or Delta (..., l, d, d) that A (..., l, d, d) stands for."""
     if sign > 0:
-        singular = (np.linalg.det(a) == 0)[:, None, None]
+        singular = (np.linalg.det(a) == 0)[..., None, None]
         inverse = np.linalg.inv(np.where(singular, np.eye(a.shape[-1]), a))
         return np.where(singular, np.nan, inverse - reference)
     return np.asarray(a @ _inverse(np.eye(a.shape[-1]) - reference @ a))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -18,7 +19,16 @@ from identify.results.discovery import DiscoveryResult
 
 AGREE = 2.0
 """RMS difference of a posture from the pooled curve over its standard deviation up to which they agree."""
-_MOST = 3
+_MOST, _SURE = 3, 5.0
+"""Coordinates of a place that are drawn; standard deviations from which a change with force is one."""
+_TRENDS = {
+    "real": (
+        "something slips, such as springs held by friction",
+        "something hardens, or has play",
+    ),
+    "imaginary": ("damping falls with force, as dry friction does", "damping rises with force"),
+}
+"""What a lower and a higher part to stronger impacts mean."""
 _NOTE = (
     "Points: measured line by line, with no law assumed and one value for all postures, with 95 % intervals."
     " Line: the law of the added effect. A flat real part is a spring; an imaginary part in proportion to"
@@ -36,6 +46,7 @@ def section(result: DiscoveryResult) -> list[Section]:
         data.append(_data(curve))
     if not parts:
         return []
+    parts = [*(Text(said, on=EVERYWHERE) for said in by_strength(list(result.curves.values()))), *parts]
     return [
         Section(
             "curve",
@@ -79,6 +90,42 @@ def sentences(curve: CurveTable) -> str:
             else "All postures agree within their uncertainty."
         )
     return " ".join(said)
+
+
+def by_strength(curves: Sequence[CurveTable]) -> list[str]:
+    """What becomes of a dynamic stiffness from the weakest to the strongest impacts, for every place that was
+    measured at several; nothing is said where the curves agree within their uncertainty.
+    """
+    said: list[str] = []
+    levels: dict[str, list[CurveTable]] = {}
+    for curve in curves:
+        if np.isfinite(curve.peak_n):
+            levels.setdefault(curve.place.rpartition(", impacts")[0], []).append(curve)
+    for place, own in levels.items():
+        weak, strong = (pick(own, key=lambda curve: curve.peak_n) for pick in (min, max))
+        for entry in chosen(weak):
+            for part, (falls, rises) in _TRENDS.items():
+                change, std = _change(weak, strong, entry, part)
+                if abs(change) > _SURE * std:
+                    said.append(
+                        f"{capital(place)}, {weak.entries[entry]}: with impacts of {strong.peak_n:.0f} N"
+                        f" in place of {weak.peak_n:.0f} N the {part} part of the dynamic stiffness is"
+                        f" {abs(change):.3g} {weak.unit} {'lower' if change < 0 else 'higher'}:"
+                        f" {falls if change < 0 else rises}."
+                    )
+    return said
+
+
+def _change(weak: CurveTable, strong: CurveTable, entry: int, part: str) -> tuple[float, float]:
+    """Weighted mean of the difference over lines, and its standard deviation as if lines were independent."""
+    name = "std_real" if part == "real" else "std_imag"
+    variance = getattr(weak, name)[:, entry] ** 2 + getattr(strong, name)[:, entry] ** 2
+    change = getattr(strong.value - weak.value, "real" if part == "real" else "imag")[:, entry]
+    known = np.isfinite(change) & (variance > 0)
+    weight = 1 / variance[known]
+    if not known.any():
+        return 0.0, np.inf
+    return float(weight @ change[known] / weight.sum()), float(1 / np.sqrt(weight.sum()))
 
 
 def chosen(curve: CurveTable) -> list[int]:
