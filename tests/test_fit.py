@@ -26,7 +26,8 @@ ARM = ROOT / "configs" / "arm_hammer_test.yaml"
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> tuple[FitResult, Path]:
     """The first study of the README, with a profile."""
-    return run_fit(ARM, tmp_path_factory.mktemp("arm") / "arm.h5", {}, profile=["joint5.rz.damping"])
+    path = tmp_path_factory.mktemp("arm") / "arm.h5"
+    return run_fit(ARM, path, {}, profile=["joint5.rz.damping"])[0], path
 
 
 def test_the_first_study_finds_its_truth(result: tuple[FitResult, Path]) -> None:

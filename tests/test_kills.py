@@ -47,7 +47,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Case:
 def calm(case: Case) -> Path:
     """Its undisturbed result."""
     config = Path(case.words[1])
-    return run_fit(config, config.with_name("calm.h5"), {})[1]
+    return run_fit(config, config.with_name("calm.h5"), {})[1][0]
 
 
 def _words(case: Case, out: Path, *more: str) -> list[str]:

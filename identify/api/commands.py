@@ -53,23 +53,27 @@ def fit(
     config: _Path,
     *,
     out: _Path | None = None,
-    seed: int | None = None,
-    starts: int | None = None,
     resume: bool = False,
     profile: Sequence[str] = (),
     report: bool = False,
     quiet: bool = True,
+    **options: Any,
 ) -> Result:
     """Fit a study, of vibration, of motion or of single joints.
 
-    out: result file, by default `reports/<name of the study>.h5`; seed, starts: replace those of the study;
-    resume: go on with an interrupted run; profile: parameters whose profile likelihood is wanted; report:
-    also write page and PDF; quiet: show no progress.
+    out: result file, by default `reports/<name of the study>.h5`; resume: go on with an interrupted run;
+    profile: parameters whose profile likelihood is wanted; report: also write page and PDF; quiet: show no
+    progress; options: the others of `identify fit` by name, such as seed and starts, which replace those of
+    the study, and write_back, a folder for the robot and points as they were found.
     """
-    options = FitOptions(
-        out=_path(out), seed=seed, starts=starts, report=report, resume=resume, profile=list(profile) or None
+    wanted = FitOptions(
+        out=_path(out),
+        report=report,
+        resume=resume,
+        profile=list(profile) or None,
+        **_paths(options),
     )
-    return _reported(run("fit", Path(config), options, quiet), report)
+    return _reported(run("fit", Path(config), wanted, quiet), report)
 
 
 def discover(
@@ -354,7 +358,7 @@ def _path(of: _Path | None) -> Path | None:
 
 def _paths(options: dict[str, Any]) -> dict[str, Any]:
     """Options, with those that name files as paths; `postures` is a file or a number."""
-    named = ("out", "geometry", "path", "tool", "table")
+    named = ("out", "geometry", "path", "tool", "table", "write_back")
     return {
         name: _path(value) if name in named or (isinstance(value, str) and name == "postures") else value
         for name, value in options.items()

@@ -54,6 +54,12 @@ class FitOptions:
     profile: Annotated[
         list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")
     ] = None
+    write_back: Annotated[
+        Path | None,
+        typer.Option(
+            help="with `uncertainty:`: the robot, points and study as the fit found them, into this folder"
+        ),
+    ] = None
     quiet: Quiet = False
 
 

@@ -78,7 +78,14 @@ ANALYSES = (
         schema="identify/1",
         study="identify.vibration.study:Study",
         plugs={"effects": _EFFECTS, "cost": "identify.vibration.costs.base:COSTS", "optimizer": _OPTIMIZERS},
-        runs={"fit": Run("identify.vibration.run:run_fit", ("seed", "starts"), ("resume", "profile"), _BAR)},
+        runs={
+            "fit": Run(
+                "identify.vibration.run:run_fit",
+                ("seed", "starts"),
+                ("resume", "profile", "write_back"),
+                _BAR,
+            )
+        },
     ),
     Analysis(
         name="discovery",

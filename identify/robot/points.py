@@ -8,12 +8,15 @@ axes in that order (the convention of URDF's rpy).
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
@@ -76,6 +79,49 @@ def read_points(path: Path) -> dict[int, Point]:
     if not points:
         raise InputError(path.name, "no points", "a line per measurement point")
     return points
+
+
+def points_text(path: Path, points: Mapping[int, Point]) -> str:
+    """The text of a CSV file of points with other positions and axes of sensors, by node; all else, of what
+    has a line, as it was.
+    """
+    lines = read_csv(path, "a CSV file of measurement points")
+    header = next(cells for _, _, cells in lines if cells)
+    turned = any(name in header for name in ANGLES)
+    wide = turned or any(np.abs(point.axes - np.eye(3)).max() > 0 for point in points.values())
+    columns = [*header, *(ANGLES if wide and not turned else ())]
+    told = read_points(path)
+    written = []
+    for _, text, cells in lines:
+        if cells is header:
+            written.append(_line(columns) if columns != header else text)
+        elif cells:
+            old = dict(zip(header, cells, strict=True))
+            new = _cells(told[int(old["node"])], points.get(int(old["node"])), wide=wide)
+            row = {**dict.fromkeys(columns, "0"), **old, **new}
+            written.append(_line([row[name] for name in columns]))
+        else:
+            written.append(text)
+    return "\n".join(written) + "\n"
+
+
+def _cells(told: Point, point: Point | None, *, wide: bool) -> dict[str, str]:
+    """The cells that say where a point is and how its sensor is turned; none where it is as told."""
+    if point is None:
+        return {}
+    found = {name: f"{x:.9g}" for name, x in zip(COLUMNS[3:], point.position, strict=True)}
+    if wide and np.any(point.axes != told.axes):
+        turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
+        found |= {
+            name: f"{x:.9g}" for name, x in zip(ANGLES, turn.as_euler("xyz", degrees=True), strict=True)
+        }
+    return found
+
+
+def _line(cells: list[str]) -> str:
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="").writerow(cells)
+    return stream.getvalue()
 
 
 def check_links(points: Mapping[int, Point], robot: Robot) -> None:

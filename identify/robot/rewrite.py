@@ -11,48 +11,100 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.core.config_paths import relocated
 from identify.core.text_input import read_text
+from identify.core.xml_input import Markup, read_markup
 from identify.core.yaml_input import round_trip
 from identify.robot.description import Link, Robot
 from identify.robot.pseudo_inertia import tidied
 from identify.robot.settings import RobotSettings
-from identify.robot.urdf_elements import parse
 
 _MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+_NOWHERE: Mapping[str, Array] = {}
 
 
-def with_bodies(settings: RobotSettings, folder: Path, robot: Robot, bodies: Sequence[Link]) -> str:
-    """The text of a robot's file, in a folder, with these bodies in place of its links of the same names."""
+def with_bodies(
+    settings: RobotSettings,
+    folder: Path,
+    robot: Robot,
+    bodies: Sequence[Link],
+    shifts: Mapping[str, Array] = _NOWHERE,
+    to: Path | None = None,
+) -> str:
+    """The text of a robot's file, in a folder, with these bodies in place of its links of the same names.
+
+    Of a URDF, shifts: by how much joints sit elsewhere (3,), m, in the axes of the link that carries them, by
+    name; to: the folder that the text is for, from which meshes must be found; default: the same.
+    """
     named = {body.name: tidied(body) for body in bodies}
-    if settings.urdf is not None:
-        return _urdf(folder / settings.urdf, robot, named)
-    return _dh(folder / (settings.dh or Path()), named)
+    if settings.urdf is None:
+        return _dh(folder / (settings.dh or Path()), named)
+    path = folder / settings.urdf
+    markup = read_markup(path, "a URDF file")
+    _put_bodies(markup, robot, named)
+    _shift_joints(markup, robot, shifts)
+    if to is not None and to.resolve() != path.parent.resolve():
+        _relocate_meshes(markup, path.parent, to)
+    return markup.changed()
 
 
-def _urdf(path: Path, robot: Robot, bodies: Mapping[str, Link]) -> str:
-    root = parse(path).root
+def _put_bodies(markup: Markup, robot: Robot, bodies: Mapping[str, Link]) -> None:
     held = {name for name, (carrier, _) in robot.frames.items() if carrier in bodies}
-    for element in root.findall("link"):
-        name = element.get("name", "").strip()
-        old = element.find("inertial")
-        if name not in bodies and name not in held:
-            continue
-        if old is not None:
-            element.remove(old)
-        if name in bodies:
-            element.insert(0, _inertial(bodies[name]))
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+    for element in markup.root.findall("link"):
+        name, old = element.get("name", "").strip(), element.find("inertial")
+        if name in bodies and old is not None:
+            markup.replace(old, _inertial(bodies[name], markup.indentation(old)))
+        elif name in bodies:
+            above = markup.indentation(element)
+            markup.insert(element, f"\n{above}  {_inertial(bodies[name], above + '  ')}\n{above}")
+        elif name in held and old is not None:
+            markup.replace(old, "")
 
 
-def _inertial(body: Link) -> ElementTree.Element:
+def _inertial(body: Link, indentation: str) -> str:
     element = ElementTree.Element("inertial")
-    centre = " ".join(f"{value:.9g}" for value in body.centre)
-    ElementTree.SubElement(element, "origin", xyz=centre, rpy="0 0 0")
+    ElementTree.SubElement(element, "origin", xyz=_words(body.centre), rpy="0 0 0")
     ElementTree.SubElement(element, "mass", value=f"{body.mass:.9g}")
     moments = {name: f"{body.inertia[place]:.9g}" for name, place in _MOMENTS.items()}
     ElementTree.SubElement(element, "inertia", moments)
-    return element
+    ElementTree.indent(element)
+    return ElementTree.tostring(element, encoding="unicode").replace("\n", f"\n{indentation}")
+
+
+def _shift_joints(markup: Markup, robot: Robot, shifts: Mapping[str, Array]) -> None:
+    for element in markup.root.findall("joint"):
+        shift, parent = shifts.get(element.get("name", "").strip()), element.find("parent")
+        if shift is None or parent is None:
+            continue
+        frame = robot.frames.get(parent.get("link", "").strip())
+        own = shift if frame is None else frame[1][:3, :3].T @ shift
+        origin = element.find("origin")
+        if origin is None:
+            markup.insert(element, f'<origin xyz="{_words(own)}"/>')
+        else:
+            told = np.array(origin.get("xyz", "0 0 0").split(), dtype=float)
+            _put_attribute(markup, origin, "xyz", _words(told + own))
+
+
+def _relocate_meshes(markup: Markup, old: Path, new: Path) -> None:
+    """Let paths of meshes that are relative to one folder be found from another; those of a package stay."""
+    for mesh in markup.root.iter("mesh"):
+        name = mesh.get("filename", "")
+        if name and "://" not in name:
+            _put_attribute(markup, mesh, "filename", relocated(name, old, new))
+
+
+def _put_attribute(markup: Markup, element: ElementTree.Element, name: str, value: str) -> None:
+    new = ElementTree.Element(element.tag, {**element.attrib, name: value})
+    new.extend(element)
+    markup.replace(element, ElementTree.tostring(new, encoding="unicode"))
+
+
+def _words(values: Array) -> str:
+    return " ".join(f"{value:.9g}" for value in values)
 
 
 def _dh(path: Path, bodies: Mapping[str, Link]) -> str:

@@ -19,6 +19,7 @@ from identify.vibration.problem import load_problem
 from identify.vibration.profile import check_profiled
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import StudyFile, read_study
+from identify.vibration.write_back import WriteBack
 
 
 def run_fit(
@@ -29,16 +30,20 @@ def run_fit(
     *,
     resume: bool = False,
     profile: Sequence[str] = (),
-) -> tuple[results.FitResult, Path]:
-    """Fit the study in `config`, write the result and return it with its path; overrides replace keys of the
-    study.
+    write_back: Path | None = None,
+) -> tuple[results.FitResult, list[Path]]:
+    """Fit the study in `config`, write the result and return it with what was written, its path first;
+    overrides replace keys of the study.
 
-    profile: names of parameters whose profile likelihood is wanted.  While it runs, the part file
-    beside it keeps what `resume` needs; a finished run of the same study is not run again by it.
+    profile: names of parameters whose profile likelihood is wanted; write_back: a folder for the robot and
+    the points as they were found.  While it runs, the part file beside it keeps what `resume` needs; a
+    finished run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
-    return fit_study(file, path, progress, resume=resume, profiled=profile), path
+    back = None if write_back is None else WriteBack(file, write_back)
+    result = fit_study(file, path, progress, resume=resume, profiled=profile)
+    return result, [path, *(() if back is None else back.write(result))]
 
 
 def fit_study(

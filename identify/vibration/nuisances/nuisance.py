@@ -4,7 +4,7 @@ deviation.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -124,12 +124,15 @@ class Tested(Protocol):
 def list_nuisances(
     settings: UncertaintySettings, robot: Robot, points: Mapping[int, Point], tested: Sequence[Tested]
 ) -> Nuisances:
-    """All nuisances of a study; raises InputError where it states something of a link that does not exist."""
-    known = [link.name for link in robot.links]
-    for name in settings.links.each:
-        if name not in known:
-            where = f"uncertainty.links.each.{name}"
-            raise InputError(where, f"unknown link {name!r}", "one of " + ", ".join(known))
+    """All nuisances of a study; raises InputError where it states something of a link or point that does not
+    exist.
+    """
+    _check_known("links", "link", settings.links.each, [link.name for link in robot.links])
+    _check_known("points", "point", settings.points.each, list(points))
+    for name in settings.channels.each:
+        where = f"uncertainty.channels.each.{name}"
+        if name != unsigned(Channel.parse(name, where)):
+            raise InputError(where, f"channel {name!r}", f"{unsigned(Channel.parse(name))!r}")
     every = [
         *_of_links(settings, robot),
         *_of_points(settings, points, tested),
@@ -140,6 +143,13 @@ def list_nuisances(
     return Nuisances(tuple(one for one in every if one.std > 0))
 
 
+def _check_known(group: str, what: str, stated: Iterable[str | int], known: Sequence[str | int]) -> None:
+    for name in stated:
+        if name not in known:
+            expected = "one of " + ", ".join(map(str, known))
+            raise InputError(f"uncertainty.{group}.each.{name}", f"unknown {what} {name!r}", expected)
+
+
 def _of_links(settings: UncertaintySettings, robot: Robot) -> Iterator[Nuisance]:
     keys = ("mass", *("centre_m",) * 3, *("inertia",) * 6)
     for link in robot.links:
@@ -148,7 +158,7 @@ def _of_links(settings: UncertaintySettings, robot: Robot) -> Iterator[Nuisance]
         for change, key in zip(CHANGES, keys, strict=True):
             share = 0.5 if change.startswith("product") else 1.0
             unit = "m" if key == "centre_m" else "1"
-            yield Nuisance("link", link.name, change, share * settings.of_link(link.name, key), unit)
+            yield Nuisance("link", link.name, change, share * settings.of("links", link.name, key), unit)
 
 
 def _of_points(
@@ -158,17 +168,16 @@ def _of_points(
     struck = {channel.node for one in tested for channel in one.inputs if channel.node in points}
     for node in sorted({*sensors, *struck}):
         for axis in "xyz":
-            yield Nuisance("point", str(node), axis, settings.std("points", "position_m"), "m")
+            yield Nuisance("point", str(node), axis, settings.of("points", node, "position_m"), "m")
     for node in sensors:
         for axis in "xyz":
-            std = np.radians(settings.std("points", "direction_deg"))
+            std = np.radians(settings.of("points", node, "direction_deg"))
             yield Nuisance("point", str(node), f"r{axis}", float(std), "rad")
 
 
 def _of_channels(settings: UncertaintySettings, tested: Sequence[Tested]) -> Iterator[Nuisance]:
-    std = settings.std("channels", "gain")
     for channel in sorted({unsigned(channel) for one in tested for channel in one.outputs}):
-        yield Nuisance("channel", channel, "gain", std, "1")
+        yield Nuisance("channel", channel, "gain", settings.of("channels", channel, "gain"), "1")
     yield Nuisance("channel", FORCE, "gain", settings.std("channels", "force_gain"), "1")
 
 

@@ -12,7 +12,8 @@ from pydantic import Field, model_validator
 from identify.core.config import Settings
 
 Level = Literal["careful", "typical"]
-
+_EACH = ("links", "points", "channels")
+"""Groups with values of single links, points and channels."""
 
 Mass = Annotated[float | None, Field(ge=0, lt=1, description="relative, such as 0.02")]
 Centre = Annotated[float | None, Field(ge=0, lt=1, description="centre of mass, m, along each axis")]
@@ -48,21 +49,42 @@ class LinksUncertainty(Settings):
     )
 
 
+Place = Annotated[float | None, Field(ge=0, lt=1, description="position of a point, m, along each axis")]
+Direction = Annotated[
+    float | None, Field(ge=0, lt=45, description="rotation of a sensor about each of its axes, degrees")
+]
+Gain = Annotated[
+    float | None, Field(ge=0, lt=1, description="relative, of each response channel over the force")
+]
+
+
+class PointUncertainty(Settings):
+    """A point and its sensor."""
+
+    position_m: Place = None
+    direction_deg: Direction = None
+
+
 class PointsUncertainty(Settings):
     """Where sensors and impacts are, and how sensors are turned."""
 
-    position_m: float | None = Field(None, ge=0, lt=1, description="position of a point, m, along each axis")
-    direction_deg: float | None = Field(
-        None, ge=0, lt=45, description="rotation of a sensor about each of its axes, degrees"
+    position_m: Place = None
+    direction_deg: Direction = None
+    each: dict[int, PointUncertainty] = Field(
+        {}, description="other values by node, such as {12: {position_m: 0.001}}"
     )
+
+
+class ChannelUncertainty(Settings):
+    """A response channel."""
+
+    gain: Gain = None
 
 
 class ChannelsUncertainty(Settings):
     """Sensitivities of the transducers."""
 
-    gain: float | None = Field(
-        None, ge=0, lt=1, description="relative, of each response channel over the force"
-    )
+    gain: Gain = None
     force_gain: float | None = Field(
         None,
         ge=0,
@@ -70,6 +92,9 @@ class ChannelsUncertainty(Settings):
         description=(
             "relative, of the force transducer; 0 where channels were calibrated with it, by a known mass"
         ),
+    )
+    each: dict[str, ChannelUncertainty] = Field(
+        {}, description="other values by channel, such as {'12:+Z': {gain: 0.002}}"
     )
 
 
@@ -120,9 +145,10 @@ class UncertaintySettings(Settings):
 
     @model_validator(mode="after")
     def _something(self) -> UncertaintySettings:
+        single = [one for group in _EACH for one in getattr(self, group).each.values()]
         if not any(
             self.std(group, key) > 0 for group, keys in _LEVELS["careful"].items() for key in keys
-        ) and not any(value for link in self.links.each.values() for value in link.model_dump().values()):
+        ) and not any(value for one in single for value in one.model_dump().values()):
             raise ValueError(
                 "uncertainty: nothing is uncertain; expected `typical`, `careful` or a value above 0"
             )
@@ -133,11 +159,11 @@ class UncertaintySettings(Settings):
         stated = getattr(getattr(self, group), key)
         return float(self._otherwise(group, key) if stated is None else stated)
 
-    def of_link(self, link: str, key: str) -> float:
-        """The same of the inertia of one link."""
-        own = self.links.each.get(link)
+    def of(self, group: str, place: str | int, key: str) -> float:
+        """The same of one link, point or channel."""
+        own = getattr(self, group).each.get(place)
         stated = None if own is None else getattr(own, key)
-        return self.std("links", key) if stated is None else float(stated)
+        return self.std(group, key) if stated is None else float(stated)
 
     def _otherwise(self, group: str, key: str) -> float:
         return 0.0 if self.like is None else _LEVELS[self.like][group][key]

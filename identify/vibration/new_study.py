@@ -1,0 +1,66 @@
+"""A new study out of an old one: its config as it was written, comments and all, for another folder and under
+a name of its own.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from identify.core.config_paths import relocate_measurement, relocated
+from identify.core.yaml_input import round_trip
+from identify.vibration.study import StudyFile
+
+_WIDTH = 140
+_PATHS = (
+    ("robot", "urdf"),
+    ("robot", "dh"),
+    ("points",),
+    ("uncertainty", "left"),
+    ("reference",),
+    ("modal_choices",),
+)
+
+
+def new_study(file: StudyFile, folder: Path, what: str, values: Mapping[str, float]) -> Any:
+    """The data of a study that begins at these values, for a file in `folder`; what: what it is now, which
+    its name says, so that its fit does not replace that of the study before.
+    """
+    data = round_trip().load(file.text)
+    if file.path.parent.resolve() != folder.resolve():
+        _move(data, file.path.parent, folder)
+    _rename(data, file.study.name, what)
+    data["initial"] = {name: float(f"{value:.6g}") for name, value in values.items()}
+    return data
+
+
+def study_text(data: Any) -> str:
+    """Its text."""
+    yaml, text = round_trip(), io.StringIO()
+    yaml.width = _WIDTH
+    yaml.dump(data, text)
+    return text.getvalue()
+
+
+def _rename(data: Any, name: str, what: str) -> None:
+    again = re.fullmatch(rf"(.*_{what})(\d*)", name)
+    new = f"{again[1]}{int(again[2] or 1) + 1}" if again else f"{name}_{what}"
+    if "name" in data:
+        data["name"] = new
+    else:
+        data.insert(1, "name", new)
+
+
+def _move(data: Any, old: Path, new: Path) -> None:
+    """Paths relative to one folder become relative to another."""
+    for *outer, key in _PATHS:
+        part = data
+        for name in outer:
+            part = part.get(name, {})
+        if isinstance(part, dict) and key in part:
+            part[key] = relocated(part[key], old, new)
+    for measurement in data["measurements"]:
+        relocate_measurement(measurement, old, new)
