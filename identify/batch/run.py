@@ -63,7 +63,14 @@ def run_batch(
             config.name, batch.text, [(study.name, sha256(study)) for study in _studies(batch)]
         )
         result = summarise(
-            batch.settings.name, index, files, fitted_together, about, time.perf_counter() - begun, came_from
+            batch.settings.name,
+            index,
+            files,
+            fitted_together,
+            about,
+            time.perf_counter() - begun,
+            came_from,
+            batch.settings.shared,
         )
         result_file.write(result, path)
     return result, [path, index.path]

@@ -22,6 +22,18 @@ SCHEMA = "identify-batch/1"
 Data = dict[str, Any]
 
 
+class JointSettings(Settings):
+    """What all fits have in common."""
+
+    shared: list[str] = Field(
+        [],
+        description=(
+            "names of parameters that are the same in all fits, `*` for any part of a name, such as"
+            " *.damping; all others are each fit's own, with mean and scatter"
+        ),
+    )
+
+
 class BatchSettings(Settings):
     """What one batch.yaml describes."""
 
@@ -54,7 +66,13 @@ class BatchSettings(Settings):
     studies: list[str] = Field(
         [], description="whole studies, or patterns such as cell*/config.yaml, each fitted as it is"
     )
-    joint: bool = Field(False, description="also fit all measurements together, with one set of parameters")
+    joint: bool | JointSettings = Field(
+        False,
+        description=(
+            "take all fits together: mean and scatter of every parameter, and of a base study also one fit of"
+            " all measurements with one set of parameters"
+        ),
+    )
     time_limit_s: float = Field(
         3600.0, gt=0, description="a fit that takes longer is ended and counted as failed"
     )
@@ -63,11 +81,18 @@ class BatchSettings(Settings):
     def _something(self) -> BatchSettings:
         if self.study is None and not self.studies:
             raise ValueError("give a base `study`, or `studies`")
-        if self.study is None and (self.measurements or self.table or self.each or self.joint):
+        if self.study is None and (self.measurements or self.table or self.each):
             raise ValueError(
-                "`measurements`, `table`, `each` and `joint` need the base `study` that is fitted to them"
+                "`measurements`, `table` and `each` need the base `study` that is fitted to them"
             )
         return self
+
+    @property
+    def shared(self) -> list[str] | None:
+        """Patterns of parameters that all fits share; None where fits are not taken together."""
+        if isinstance(self.joint, JointSettings):
+            return self.joint.shared
+        return [] if self.joint else None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 
 from identify.batch.homogeneity import Homogeneity, holm, homogeneity
 from identify.batch.index import BatchIndex
-from identify.batch.verdict import notes, verdict
+from identify.batch.together import Said, together
+from identify.batch.verdict import (
+    dependence_notes,
+    dependence_verdict,
+    notes,
+    population_notes,
+    population_verdict,
+    verdict,
+)
 from identify.core.arrays import Array
 from identify.core.thresholds import SIGMAS_95
 from identify.fitting.tables import scale_of
@@ -41,6 +49,7 @@ class Row:
     cost: float
     relative_error: float
     converged: bool
+    said: Said | None
 
 
 def summarise(
@@ -51,36 +60,47 @@ def summarise(
     workers: str,
     seconds: float,
     came_from: tables.Provenance,
+    shared: Sequence[str] | None = None,
 ) -> BatchResult:
     """The result of a batch; files: where each fit is or would be; joint: the result of the joint fit, if
-    there is one.
+    there is one; shared: patterns of parameters that all fits share, where they are taken together.
     """
-    rows = [
-        _row(result_file.read(path, FitResult)) if index.jobs[job].state == "done" else None
-        for job, path in files.items()
-    ]
-    together = result_file.read(joint, FitResult) if joint is not None else None
+    done = [path if index.jobs[job].state == "done" else None for job, path in files.items()]
+    rows = [None if path is None else _row(result_file.read(path, FitResult), shared) for path in done]
+    at_once = result_file.read(joint, FitResult) if joint is not None else None
     jobs = _jobs(index, files, rows)
-    parameters = _parameters(rows, together)
+    parameters = _parameters(rows, at_once)
     dependence = _dependence(parameters, np.deg2rad(jobs.posture_deg))
+    said = [None if row is None else row.said for row in rows]
+    of_all = None if shared is None else together(said, parameters, shared)
+    of_one = of_all is None or joint is not None  # else of several robots, which may differ
     kept = sum(index.jobs[job].kept for job in files)
     return BatchResult(
         name=name,
-        verdict=verdict(jobs, dependence, kept, seconds, workers),
-        notes=notes(jobs, parameters, dependence, together),
+        verdict=(
+            *verdict(jobs, kept, seconds, workers),
+            *([dependence_verdict(dependence)] if of_one else []),
+            *population_verdict(of_all),
+        ),
+        notes=(
+            *(dependence_notes(parameters, dependence) if of_one else ()),
+            *notes(jobs, dependence, at_once),
+            *population_notes(of_all),
+        ),
         workers=workers,
         seconds=seconds,
         joint_file="" if joint is None else joint.name,
-        joint_gap=float("nan") if together is None else together.gap,
+        joint_gap=float("nan") if at_once is None else at_once.gap,
         jobs=jobs,
         parameters=parameters,
         modes=_modes(rows),
         dependence=dependence,
         provenance=came_from,
+        population=of_all,
     )
 
 
-def _row(result: results.FitResult) -> Row:
+def _row(result: results.FitResult, shared: Sequence[str] | None) -> Row:
     m = next(iter(result.measurements.values()))
     nothing = np.full(3, np.nan)
     tool = m.geometry.points[-1] if len(m.geometry.points) else m.geometry.skeleton[-1]
@@ -93,6 +113,7 @@ def _row(result: results.FitResult) -> Row:
         cost=result.cost,
         relative_error=_relative_error(result),
         converged=result.converged,
+        said=None if shared is None else Said.of(result),
     )
 
 

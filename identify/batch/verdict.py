@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.core.arrays import Texts
-from identify.results.batch import DependenceTable, JobTable, ParametersByPosture
+from identify.results.batch import DependenceTable, JobTable, ParametersByPosture, PopulationTable
 from identify.results.fit import FitResult
 
 MEANING = (
@@ -17,10 +17,45 @@ _LEAST_FREEDOM = 5
 _RISE = 1.1
 
 
-def verdict(jobs: JobTable, dependence: DependenceTable, kept: int, seconds: float, workers: str) -> Texts:
-    """What was done, how good the fits are, and whether a parameter depends on posture; kept: fits that were
-    there from before.
-    """
+def population_verdict(p: PopulationTable | None) -> Texts:
+    """Which parameters differ between fits, where all were taken together."""
+    if p is None:
+        return ()
+    tested, size = np.isfinite(p.p_value) & ~p.shared, np.nan_to_num(p.relative_scatter, nan=-1.0)
+    found = [int(k) for k in np.argsort(-size, kind="stable") if p.differs[k] and tested[k]]
+    fits, count = int(p.count.max(initial=0)), int(tested.sum())
+    if not found:
+        return (
+            f"Together, the {fits} fits differ in no parameter, as far as the intervals of {count} parameters"
+            " can tell.",
+        )
+    named = [f"{p.parameter[k]} by {100 * size[k]:.2g} %" for k in found[:3]]
+    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+    return (
+        f"Together, the {fits} fits differ in {len(found)} of {count} parameters more than their intervals"
+        f" allow (one standard deviation): {', '.join(named)}{more}.",
+    )
+
+
+def population_notes(p: PopulationTable | None) -> Texts:
+    """What a reader of all fits together must know."""
+    if p is None:
+        return ()
+    said = [
+        f"{name} was said to be the same in all fits, but they differ in it more than their intervals allow"
+        for name, shared, differs in zip(p.parameter, p.shared, p.differs, strict=True)
+        if shared and differs
+    ]
+    if p.common:
+        said.append(
+            f"{p.common} errors of what was told of the robot are the same in all fits, which use one"
+            " description: they do not average out, and the intervals of means count them once"
+        )
+    return tuple(said)
+
+
+def verdict(jobs: JobTable, kept: int, seconds: float, workers: str) -> Texts:
+    """What was done, and how good the fits are; kept: fits that were there from before."""
     done = sum(state == "done" for state in jobs.state)
     rest = [
         f"{jobs.state.count(state)} {word}"
@@ -32,7 +67,7 @@ def verdict(jobs: JobTable, dependence: DependenceTable, kept: int, seconds: flo
         f"{done} of {len(jobs.state)} fits completed in {seconds:.0f} s on"
         f" {workers}{'; ' + ', '.join(rest) if rest else ''}."
     )
-    return first, _quality(jobs), _dependence(dependence)
+    return first, _quality(jobs)
 
 
 def _quality(jobs: JobTable) -> str:
@@ -49,7 +84,8 @@ def _quality(jobs: JobTable) -> str:
     )
 
 
-def _dependence(d: DependenceTable) -> str:
+def dependence_verdict(d: DependenceTable) -> str:
+    """Whether a parameter depends on posture."""
     tested = np.isfinite(d.p_value)
     if not tested.any():
         return "Whether a parameter depends on posture cannot be told: none is determined at two postures."
@@ -83,20 +119,26 @@ def _by_scatter(d: DependenceTable) -> list[int]:
     ]
 
 
-def notes(jobs: JobTable, p: ParametersByPosture, d: DependenceTable, together: FitResult | None) -> Texts:
+def dependence_notes(p: ParametersByPosture, d: DependenceTable) -> Texts:
+    """What a dependence on posture means."""
+    stiff = [row for row in _by_scatter(d) if p.log[row]]
+    if not stiff:
+        return ()
+    trends = [row for row in stiff if d.slope_p_value[row] < 0.01]
+    if not trends:
+        return (MEANING,)
+    row = trends[0]
+    change = 100 * (np.exp(d.slope_per_rad[row] * np.deg2rad(10)) - 1)
+    return (
+        MEANING,
+        f"the clearest trend: {d.parameter[row]} changes by {change:+.2g} % for every 10° of joint"
+        f" {d.trend_joint[row]}",
+    )
+
+
+def notes(jobs: JobTable, d: DependenceTable, together: FitResult | None) -> Texts:
     """What a reader must be warned of."""
     said = []
-    stiff = [row for row in _by_scatter(d) if p.log[row]]
-    if stiff:
-        said.append(MEANING)
-    trends = [row for row in stiff if d.slope_p_value[row] < 0.01]
-    if trends:
-        row = trends[0]
-        change = 100 * (np.exp(d.slope_per_rad[row] * np.deg2rad(10)) - 1)
-        said.append(
-            f"the clearest trend: {d.parameter[row]} changes by {change:+.2g} % for every 10° of joint"
-            f" {d.trend_joint[row]}"
-        )
     own = jobs.gap[np.isfinite(jobs.gap)]
     if together is not None and len(own) and np.isfinite(together.gap):
         rms = float(np.sqrt(np.mean(own**2)))

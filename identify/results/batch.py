@@ -96,10 +96,43 @@ class DependenceTable:
     depends: NDArray[np.bool_]
 
 
+@dataclass(frozen=True)
+class PopulationTable:
+    """All fits together (`identify.batch.population`); a row per parameter (p), NaN where it cannot be told.
+
+    mean and its limits in the parameter's unit; scatter between fits and its limits as the standard deviation
+    of ln value where log, else of the value, NaN of those that are shared; p_value of no difference, adjusted
+    for the number of parameters (Holm); differs: it is less than 1 %.  value, low_95, high_95 (n, p): of each
+    fit with what all others say.  common: how many errors of what was told all fits have in common.
+    """
+
+    parameter: Texts
+    log: NDArray[np.bool_]
+    shared: NDArray[np.bool_]
+    count: NDArray[np.int_]
+    mean: Array
+    mean_low_95: Array
+    mean_high_95: Array
+    scatter: Array
+    scatter_low_95: Array
+    scatter_high_95: Array
+    p_value: Array
+    differs: NDArray[np.bool_]
+    value: Array
+    low_95: Array
+    high_95: Array
+    common: int
+
+    @property
+    def relative_scatter(self) -> Array:
+        """(p,): over the mean."""
+        return np.asarray(np.where(self.log, 1.0, 1 / np.abs(self.mean)) * self.scatter)
+
+
 @dataclass(frozen=True, kw_only=True)
 class BatchResult(Header):
     """A whole batch; verdict and notes are sentences; workers says who did it; joint_file: the result of the
-    joint fit, empty without.
+    joint fit, empty without; population: None where fits were not asked to be taken together.
     """
 
     KIND: ClassVar[str] = "batch"
@@ -110,6 +143,7 @@ class BatchResult(Header):
     parameters: ParametersByPosture
     modes: ModesByPosture
     dependence: DependenceTable
+    population: PopulationTable | None = None
 
     @property
     def failed(self) -> int:

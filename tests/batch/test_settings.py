@@ -78,7 +78,8 @@ def test_a_derived_study_keeps_the_rest_of_its_base(folder: Path) -> None:
     ("text", "match"),
     [
         ("name: x\n", "give a base `study`, or `studies`"),
-        ("studies: [a.yaml]\njoint: true\n", "need the base `study`"),
+        ("studies: [a.yaml]\neach: {averages: 4}\n", "need the base `study`"),
+        ("studies: [a.yaml]\njoint: {common: [a]}\n", "common"),
         ("study: base/study.yaml\n", "no measurements, and the batch has none"),
         ("study: base/study.yaml\ntabel: t.csv\n", r"line 3: tabel: unknown key.*did you mean `table`"),
         ("study: base/nothing.yaml\n", "nothing.yaml: the file cannot be read"),

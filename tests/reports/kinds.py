@@ -74,6 +74,8 @@ _BATCH = (
     ("Does it depend on posture?", "Mean", "dependence/mean", 1.0),
     ("Does it depend on posture?", "Fitted together", "parameters/joint_value", 1.0),
     ("Does it depend on posture?", "Chi-square", "dependence/chi_square", 1.0),
+    ("Mean and scatter over all fits", "Mean", "population/mean", 1.0),
+    ("Each fit with what all others say", "joint1.rz.damping", "population/value:1", 1.0),
     ("Parameters by posture", "joint1.rz.stiffness", "parameters/value:0", 1.0),
     ("Parameters by posture", "joint1.rz.damping", "parameters/value:1", 1.0),
 )

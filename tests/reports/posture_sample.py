@@ -6,7 +6,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture
+from identify.results.batch import (
+    BatchResult,
+    DependenceTable,
+    JobTable,
+    ModesByPosture,
+    ParametersByPosture,
+    PopulationTable,
+)
 from identify.results.file import LAYOUT
 from identify.results.map import MapResult, PostureRows
 from tests.reports.sample import frf_result
@@ -95,6 +102,24 @@ def batch_result() -> BatchResult:
             slope_std=np.array([np.nan, 0.01]),
             slope_p_value=np.array([np.nan, 1e-9]),
             depends=np.array([False, True]),
+        ),
+        population=PopulationTable(
+            parameter=("joint1.rz.stiffness", "joint1.rz.damping"),
+            log=np.array([True, True]),
+            shared=np.array([True, False]),
+            count=np.array([5, 5]),
+            mean=np.array([2.0e6, 431.0]),
+            mean_low_95=np.array([1.98e6, 410.0]),
+            mean_high_95=np.array([2.02e6, 452.0]),
+            scatter=np.array([np.nan, 0.04]),
+            scatter_low_95=np.array([np.nan, 0.023]),
+            scatter_high_95=np.array([np.nan, 0.12]),
+            p_value=np.array([0.53, 1e-11]),
+            differs=np.array([False, True]),
+            value=value * 1.001,
+            low_95=value * 0.985,
+            high_95=value * 1.015,
+            common=0,
         ),
         provenance=frf_result(10, 2).provenance,
     )

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.reports.batch import tables
+from identify.reports.kit.banded import SCRIPTS, Line, Panel, Plot
+from identify.reports.kit.cells import Column
 from identify.reports.kit.posture_pick import Postures, batch_postures
 from identify.reports.kit.posture_section import maps, modes, pictures, posture_data, trends
 from identify.reports.kit.report import EVERYWHERE, PRINT, Heading, Part, Report, Section, Tabular, origin
-from identify.results.batch import BatchResult
+from identify.results.batch import BatchResult, PopulationTable
 
 _PANELS = 18
 _WORST_ROWS, _FAILURES = 30, 60
@@ -16,6 +19,12 @@ _NOTE = (
     "Dots: each posture on its own, with its 95 % interval. Orange: the weighted mean of all postures and its"
     " 95 % interval. Crosses are not counted: not determined there, or at a bound. Values by posture are in"
     " the table of parameters below, and in the file of each fit."
+)
+_SCATTERS = 6
+"""Parameters that are drawn, those that scatter most."""
+_ABOUT = (
+    "Each fit on its own, and with what all others say of it, about the mean of all; of the parameters that"
+    " scatter most. Fits are numbered as in the table of parameters."
 )
 _TRENDS = (
     "Parameters of each posture on its own, with 95 % intervals, over the joint they change with; orange: the"
@@ -44,7 +53,41 @@ def report(result: BatchResult) -> Report:
             "Parameters",
         ),
     ]
+    if result.population is not None:
+        sections.insert(1, _population(result, result.population))
     return Report(tables.tiles(result), (), [*sections, *origin(result, "Batch")])
+
+
+def _population(result: BatchResult, p: PopulationTable) -> Section:
+    """Means and scatters, and the fits about the mean of the parameters that scatter most."""
+    brief = ("Parameter", "Mean", "Unit", "±", "Scatter", "Fits", "Verdict")
+    parts: list[Part] = [
+        Tabular(tables.population_table(result, p), sort="population", terminal=brief, on=EVERYWHERE),
+    ]
+    order = np.argsort(-np.nan_to_num(p.relative_scatter, nan=-1.0), kind="stable")
+    shown = [int(k) for k in order if np.isfinite(p.scatter[k]) and p.mean[k]][:_SCATTERS]
+    plot = Plot("population-plot", Column("Fit", "number"), [_about(result, p, k) for k in shown], _ABOUT)
+    if shown:
+        parts.append(plot.drawing())
+    own = Tabular(tables.own_table(result, p), heading=True, sort="own", limit=20, rows=0)
+    data = plot.data() if shown else {}
+    return Section("population", "All fits together", [*parts, own], "Together", data, SCRIPTS)
+
+
+def _about(result: BatchResult, p: PopulationTable, k: int) -> Panel:
+    """A parameter of each fit about the mean, in per cent of it."""
+    fits = np.arange(1.0, len(p.value) + 1)
+
+    def off(values: Array) -> Array:
+        return np.asarray(100 * (values / p.mean[k] - 1))
+
+    spread = 100 * p.relative_scatter[k] * np.ones(len(fits))
+    lines = [
+        Line("mean of all, and scatter", fits, 0 * fits, -spread, spread),
+        Line("with all others, 95 %", fits, off(p.value[:, k]), off(p.low_95[:, k]), off(p.high_95[:, k])),
+        Line("on its own", fits, off(result.parameters.value[:, k]), points=True),
+    ]
+    return Panel(Column(p.parameter[k], "% off the mean"), lines)
 
 
 def _dependence(result: BatchResult) -> list[Part]:

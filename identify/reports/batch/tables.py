@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.thresholds import SIGMAS_95
-from identify.reports.kit.cells import NONE, Column, Table, number, percent, unit, words
-from identify.results.batch import BatchResult
+from identify.reports.kit.cells import NONE, Column, Number, Table, number, percent, unit, words
+from identify.results.batch import BatchResult, PopulationTable
 
 _TOLD = {"done": "done", "failed": "failed", "waiting": "not begun", "running": "under way"}
 
@@ -79,6 +80,64 @@ NOTE = (
     " together (Holm); below 1 % the parameter depends on posture. Scatter: what is left of the differences"
     " beyond the intervals (DerSimonian and Laird's tau)."
 )
+
+
+def population_table(result: BatchResult, p: PopulationTable) -> Table:
+    """Mean and scatter of each parameter over all fits."""
+    rows, over = [], np.where(p.log, 1.0, 1 / np.abs(p.mean))
+    for k, name in enumerate(p.parameter):
+        half = 50 * (p.mean_high_95[k] - p.mean_low_95[k]) / abs(p.mean[k]) if p.mean[k] else np.nan
+        scatter = [number(100 * over[k] * x[k], 3) for x in (p.scatter, p.scatter_low_95, p.scatter_high_95)]
+        known = bool(np.isfinite(p.p_value[k]))
+        verdict = ("differ" if p.differs[k] else "the same") if known else "cannot be told"
+        mean = (number(p.mean[k]), unit(result.parameters.unit[k]), number(half, 2))
+        kind = "shared" if p.shared[k] else "own"
+        rows.append((name, kind, *mean, *scatter, str(int(p.count[k])), _probability(p.p_value[k]), verdict))
+    columns = (
+        words("Parameter"),
+        words("Of each fit"),
+        Column("Mean"),
+        words("Unit"),
+        Column("±", "%"),
+        Column("Scatter", "%"),
+        Column("Scatter, 95 % low", "%"),
+        Column("Scatter, 95 % high", "%"),
+        Column("Fits"),
+        Column("p"),
+        words("Verdict"),
+    )
+    return Table("Mean and scatter over all fits", columns, tuple(rows), _POPULATION)
+
+
+_POPULATION = (
+    "Scatter: standard deviation between fits, beyond what their intervals explain; its interval from"
+    " Cochran's Q. p: probability of differences as large by chance, for all parameters together (Holm). The"
+    " interval of the mean is for the mean of all such robots, not of one."
+)
+
+
+def own_table(result: BatchResult, p: PopulationTable) -> Table:
+    """What each fit says of each parameter with all others, with half the 95 % interval in per cent."""
+    rows = []
+    for row, name in enumerate(result.jobs.name):
+        if result.jobs.state[row] == "done":
+            rows.append((name, *_paired(p.value[row], p.low_95[row], p.high_95[row])))
+    heads = _heads(result)
+    return Table("Each fit with what all others say", (words("Fit"), *heads), tuple(rows))
+
+
+def _paired(value: Array, low: Array, high: Array) -> list[Number]:
+    """Values (p,) and half their intervals, per cent, in turn."""
+    cells = []
+    for v, below, above in zip(value, low, high, strict=True):
+        cells += [number(v), number(50 * (above - below) / abs(v) if v else np.nan, 2)]
+    return cells
+
+
+def _heads(result: BatchResult) -> list[Column]:
+    p = result.parameters
+    pairs = zip(p.name, p.unit, strict=True)
+    return [column for name, of in pairs for column in (Column(name, unit(of)), Column("±", "%"))]
 
 
 def trend_table(result: BatchResult) -> Table:
@@ -168,17 +227,6 @@ def value_table(result: BatchResult) -> Table:
     """All parameters at all postures, with half their 95 % intervals in per cent."""
     p, rows = result.parameters, []
     for k, name in enumerate(result.jobs.name):
-        if result.jobs.state[k] != "done":
-            continue
-        row = [name]
-        for column in range(len(p.name)):
-            value = p.value[k, column]
-            half = 50 * (p.high_95[k, column] - p.low_95[k, column]) / abs(value) if value else np.nan
-            row += [number(value), number(half, 2)]
-        rows.append(tuple(row))
-    heads = [
-        column
-        for name, of in zip(p.name, p.unit, strict=True)
-        for column in (Column(name, unit(of)), Column("±", "%"))
-    ]
-    return Table("Parameters by posture", (words("Fit"), *heads), tuple(rows))
+        if result.jobs.state[k] == "done":
+            rows.append((name, *_paired(p.value[k], p.low_95[k], p.high_95[k])))
+    return Table("Parameters by posture", (words("Fit"), *_heads(result)), tuple(rows))
