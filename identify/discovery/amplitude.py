@@ -10,10 +10,15 @@ from itertools import combinations
 import numpy as np
 
 from identify.core.arrays import Array, Complex
+from identify.core.thresholds import QUIET
 from identify.measured.frf_set import POWER
 from identify.model.frf import dynamic_stiffness
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Problem
+
+_NEARLY = 0.25
+"""Share of what is above noise, and of what a torque at any other coordinate leaves of it, that a torque at a
+coordinate may leave there and be what is missing."""
 
 
 def level_gap(problem: Problem) -> float:
@@ -62,6 +67,21 @@ def torque_gaps(targets: Sequence[FrfTarget], values: Array) -> dict[str, float]
         for name, (squares, freedom) in _remains(target, values).items():
             sums[name], counts[name] = sums.get(name, 0.0) + squares, counts.get(name, 0) + freedom
     return {name: float(np.sqrt(total / max(counts[name], 1))) for name, total in sums.items()}
+
+
+def acting_at(problem: Problem, gap: float) -> str:
+    """The coordinate at which something acts that depends on amplitude, whatever its law; empty where levels
+    do not differ, or where no torque at one coordinate alone explains nearly all of the gap.
+
+    problem: with the model at its initial values, which leave the gap.
+    """
+    nonlinear = any(effect.of_amplitude for effect in problem.file.study.effects)
+    if nonlinear or gap <= QUIET or not level_gap(problem) > QUIET:
+        return ""
+    gaps = torque_gaps(problem.targets().frf, problem.initial)
+    name = min(gaps, key=lambda one: gaps[one])
+    next_best = min((left for other, left in gaps.items() if other != name), default=gap)
+    return name if gaps[name] - 1 <= _NEARLY * (min(gap, next_best) - 1) else ""
 
 
 def _remains(target: FrfTarget, values: Array) -> dict[str, tuple[float, int]]:

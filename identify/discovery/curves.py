@@ -12,6 +12,7 @@ import numpy as np
 from identify.core.arrays import Complex
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
+from identify.discovery.amplitude import acting_at
 from identify.discovery.loop import Discovery
 from identify.discovery.places.curve import measured_curve
 from identify.discovery.places.effect_law import law_of
@@ -33,7 +34,8 @@ _LISTED = 15
 def curves(problem: Problem, found: Discovery) -> dict[str, CurveTable]:
     """One for each added effect at a place of the structure; where the gap stays open, one for the place that
     explains most of the rest; none where errors of what was told are stated, which a measured curve would
-    hold exact.
+    hold exact.  Where a torque at one coordinate explains nearly all of what differs between levels, that is
+    the place.
     """
     if problem.nuisances.entries:
         return {}
@@ -41,7 +43,9 @@ def curves(problem: Problem, found: Discovery) -> dict[str, CurveTable]:
     for option in found.added:
         tables += _of_effect(problem, found.final, option.effect)
     if found.final.gap > QUIET and found.places and found.places[-1]:
-        place = found.places[-1][0].place
+        present = with_effects(problem, found.final.task.effects, found.final.values)
+        name = acting_at(present, found.final.gap)
+        place = Beside((name,)) if name else found.places[-1][0].place
         if not isinstance(place, (Rows, Column)):
             tables += _measured(problem, found.final.task.effects, found.final, place, None)
     return {str(number): table for number, table in enumerate(tables)}

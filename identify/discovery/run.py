@@ -123,7 +123,10 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
     return DiscoveryResult(
         key=key,
         name=problem.file.study.name,
-        verdict=(*sentences.verdict(found), *filter(None, [sentences.assumed(problem, found)])),
+        verdict=(
+            *sentences.verdict(found),
+            *filter(None, [sentences.of_amplitude(problem, found), sentences.assumed(problem, found)]),
+        ),
         notes=fitted.notes,
         seconds=time.perf_counter() - began,
         elsewhere="measurements for validation"

@@ -9,12 +9,13 @@ from collections.abc import Sequence
 
 from identify.core.text import capital, listed
 from identify.core.thresholds import CONVINCING, MISSING, QUIET
+from identify.discovery.amplitude import acting_at
 from identify.discovery.evidence import removed
 from identify.discovery.loop import Discovery, Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable
-from identify.vibration.problem import Problem
+from identify.vibration.problem import Problem, with_effects
 
 
 def gaps(gap: float, elsewhere: float) -> str:
@@ -94,6 +95,19 @@ def assumed(problem: Problem, found: Discovery) -> str:
         "All that was told was taken as exact.  Masses, places of sensors, gains and directions of impacts"
         " that are some per cent, millimetres and degrees off leave such a gap too: `uncertainty: typical`"
         " in the study takes them into account."
+    )
+
+
+def of_amplitude(problem: Problem, found: Discovery) -> str:
+    """Where something acts that depends on amplitude and that no effect says; empty where nothing does."""
+    present = with_effects(problem, found.final.task.effects, found.final.values)
+    name = acting_at(present, found.final.gap)
+    if not name:
+        return ""
+    return (
+        f"What is left acts at {name} and depends on the strength of the impacts: any torque there, whatever"
+        " its law, would explain nearly all of it. What is measured there at each strength says whether it"
+        " slips, hardens or rubs."
     )
 
 

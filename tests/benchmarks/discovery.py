@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.parameters import Scale
+from identify.discovery.amplitude import acting_at
 from identify.discovery.curves import curves
 from identify.discovery.loop import Discovery, discover
 from identify.discovery.workers import Workers
@@ -78,6 +79,8 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
     held, told, doubted = _held(problem, found, truth.get("k", []))
     inside = _inside(problem, found, truth["effects"])
     hidden, named = {label for effect in truth["effects"] for label in _true(effect)}, _named(problem, found)
+    if any(effect["kind"] == "friction-springs" for effect in truth["effects"]):
+        named |= _acting(problem, found)
     return {
         "truth": sorted(hidden),
         "named": sorted(named),
@@ -95,6 +98,12 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         "curve_error": None if inside is None else inside[1],
         "seconds": seconds,
     }
+
+
+def _acting(problem: Problem, found: Discovery) -> set[str]:
+    """The joint at which the program says that something acts that depends on amplitude and has no name."""
+    name = acting_at(with_effects(problem, found.final.task.effects, found.final.values), found.final.gap)
+    return {f"joint-friction {name.partition('.')[0].removeprefix('joint')}"} if name else set()
 
 
 def _inside(problem: Problem, found: Discovery, effects: list[dict[str, Any]]) -> tuple[float, float] | None:
@@ -187,7 +196,7 @@ def _true(effect: dict[str, Any]) -> Iterator[str]:
         yield f"{kind} {effect['joint']} {effect['axes_class']}"
     elif kind == "relaxing-joint":  # no effect of the catalogue: right is a measured law at that joint
         yield f"measured-impedance joint{effect['joint']}"
-    elif kind == "friction-springs":  # no effect either, and not linear: right is dry friction there
+    elif kind == "friction-springs":  # likewise, and not linear: right is dry friction there, or no name
         yield f"joint-friction {effect['joint']}"
     else:
         places = (

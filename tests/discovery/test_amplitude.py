@@ -8,10 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.discovery import amplitude
 from identify.discovery.amplitude import torque_gaps
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
 from tests.arms import initial
 from tests.targets import targets
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
 
 def _noisy(folder: Path, outputs: list[int]) -> tuple[FrfTarget, np.ndarray]:
@@ -42,3 +47,23 @@ def test_a_torque_at_a_joint_is_found_there(tmp_path: Path) -> None:
     gaps = torque_gaps([replace(whole, data=data)], values)
     assert gaps.pop("joint3.rz") == pytest.approx(1.0, abs=0.1)
     assert min(gaps.values()) > 1.5
+
+
+@pytest.mark.parametrize(
+    ("levels", "gap", "left", "place"),
+    [
+        (2.1, 2.9, {"joint1.rz": 2.7, "joint2.rz": 1.1, "joint3.rz": 1.9}, "joint2.rz"),
+        (1.0, 2.9, {"joint1.rz": 2.7, "joint2.rz": 1.1, "joint3.rz": 1.9}, ""),
+        (2.1, 2.9, {"joint1.rz": 2.7, "joint2.rz": 1.1, "joint3.rz": 1.3}, ""),
+        (2.1, 2.9, {"joint1.rz": 2.7, "joint2.rz": 1.6, "joint3.rz": 2.6}, ""),
+        (2.1, 1.05, {"joint1.rz": 1.05, "joint2.rz": 1.0, "joint3.rz": 1.05}, ""),
+    ],
+)
+def test_what_depends_on_amplitude_is_placed_where_one_joint_alone_explains_it(
+    monkeypatch: pytest.MonkeyPatch, levels: float, gap: float, left: dict[str, float], place: str
+) -> None:
+    """Not where levels agree, where the next joint does nearly as well, where much is left, or at noise."""
+    problem = load_problem(read_study(CONFIG))
+    monkeypatch.setattr(amplitude, "level_gap", lambda problem: levels)
+    monkeypatch.setattr(amplitude, "torque_gaps", lambda targets, values: left)
+    assert amplitude.acting_at(problem, gap) == place

@@ -37,7 +37,7 @@ def _curve(peak_n: float, value: complex, std: float) -> CurveTable:
 @pytest.mark.parametrize(
     ("strong", "said"),
     [
-        (5e5 + 2e5j, ("real part", "lower", "slips")),
+        (5e5 + 3e5j, ("real part", "lower", "slips")),
         (2e6 + 2e5j, ("real part", "higher", "hardens")),
         (1e6 + 5e4j, ("imaginary part", "lower", "dry friction")),
     ],

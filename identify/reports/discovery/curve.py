@@ -113,6 +113,7 @@ def by_strength(curves: Sequence[CurveTable]) -> list[str]:
                         f" {abs(change):.3g} {weak.unit} {'lower' if change < 0 else 'higher'}:"
                         f" {falls if change < 0 else rises}."
                     )
+                    break  # what slips seems damped otherwise, too
     return said
 
 
