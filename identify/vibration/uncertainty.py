@@ -35,6 +35,9 @@ KNOWN = 100.0
 """Information of the data over that of the bounds from which on a value counts as known to them."""
 FEWEST_BLOCKS = 4
 """Forces of all postures together from which on what they disagree by says something."""
+_STEPS, _SETTLED = 8, 0.01
+"""Steps at most that a prediction takes to what new data ask for; share of their count that one more would
+take off, below which it has arrived."""
 
 
 def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: bool = True) -> Uncertainty:
@@ -154,12 +157,33 @@ def fitted_information(problem: Problem, values: Array) -> Array:
 def predictive_squares(problem: Problem, known: Array, values: Array) -> tuple[float, int]:
     """That sum, and its count; known (u, u): information of the fit about all free unknowns, on the search
     scale.
+
+    It is the least of r' r plus what it costs the fit to move its unknowns there.  Where the fit leaves a
+    combination of them wide open, FRFs are not linear over that width: a few Gauss-Newton steps are taken.
     """
     scale, targets = Scale(problem.parameters), problem.targets("validate").frf
-    slope = scale.slope(scale.to_x(values))
-    found = information(targets, values, scale.free)
-    own, score = found.product[:-1, :-1] * np.outer(slope, slope), found.product[:-1, -1] * slope
-    return float(found.product[-1, -1] - score @ np.linalg.solve(known + own, score)), found.count
+    lower, upper = scale.bounds()
+    start = scale.to_x(values)
+
+    def look(x: Array) -> tuple[float, float, Array, int]:
+        found, slope = information(targets, scale.to_values(x), scale.free), scale.slope(x)
+        own, score = found.product[:-1, :-1] * np.outer(slope, slope), found.product[:-1, -1] * slope
+        gradient = score + known @ (x - start)
+        step = np.asarray(np.linalg.solve(known + own, gradient), dtype=float)
+        squares = float(found.product[-1, -1] + (x - start) @ known @ (x - start))
+        return squares, squares - float(gradient @ step), step, found.count
+
+    x, (squares, foreseen, step, count) = start, look(start)
+    for _ in range(_STEPS):
+        if squares - foreseen < _SETTLED * count:
+            break
+        other = np.clip(x - step, lower, upper)
+        there = look(other)
+        if there[0] < squares:
+            x, (squares, foreseen, step, count) = other, there
+        else:
+            step = step / 4
+    return foreseen, count
 
 
 def covariance_root(problem: Problem, trusted: Uncertainty, values: Array) -> tuple[Index, Array]:

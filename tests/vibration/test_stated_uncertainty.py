@@ -23,6 +23,7 @@ from identify.vibration.fitted_model import fitted_model, tool_point
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import predictive_squares
 from tests.generator.dirt import CAREFUL, Dirt, soil
 from tests.generator.generate import generate
 from tests.generator.linear import linearise
@@ -110,6 +111,28 @@ def test_an_effect_starts_as_large_as_the_errors_it_stands_for(
         h, exact = before.predict(problem.at(values)), before.predict(problem.initial)
         difference = np.linalg.norm(after.predict(model.initial) - h)
         assert difference < 1e-6 * np.linalg.norm(h - exact)
+
+
+def test_a_prediction_goes_as_far_as_the_fit_leaves_it_open(careful: tuple[Path, TestSpec]) -> None:
+    """A fit that says nothing of stiffness and damping does not contradict data that a step from where it
+    ended does not reach.
+    """
+    problem = load_problem(read_study(careful[0]))
+    measurements = tuple(
+        replace(m, given=replace(m.given, settings=m.settings.model_copy(update={"use": "validate"})))
+        for m in problem.measurements
+    )
+    elsewhere = replace(problem, measurements=measurements)
+    arm = careful[1].arm
+    true = {f"joint{n}.rz.stiffness": k for n, k in enumerate(arm.stiffness, start=1)}
+    true |= {f"joint{n}.rz.damping": c for n, c in enumerate(arm.damping, start=1)}
+    values = problem.at({p.name: 1.03 * true.get(p.name, 0.0) for p in problem.parameters})
+    known = np.eye(len(values))
+    known[: problem.size, : problem.size] *= 1e-6
+    squares, count = predictive_squares(elsewhere, known, values)
+    assert np.sqrt(squares / count) < 1.1
+    squares, _ = predictive_squares(elsewhere, 1e6 * known, values)
+    assert np.sqrt(squares / count) > 5
 
 
 def test_blocks_give_the_information_of_all_rows(everything: Problem) -> None:
