@@ -140,7 +140,8 @@ def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress
         if known is not None:
             values, outcome = known
             continue
-        search = Search(stage.objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
+        objective = stage.objective.at(values)
+        search = Search(objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
         try:
             outcome = stage.optimizer.minimize(
                 search, part.to_x(values), np.random.default_rng([plan.seed, number, position])

@@ -16,6 +16,12 @@ class Objective(ABC):
     expensive: ClassVar[bool] = False
     """Whether residuals take so long that an interrupted run remembers them (`identify.fitting.journal`)."""
 
+    def at(self, values: Array) -> Objective:
+        """What a stage that begins at these values (parameters,) minimises: itself, unless it is an
+        approximation there.
+        """
+        return self
+
     @abstractmethod
     def costs(self, candidates: Array) -> Array:
         """(m,) costs of a whole population (m, parameters) at once; 0 is perfect, inf where a model has no

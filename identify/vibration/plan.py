@@ -5,19 +5,25 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.thresholds import QUIET
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.fitting.plan import FitPlan, Stage, make_stages
 from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.eliminated import EliminatedObjective
+from identify.vibration.costs.frf_least_squares import PosteriorObjective
 from identify.vibration.problem import Problem
 from identify.vibration.softened import SOFT_STAGE, softened
 from identify.vibration.study import VibrationStage
 
 _TOLERANCE = 1e-6
 """Relative change of the sum of squares below which a fit with errors of what was told has converged."""
+_ROUNDS = 2
+"""How often errors are linearised anew under an optimizer that searches the parameters alone."""
 _ALIKE = 1e-3
 """Values, on the search scale, that differ by less lead to the same minimum, where a stage takes long."""
 
@@ -54,10 +60,10 @@ def fit_plan(problem: Problem) -> FitPlan:
 
 
 def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objective) -> tuple[Stage, ...]:
-    """The stages where errors of what was told are fitted along: by Gauss-Newton on the study's cost, all
-    other
-    stages hold them as they are.  Such a stage ends the fit, whatever the study says, and others lead to the
-    first one.
+    """The stages where errors of what was told are fitted along: by Gauss-Newton on the study's cost.  Others
+    on that cost search the parameters with errors eliminated, all other stages hold them as they are.
+
+    A stage of Gauss-Newton ends the fit, whatever the study says; others lead to the first one.
     """
     if not stages:
         return stages
@@ -66,18 +72,32 @@ def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objecti
     def moves_errors(stage: Stage) -> bool:
         return isinstance(stage.optimizer, GaussNewton) and stage.objective is objective
 
-    held = [
-        replace(stage, optimizer=_told(stage.optimizer))
-        if moves_errors(stage)
-        else replace(stage, moves=stage.moves & ~errors)
-        for stage in stages
-    ]
+    held = list[Stage]()
+    for stage in stages:
+        if moves_errors(stage):
+            held.append(replace(stage, optimizer=_told(stage.optimizer)))
+        elif stage.objective is objective and isinstance(objective, PosteriorObjective):
+            held += _eliminating(stage, objective, errors, problem.initial)
+        else:
+            held.append(replace(stage, moves=stage.moves & ~errors))
     if not moves_errors(stages[-1]):
         moves = np.any([stage.moves for stage in stages], axis=0) | errors
         held.append(Stage(_told(GaussNewton()), objective, moves))
     first = next(number for number, stage in enumerate(held) if moves_errors(stage))
     leading = [Stage(SOFT_STAGE, soft, held[first].moves | errors) for soft in softened(problem.targets())]
     return (*held[:first], *leading, *held[first:])
+
+
+def _eliminating(
+    stage: Stage, objective: PosteriorObjective, errors: NDArray[np.bool_], initial: Array
+) -> list[Stage]:
+    """The stage with errors held, which leads from afar to where they can be linearised; errors where they
+    are best; both again, with errors eliminated.
+    """
+    held = replace(stage, moves=stage.moves & ~errors)
+    eliminated = replace(held, objective=EliminatedObjective(objective, initial))
+    best = Stage(SOFT_STAGE, objective, errors)
+    return [held, best, *[eliminated, best] * _ROUNDS]
 
 
 def _told(optimizer: Optimizer) -> Optimizer:

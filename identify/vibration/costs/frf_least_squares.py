@@ -130,7 +130,8 @@ class PosteriorObjective(Objective):
 
     def __init__(self, cost: FrfLeastSquares, targets: Targets, softness: float = 1.0) -> None:
         self._likelihood = FrfLeastSquaresObjective(cost, targets)
-        self._errors, self._softness = np.array(targets.nuisances), softness
+        self.errors, self._softness = np.array(targets.nuisances), softness
+        self.count, self.targets = self._likelihood.count, self._likelihood.targets
         self._known: tuple[Array, float] | None = None
 
     def costs(self, candidates: Array) -> Array:
@@ -140,18 +141,17 @@ class PosteriorObjective(Objective):
         if self._known is not None and np.array_equal(self._known[0], candidates):
             return np.array([self._known[1]])
         data = self._likelihood.costs(candidates)
-        size = np.linalg.norm(candidates[..., self._errors], axis=-1) / np.sqrt(self._likelihood.count)
+        size = np.linalg.norm(candidates[..., self.errors], axis=-1) / np.sqrt(self.count)
         return np.asarray(np.hypot(data / self._softness, size))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
         """In as few rows as say the same, because there are many columns."""
-        targets, count = self._likelihood.targets, self._likelihood.count
         with np.errstate(all="ignore"):
-            product = information(targets, values, free, self._likelihood.residuals_of).product
+            product = information(self.targets, values, free, self._likelihood.residuals_of).product
         product /= self._softness**2
         total, (rows, slopes) = float(product[-1, -1]), compressed(product)
-        squares = float(values[self._errors] @ values[self._errors])
-        cost = float(np.sqrt((total + squares) / count)) if np.isfinite(total) else np.inf
+        squares = float(values[self.errors] @ values[self.errors])
+        cost = float(np.sqrt((total + squares) / self.count)) if np.isfinite(total) else np.inf
         self._known = values[None].copy(), cost
-        prior = np.eye(len(values))[np.ix_(self._errors, free)]
-        return np.concatenate([rows, values[self._errors]]), np.concatenate([slopes, prior])
+        prior = np.eye(len(values))[np.ix_(self.errors, free)]
+        return np.concatenate([rows, values[self.errors]]), np.concatenate([slopes, prior])
