@@ -170,8 +170,9 @@ def _widened(fit: WeightedFit, forces: Sequence[ForceResponses], scale: Scale) -
     steps = [_rest_of(total.without(force, force.lines).normal(), prior) for force in forces]
     moved = np.sum([(step - there[0]) ** 2 for step, _ in steps], axis=0)
     change = np.sum([np.abs(change - there[1]) ** 2 for _, change in steps], axis=0)
-    sure = np.diag(fit.normal.information) > KNOWN * prior
-    ratio = float(np.mean((moved / np.diag(fit.known))[sure])) if sure.any() else 1.0
+    variance = np.diag(fit.known)  # 0 of what is held
+    sure = (np.diag(fit.normal.information) > KNOWN * prior) & (variance > 0)
+    ratio = float(np.mean(moved[sure] / variance[sure])) if sure.any() else 1.0
     known = max(ratio, 1.0) * fit.known
     own = np.einsum("lmm->lm", fit.normal.inverse).real
     stated = 2 * own + np.einsum("lmx,xy,lmy->lm", np.conj(fit.through), known, fit.through).real
