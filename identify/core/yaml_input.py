@@ -7,12 +7,14 @@ than any has, keys that are lists.  What looks like a date is text.
 
 from __future__ import annotations
 
+import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent, ScalarEvent
@@ -25,7 +27,7 @@ from identify.core.text_input import LARGEST, has_control, read_text
 
 YAML_SUFFIXES = (".yaml", ".yml")
 """How names of YAML files end."""
-_DEPTH, _NODES, _DIGITS = 20, 250_000, 60
+_DEPTH, _NODES, _DIGITS, _WIDTH = 20, 250_000, 60, 140
 _TEXT, _DATE, _FLOAT = (f"tag:yaml.org,2002:{name}" for name in ("str", "timestamp", "float"))
 _NUMBER = re.compile(r"[-+]?(0[xX][\da-fA-F_]+|0[oObB][\d_]+|[\d_.]+([eE][-+]?\d+)?)")
 _DAMAGED = (ValueError, LookupError, TypeError, AttributeError, AssertionError, RecursionError)
@@ -64,6 +66,21 @@ def round_trip() -> YAML:
     yaml = YAML(typ="rt")
     yaml.Composer, yaml.Resolver = _Composer, _Resolver
     return yaml
+
+
+def yaml_text(data: Any) -> str:
+    """The text of data that were read so, comments and all."""
+    yaml, text = round_trip(), io.StringIO()
+    yaml.width = _WIDTH
+    yaml.dump(data, text)
+    return text.getvalue()
+
+
+def in_one_line(data: Mapping[str, Any]) -> CommentedMap:
+    """A mapping that is written in one line: {a: 1, b: 2}."""
+    entry = CommentedMap(data)
+    entry.fa.set_flow_style()
+    return entry
 
 
 def plain(data: Any) -> Any:

@@ -31,11 +31,18 @@ _STEPS = 10
 _LISTED = 15
 
 
-def curves(problem: Problem, found: Discovery) -> dict[str, CurveTable]:
-    """One for each added effect at a place of the structure; where the gap stays open, one for the place that
-    explains most of the rest; none where errors of what was told are stated, which a measured curve would
-    hold exact.  Where a torque at one coordinate explains nearly all of what differs between levels, that is
-    the place.
+def acting(problem: Problem, found: Discovery) -> str:
+    """The coordinate at which something is left that depends on amplitude (`acting_at`); empty where nothing
+    is.
+    """
+    present = with_effects(problem, found.final.task.effects, found.final.values)
+    return acting_at(present, found.final.gap)
+
+
+def curves(problem: Problem, found: Discovery, at: str = "") -> dict[str, CurveTable]:
+    """One for each added effect at a place of the structure; where the gap stays open, one for the coordinate
+    `at`, or without it for the place that explains most of the rest; none where errors of what was told are
+    stated, which a measured curve would hold exact.
     """
     if problem.nuisances.entries:
         return {}
@@ -43,9 +50,7 @@ def curves(problem: Problem, found: Discovery) -> dict[str, CurveTable]:
     for option in found.added:
         tables += _of_effect(problem, found.final, option.effect)
     if found.final.gap > QUIET and found.places and found.places[-1]:
-        present = with_effects(problem, found.final.task.effects, found.final.values)
-        name = acting_at(present, found.final.gap)
-        place = Beside((name,)) if name else found.places[-1][0].place
+        place = Beside((at,)) if at else found.places[-1][0].place
         if not isinstance(place, (Rows, Column)):
             tables += _measured(problem, found.final.task.effects, found.final, place, None)
     return {str(number): table for number, table in enumerate(tables)}

@@ -79,9 +79,7 @@ def promoted(
     """The options and the model where errors of what was told that are beyond belief have become effects.
 
     Only once the gap is closed: before, they make up for what was not found.  What looks like a wrong link is
-    compared with what else adds inertia.  That the error is that large is what is asked here, not whether
-    chance alone could have made it so: a sensor that is turned by three times what was stated is to be looked
-    at, whatever turned it.
+    compared with what else adds inertia, and a wrong sensor with whatever else may be wrong there.
     """
     kept, model, tried = list(options), final, list[Effect]()
     for _ in range(_PROMOTED if final.gap < CLOSED else 0):
@@ -95,11 +93,11 @@ def promoted(
         [trial] = workers.run([Task(model.task.effects, (effect,), {**model.values, **start}, "onward")])
         if _log_odds(model, trial) > CONVINCING:
             trial = _best_alike(problem, workers, model, trial)
-            criterion = EvidenceCriterion(max(trial.gap**2, 1.0))
+            [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
             gain = replace(criterion.gain(model, trial), log_odds=_log_odds(model, trial))
-            kept.append(selection.Option(trial.task.new[0], trial, trial.free - model.free, gain))
+            kept.append(selection.Option(named, trial, trial.free - model.free, gain))
             model = trial
-            story.say(f"{trial.task.new[0].sentence()}: more than stated uncertainty allows.")
+            story.say(f"{named.sentence()}: more than stated uncertainty allows.")
     return kept, model
 
 

@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.comments import CommentedSeq
 
+from identify.core.yaml_input import in_one_line, yaml_text
 from identify.model.effects.base import Effect
-from identify.vibration.new_study import new_study, study_text
+from identify.vibration.new_study import new_study
 from identify.vibration.study import StudyFile
 
 
@@ -23,21 +24,15 @@ def config_text(
     """
     data = new_study(file, folder, "discovered", values)
     if "effects" not in data:
-        effects = CommentedSeq(_in_one_line(effect) for effect in file.study.effects)
+        effects = CommentedSeq(in_one_line(entry_of(effect)) for effect in file.study.effects)
         data.insert(list(data).index("initial"), "effects", effects)
     for effect, remark in new:
-        data["effects"].append(_in_one_line(effect))
+        data["effects"].append(in_one_line(entry_of(effect)))
         data["effects"].yaml_set_comment_before_after_key(len(data["effects"]) - 1, before=remark)
-    return study_text(data)
+    return yaml_text(data)
 
 
 def entry_of(effect: Effect) -> dict[str, Any]:
     """An effect as an entry of `effects`: what differs from the defaults."""
     entry: dict[str, Any] = effect.model_dump(mode="json", exclude_defaults=True)
     return {"kind": effect.kind, **entry}
-
-
-def _in_one_line(effect: Effect) -> CommentedMap:
-    entry = CommentedMap(entry_of(effect))
-    entry.fa.set_flow_style()
-    return entry

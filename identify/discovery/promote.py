@@ -107,8 +107,9 @@ def _effect(some: Sequence[Nuisance], shift: Array, robot: Robot) -> tuple[Effec
         effect, body = _body(robot.link(first.place), change)
         return effect, {**nothing_left, **body}
     if _cause(first)[0] == "turn":
-        largest = some[int(np.argmax(np.abs(shift)))]
-        axis, angle = largest.change.removeprefix("r"), float(sizes[some.index(largest)])
+        number = int(np.argmax(np.abs(shift)))
+        largest, angle = some[number], float(sizes[number])
+        axis = largest.change.removeprefix("r")
         turned = SensorRotation.model_validate({"point": int(first.place), "axis": axis})
         return turned, {largest.name: 0.0, f"{first.place}.r{axis}.angle": angle}
     if first.group == "channel" and first.place != FORCE:

@@ -21,7 +21,7 @@ from identify.core.part_file import PartFile
 from identify.core.threads import one_thread
 from identify.discovery import sentences
 from identify.discovery.advise import advise
-from identify.discovery.curves import curves, place_table
+from identify.discovery.curves import acting, curves, place_table
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
 from identify.discovery.marks import marks
@@ -107,7 +107,7 @@ def _remarks(found: Discovery) -> list[tuple[Any, str]]:
 
 
 def _result(problem: Problem, found: Discovery, key: str, path: Path, began: float) -> DiscoveryResult:
-    first, final = found.first, found.final
+    first, final, at = found.first, found.final, acting(problem, found)
     after = with_effects(problem, final.task.effects, {})
     values = {p.name: final.values[p.name] for p in after.parameters[: after.size]}
     text = config_text(problem.file, _remarks(found), values, path.parent)
@@ -125,7 +125,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         name=problem.file.study.name,
         verdict=(
             *sentences.verdict(found),
-            *filter(None, [sentences.of_amplitude(problem, found), sentences.assumed(problem, found)]),
+            *filter(None, [sentences.of_amplitude(at), sentences.assumed(problem, found)]),
         ),
         notes=fitted.notes,
         seconds=time.perf_counter() - began,
@@ -139,7 +139,7 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         before=evaluate(problem, _as_fit(problem, first), key, measured=measured),
         after=fitted,
         provenance=provenance_of(problem.file),
-        curves=curves(problem, found),
+        curves=curves(problem, found, at),
         marks=marks(after, [option.effect for option in found.added]),
         written=path.with_suffix(".yaml").name if found.added else "",
     )

@@ -9,13 +9,12 @@ from collections.abc import Sequence
 
 from identify.core.text import capital, listed
 from identify.core.thresholds import CONVINCING, MISSING, QUIET
-from identify.discovery.amplitude import acting_at
 from identify.discovery.evidence import removed
 from identify.discovery.loop import Discovery, Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable
-from identify.vibration.problem import Problem, with_effects
+from identify.vibration.problem import Problem
 
 
 def gaps(gap: float, elsewhere: float) -> str:
@@ -98,14 +97,14 @@ def assumed(problem: Problem, found: Discovery) -> str:
     )
 
 
-def of_amplitude(problem: Problem, found: Discovery) -> str:
-    """Where something acts that depends on amplitude and that no effect says; empty where nothing does."""
-    present = with_effects(problem, found.final.task.effects, found.final.values)
-    name = acting_at(present, found.final.gap)
-    if not name:
+def of_amplitude(at: str) -> str:
+    """That something acts at a coordinate that depends on amplitude and that no effect says; empty without
+    one.
+    """
+    if not at:
         return ""
     return (
-        f"What is left acts at {name} and depends on the strength of the impacts: any torque there, whatever"
+        f"What is left acts at {at} and depends on the strength of the impacts: any torque there, whatever"
         " its law, would explain nearly all of it. What is measured there at each strength says whether it"
         " slips, hardens or rubs."
     )

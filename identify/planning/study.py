@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 from ruamel.yaml.comments import CommentedMap
 
 from identify.core.arrays import Array
 from identify.core.config_paths import relocated
-from identify.core.yaml_input import round_trip
+from identify.core.yaml_input import in_one_line, round_trip, yaml_text
 from identify.planning.known import Known
 
 
@@ -20,9 +19,7 @@ def planned_name(number: int) -> str:
 
 def study_text(known: Known, posture_deg: Array, folder: Path) -> str:
     """The study with the measurements of the plan in place of its own, as the text of a file in a folder."""
-    yaml = round_trip()
-    yaml.width = 140
-    data = yaml.load(known.config)
+    data = round_trip().load(known.config)
     data["name"] = f"{known.name}_plan"
     if known.config_folder is not None:
         own = [(data, "points"), (data, "modal_choices")]
@@ -30,13 +27,9 @@ def study_text(known: Known, posture_deg: Array, folder: Path) -> str:
             if key in owner:
                 owner[key] = relocated(owner[key], known.config_folder, folder)
     data["measurements"] = [_planned(number, posture) for number, posture in enumerate(posture_deg, 1)]
-    text = io.StringIO()
-    yaml.dump(data, text)
-    return text.getvalue()
+    return yaml_text(data)
 
 
 def _planned(number: int, posture_deg: Array) -> CommentedMap:
     """A measurement that is to be done, in one line."""
-    entry = CommentedMap({"file": f"{planned_name(number)}.uff", "posture_deg": posture_deg.tolist()})
-    entry.fa.set_flow_style()
-    return entry
+    return in_one_line({"file": f"{planned_name(number)}.uff", "posture_deg": posture_deg.tolist()})

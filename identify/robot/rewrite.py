@@ -6,7 +6,6 @@ that the body goes to that link as a whole, and the inertias of what is held to 
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
@@ -17,7 +16,7 @@ from identify.core.arrays import Array
 from identify.core.config_paths import relocated
 from identify.core.text_input import read_text
 from identify.core.xml_input import Markup, read_markup
-from identify.core.yaml_input import round_trip
+from identify.core.yaml_input import round_trip, yaml_text
 from identify.robot.description import Link, Robot
 from identify.robot.pseudo_inertia import tidied
 from identify.robot.settings import RobotSettings
@@ -108,17 +107,14 @@ def _words(values: Array) -> str:
 
 
 def _dh(path: Path, bodies: Mapping[str, Link]) -> str:
-    yaml, text = round_trip(), io.StringIO()
-    yaml.width = 140
-    data = yaml.load(read_text(path, "a Denavit-Hartenberg table in YAML"))
+    data = round_trip().load(read_text(path, "a Denavit-Hartenberg table in YAML"))
     for link in data["links"]:
         body = bodies.get(link["name"])
         if body is not None:
             (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.inertia.tolist()
             link["mass_kg"], link["centre_m"] = _short(body.mass), list(map(_short, body.centre))
             link["inertia_kg_m2"] = list(map(_short, (xx, yy, zz, xy, xz, yz)))
-    yaml.dump(data, text)
-    return text.getvalue()
+    return yaml_text(data)
 
 
 def _short(value: float) -> float:

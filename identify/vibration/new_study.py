@@ -4,7 +4,6 @@ a name of its own.
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,15 +13,7 @@ from identify.core.config_paths import relocate_measurement, relocated
 from identify.core.yaml_input import round_trip
 from identify.vibration.study import StudyFile
 
-_WIDTH = 140
-_PATHS = (
-    ("robot", "urdf"),
-    ("robot", "dh"),
-    ("points",),
-    ("uncertainty", "left"),
-    ("reference",),
-    ("modal_choices",),
-)
+_PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",), ("modal_choices",))
 
 
 def new_study(file: StudyFile, folder: Path, what: str, values: Mapping[str, float]) -> Any:
@@ -35,14 +26,6 @@ def new_study(file: StudyFile, folder: Path, what: str, values: Mapping[str, flo
     _rename(data, file.study.name, what)
     data["initial"] = {name: float(f"{value:.6g}") for name, value in values.items()}
     return data
-
-
-def study_text(data: Any) -> str:
-    """Its text."""
-    yaml, text = round_trip(), io.StringIO()
-    yaml.width = _WIDTH
-    yaml.dump(data, text)
-    return text.getvalue()
 
 
 def _rename(data: Any, name: str, what: str) -> None:
@@ -60,7 +43,7 @@ def _move(data: Any, old: Path, new: Path) -> None:
         part = data
         for name in outer:
             part = part.get(name, {})
-        if isinstance(part, dict) and key in part:
+        if key in part:
             part[key] = relocated(part[key], old, new)
     for measurement in data["measurements"]:
         relocate_measurement(measurement, old, new)

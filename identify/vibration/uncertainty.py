@@ -95,7 +95,7 @@ def _jointly(targets: Targets, scale: Scale, values: Array) -> Uncertainty:
 
     own = Scale(tuple(p for p in scale.parameters if not p.nuisance))
     return joint_uncertainty(
-        found.product[:-1, :-1] * np.outer(slope, slope),
+        found.on_scale(slope)[0],
         noise,
         errors,
         found.count,
@@ -149,8 +149,7 @@ def gap_elsewhere(problem: Problem, trusted: Uncertainty, values: Array) -> floa
 def fitted_information(problem: Problem, values: Array) -> Array:
     """(u, u): what fitted data and statements say of all free unknowns, on the search scale."""
     scale, targets = Scale(problem.parameters), problem.targets()
-    slope = scale.slope(scale.to_x(values))
-    known = information(targets.frf, values, scale.free).product[:-1, :-1] * np.outer(slope, slope)
+    known, _ = information(targets.frf, values, scale.free).on_scale(scale.slope(scale.to_x(values)))
     return np.asarray(known + np.diag(scale.prior_information()))
 
 
@@ -166,8 +165,8 @@ def predictive_squares(problem: Problem, known: Array, values: Array) -> tuple[f
     start = scale.to_x(values)
 
     def look(x: Array) -> tuple[float, float, Array, int]:
-        found, slope = information(targets, scale.to_values(x), scale.free), scale.slope(x)
-        own, score = found.product[:-1, :-1] * np.outer(slope, slope), found.product[:-1, -1] * slope
+        found = information(targets, scale.to_values(x), scale.free)
+        own, score = found.on_scale(scale.slope(x))
         gradient = score + known @ (x - start)
         step = np.asarray(np.linalg.solve(known + own, gradient), dtype=float)
         squares = float(found.product[-1, -1] + (x - start) @ known @ (x - start))

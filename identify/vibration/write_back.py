@@ -13,15 +13,14 @@ import io
 from dataclasses import dataclass
 from pathlib import Path
 
-from ruamel.yaml.comments import CommentedMap
-
 from identify.core import atomic
 from identify.core.errors import InputError
 from identify.core.text import listed
+from identify.core.yaml_input import in_one_line, yaml_text
 from identify.fitting.uncertainty import BOUNDS
 from identify.results.fit import FitResult
 from identify.vibration.corrections import COLUMNS, Corrections
-from identify.vibration.new_study import new_study, study_text
+from identify.vibration.new_study import new_study
 from identify.vibration.study import StudyFile
 
 CORRECTIONS, LEFT = "corrections.csv", "uncertainty_left.yaml"
@@ -112,7 +111,7 @@ class WriteBack:
         changed = [name for name, (_, changed) in found.bodies.items() if changed]
         said = f"{_NOTE}\n{_CHANGED.format(listed(changed))}" if changed else _NOTE
         data.yaml_set_comment_before_after_key("robot", before=said)
-        return study_text(data)
+        return yaml_text(data)
 
     def _table(self, found: Corrections) -> str:
         stream = io.StringIO()
@@ -137,10 +136,10 @@ class WriteBack:
         for group, entries in found.left().items():
             part = data.get(group, {})
             told = {**part.get("each", {})}
-            each = {name: _in_one_line({**told.get(name, {}), **own}) for name, own in entries.items()}
+            each = {name: in_one_line({**told.get(name, {}), **own}) for name, own in entries.items()}
             data[group] = {**part, "each": {**told, **each}}
         points = self.points or Path("no points")
-        return _LEFT_NOTE.format(self.robot.name, points.name) + study_text({"uncertainty": data})
+        return _LEFT_NOTE.format(self.robot.name, points.name) + yaml_text({"uncertainty": data})
 
 
 def _inside(result: FitResult) -> dict[str, float]:
@@ -149,9 +148,3 @@ def _inside(result: FitResult) -> dict[str, float]:
     return {
         name: float(p.value[n]) for n, name in enumerate(p.name) if p.free[n] and p.status[n] not in BOUNDS
     }
-
-
-def _in_one_line(values: dict[str, float]) -> CommentedMap:
-    entry = CommentedMap(values)
-    entry.fa.set_flow_style()
-    return entry

@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.parameters import Scale
-from identify.discovery.amplitude import acting_at
-from identify.discovery.curves import curves
+from identify.discovery.curves import acting, curves
 from identify.discovery.loop import Discovery, discover
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
@@ -102,7 +101,7 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
 
 def _acting(problem: Problem, found: Discovery) -> set[str]:
     """The joint at which the program says that something acts that depends on amplitude and has no name."""
-    name = acting_at(with_effects(problem, found.final.task.effects, found.final.values), found.final.gap)
+    name = acting(problem, found)
     return {f"joint-friction {name.partition('.')[0].removeprefix('joint')}"} if name else set()
 
 

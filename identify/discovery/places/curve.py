@@ -124,12 +124,11 @@ def _alone(
         return normal_equations(white, [lines] * len(white), len(own))
 
     found = normal(stated=False)
-    step = -(found.inverse @ found.slope[..., None])[..., 0]
     curve = _curve(
         model,
         view.target.name,
         own.imag / (2 * np.pi),
-        Unknown(start.values + step, reference),
+        Unknown(start.values + found.change(np.zeros(0)), reference),
         _drawn(fit.wider * found.inverse),
         lines,
     )

@@ -60,9 +60,17 @@ class Normal:
     @property
     def promised(self) -> float:
         """Squares that a linear step of everything takes away."""
+        return self.taken + float(self.gradient @ np.linalg.solve(self.damped(LEAST), self.gradient))
+
+    def damped(self, damping: float) -> Array:
+        """The information, so much more on its diagonal."""
         size = np.diag(self.information)
-        matrix = self.information + np.diag(LEAST * size + 1e-12 * size.max(initial=1.0))
-        return self.taken + float(self.gradient @ np.linalg.solve(matrix, self.gradient))
+        return np.asarray(self.information + np.diag(damping * size + 1e-12 * size.max(initial=1.0)))
+
+    def change(self, step: Array) -> Complex:
+        """(l, m): of the unknowns, to their least squares after a step (p,) of the parameters."""
+        pull = self.slope + self.coupling @ step
+        return np.asarray(-(self.inverse @ pull[..., None])[..., 0])
 
 
 @dataclass(frozen=True)
@@ -162,12 +170,8 @@ def _determined(gram: Complex) -> tuple[Complex, int]:
 
 def step_of(normal: Normal, damping: float) -> tuple[Array, Complex]:
     """Change of the parameters on the search scale and of the unknowns."""
-    size = np.diag(normal.information)
-    matrix = normal.information + np.diag(damping * size + 1e-12 * size.max(initial=1.0))
-    step = -np.linalg.solve(matrix, normal.gradient)
-    pull = normal.slope + normal.coupling @ np.clip(step, -1, 1)
-    change = -(normal.inverse @ pull[..., None])[..., 0]
-    return np.asarray(step), np.asarray(change)
+    step = -np.linalg.solve(normal.damped(damping), normal.gradient)
+    return np.asarray(step), normal.change(np.clip(step, -1, 1))
 
 
 def scaled(parts: Sequence[Predicted], slope: Array) -> list[Predicted]:

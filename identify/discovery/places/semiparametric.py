@@ -116,8 +116,7 @@ def _settled(model: PlaceModel, unknown: Unknown, values: Array, rests: Sequence
     for _ in range(_OWN if np.isfinite(squares) else 0):
         parts = model.predict(unknown, values, np.zeros(0, dtype=int), rests)
         normal = normal_equations(parts, lines, count)
-        change = -(normal.inverse @ normal.slope[..., None])[..., 0]
-        moved = Unknown(unknown.values + change, unknown.reference)
+        moved = Unknown(unknown.values + normal.change(np.zeros(0)), unknown.reference)
         tried = model.squares(moved, values, rests)
         if not tried < squares:
             break

@@ -166,7 +166,7 @@ def _widened(fit: WeightedFit, forces: Sequence[ForceResponses], scale: Scale) -
         return fit
     total = sums(forces, [force.lines for force in forces], len(fit.unknown.values))
     prior = scale.prior_information()
-    there = _rest_of(total.normal(), prior)
+    there = _rest_of(fit.normal, prior)
     steps = [_rest_of(total.without(force, force.lines).normal(), prior) for force in forces]
     moved = np.sum([(step - there[0]) ** 2 for step, _ in steps], axis=0)
     change = np.sum([np.abs(change - there[1]) ** 2 for _, change in steps], axis=0)
@@ -182,6 +182,5 @@ def _widened(fit: WeightedFit, forces: Sequence[ForceResponses], scale: Scale) -
 
 def _rest_of(normal: Normal, prior: Array) -> tuple[Array, Complex]:
     """How far parameters and unknowns still are from the least squares of some of the forces."""
-    step = -np.linalg.solve(normal.information + np.diag(prior), normal.gradient)
-    change = -(normal.inverse @ (normal.slope + normal.coupling @ step)[..., None])[..., 0]
-    return np.asarray(step), np.asarray(change)
+    step = np.asarray(-np.linalg.solve(normal.information + np.diag(prior), normal.gradient), dtype=float)
+    return step, normal.change(step)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -58,14 +59,11 @@ class FrfObjective(Objective, Generic[CostOfFrf]):
         once.
         """
         total = np.full(len(candidates), np.inf)
-        possible = np.flatnonzero(np.isfinite(candidates).all(axis=1))
-        total[possible] = 0.0
         with np.errstate(all="ignore"):  # a candidate whose model has no solution costs infinity
-            for part in min(
-                (target.chunks(len(possible)) for target in self.targets), key=lambda parts: -len(parts)
-            ):
+            for part in in_chunks(self.targets, candidates):
+                total[part] = 0.0
                 for target in self.targets:
-                    total[possible[part]] += self.sums(target, candidates[possible[part]])
+                    total[part] += self.sums(target, candidates[part])
         return self.finish(np.where(np.isnan(total), np.inf, total))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
@@ -87,6 +85,14 @@ class FrfObjective(Objective, Generic[CostOfFrf]):
     @abstractmethod
     def parts(self, target: FrfTarget, values: Array, free: Index) -> tuple[Array, Array]:
         """Residuals (r,) and derivatives (r, free) of one measurement."""
+
+
+def in_chunks(targets: Sequence[FrfTarget], candidates: Array) -> list[Index]:
+    """Numbers of those of the candidates (m, parameters) that are finite, by as many as the set that needs
+    most room for one can take at once.
+    """
+    possible = np.flatnonzero(np.isfinite(candidates).all(axis=1))
+    return [possible[part] for part in max((t.chunks(len(possible)) for t in targets), key=len)]
 
 
 def real_rows(residual: NDArray[np.complex128], gradient: NDArray[np.complex128]) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ import scipy
 
 from identify.core.arrays import Array, Index
 from identify.fitting.objective import Objective, compressed
-from identify.vibration.costs.base import real_rows
+from identify.vibration.costs.base import in_chunks, real_rows
 from identify.vibration.costs.frf_least_squares import PosteriorObjective
 from identify.vibration.costs.target import FrfTarget
 
@@ -33,11 +33,9 @@ class EliminatedObjective(Objective):
     def costs(self, candidates: Array) -> Array:
         """Of many at once."""
         squares = np.full(len(candidates), np.inf)
-        possible = np.flatnonzero(np.isfinite(candidates).all(axis=1))
-        parts = [target.chunks(len(possible)) for target in self._whole.targets]
         with np.errstate(all="ignore"):
-            for part in max(parts, key=len):
-                squares[possible[part]] = self._squares(candidates[possible[part]])
+            for part in in_chunks(self._whole.targets, candidates):
+                squares[part] = self._squares(candidates[part])
         known = np.where(np.isfinite(squares), np.maximum(squares, 0.0), np.inf)
         return np.asarray(np.sqrt(known / self._whole.count))
 

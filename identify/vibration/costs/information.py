@@ -24,6 +24,10 @@ class Information:
     product: Array
     count: int
 
+    def on_scale(self, slope: Array) -> tuple[Array, Array]:
+        """J'J (free, free) and J'r (free,) by x, where slope (free,) is d value / d x."""
+        return self.product[:-1, :-1] * np.outer(slope, slope), self.product[:-1, -1] * slope
+
 
 Residuals = Callable[[FrfTarget, Complex], tuple[Complex, Complex | Array]]
 """Of a set and its prediction (lines, outputs, inputs): residuals, and their derivatives with respect to
