@@ -4,15 +4,17 @@ and what each one adds in the end.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+
+import numpy as np
 
 from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.promote import alike, beyond_belief, without_errors_at
+from identify.discovery.promote import alike, beyond_belief, causes, log_chance, without_errors_at
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
@@ -66,15 +68,44 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     found = select(bench, story)
     options, final = list(found.options), found.final
     if problem.nuisances.entries:
-        options, final = promoted(problem, workers, options, final, story)
+        judge = Promotion(problem, partial(variance_inflation, problem))
+        options, final = promoted(judge, workers, options, final, story)
         found = Selection(found.first, final, tuple(options))
     added = in_turn(problem, workers, found.first, found.options, found.final)
     places = tuple(bench.places(step.before) for step in story.steps)
     return Discovery(found.first, found.final, tuple(added), tuple(story.steps), places)
 
 
+@dataclass(frozen=True)
+class Promotion:
+    """What tells errors beyond belief from chance: the problem, and how many times too sure naive variances
+    are for a model.
+    """
+
+    problem: Problem
+    inflation: Callable[[Trial], float]
+
+    def found(self, model: Trial) -> list[tuple[Effect, dict[str, float]]]:
+        """Effects that stand for errors beyond belief, each with where it starts."""
+        return beyond_belief(self.problem.nuisances, model.values, self.problem.robot)
+
+    def log_odds(self, before: Trial, after: Trial) -> float:
+        """Minus the logarithm of the chance that any of the causes of errors would gain so much.
+
+        Residuals count for less, as in all evidence; errors of what was told are independent.
+        """
+        squares = np.array([self._errors(trial) for trial in (before, after)])
+        data = np.array([before.squares, after.squares]) - squares
+        inflation = max(self.inflation(before), 1.0)
+        fall = float(-np.diff(data)[0] / inflation - np.diff(squares)[0])
+        return -log_chance(fall, after.free - before.free) - float(np.log(causes(self.problem.nuisances)))
+
+    def _errors(self, trial: Trial) -> float:
+        return sum(trial.values[one.name] ** 2 for one in self.problem.nuisances.entries)
+
+
 def promoted(
-    problem: Problem, workers: Workers, options: Sequence[Option], final: Trial, story: Story
+    judge: Promotion, workers: Workers, options: Sequence[Option], final: Trial, story: Story
 ) -> tuple[list[Option], Trial]:
     """The options and the model where errors of what was told that are beyond belief have become effects.
 
@@ -83,7 +114,7 @@ def promoted(
     """
     kept, model, tried = list(options), final, list[Effect]()
     for _ in range(_PROMOTED if final.gap < CLOSED else 0):
-        found = beyond_belief(problem.nuisances, model.values, problem.robot)
+        found = judge.found(model)
         effect, start = next(
             (one for one in found if one[0] not in (*tried, *model.task.effects)), (None, {})
         )
@@ -91,40 +122,33 @@ def promoted(
             break
         tried.append(effect)
         [trial] = workers.run([Task(model.task.effects, (effect,), {**model.values, **start}, "onward")])
-        if _log_odds(model, trial) > CONVINCING:
-            trial = _best_alike(problem, workers, model, trial)
+        if judge.log_odds(model, trial) > CONVINCING:
+            trial = _best_alike(judge, workers, model, trial)
             [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
-            gain = replace(criterion.gain(model, trial), log_odds=_log_odds(model, trial))
+            gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(model, trial))
             kept.append(selection.Option(named, trial, trial.free - model.free, gain))
             model = trial
             story.say(f"{named.sentence()}: more than stated uncertainty allows.")
     return kept, model
 
 
-def _best_alike(problem: Problem, workers: Workers, model: Trial, trial: Trial) -> Trial:
+def _best_alike(judge: Promotion, workers: Workers, model: Trial, trial: Trial) -> Trial:
     """The trial of an effect beside a model, or of what looks like it where that explains more."""
-    known, [effect] = model.task.effects, trial.task.new
+    problem, known, [effect] = judge.problem, model.task.effects, trial.task.new
     rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     if isinstance(effect, AddedMass):
         tasks = [Task(known, (one,), model.values, "thorough") for one in rivals]
-        return max([trial, *workers.run(tasks)], key=partial(_log_odds, model))
+        return max([trial, *workers.run(tasks)], key=partial(judge.log_odds, model))
     clean = without_errors_at(effect, problem.nuisances, model.values)
     tasks = [
         Task(known, (effect,), trial.values, "nearby"),
         *(Task(known, (one,), clean, "nearby") for one in rivals),
     ]
-    best = max(workers.run(tasks), key=partial(_log_odds, model))
+    best = max(workers.run(tasks), key=partial(judge.log_odds, model))
     if best.task.new == trial.task.new:
         return trial
     [other] = workers.run([Task(known, best.task.new, best.values, "onward")])
-    return max(trial, other, key=partial(_log_odds, model))
-
-
-def _log_odds(before: Trial, after: Trial) -> float:
-    """Of one more effect: half of what it takes off the squares of residuals and errors, less what chance
-    takes.
-    """
-    return (before.squares - after.squares) / 2 - (after.free - before.free)
+    return max(trial, other, key=partial(judge.log_odds, model))
 
 
 def check_data(problem: Problem) -> None:

@@ -62,6 +62,22 @@ def beyond_belief(
     return [(effect, start) for *_, effect, start in sorted(found, key=lambda row: row[:2])]
 
 
+def causes(nuisances: Nuisances) -> int:
+    """How many causes of errors there are, each of which may stand out by chance."""
+    return len({_cause(one) for one in nuisances.entries})
+
+
+def log_chance(squares: float, freedom: int) -> float:
+    """Logarithm of the chance of so many squares of normal errors of so many degrees of freedom."""
+    if squares <= 0:
+        return 0.0
+    tail = float(scipy.special.chdtrc(freedom, squares))
+    if tail > 0:
+        return float(np.log(tail))
+    half = squares / 2  # its asymptotic form, where the number itself is too small
+    return float(-half + (freedom / 2 - 1) * np.log(half) - scipy.special.gammaln(freedom / 2))
+
+
 def _cause(one: Nuisance) -> tuple[str, str]:
     """What errors of one cause have in common: a link, the place or the turn of a sensor, all delays."""
     if one.group == "point" and one.change.startswith("r"):

@@ -16,14 +16,19 @@ from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.places.semiparametric import SemiParametricFit
-from identify.discovery.promote import stated_already
+from identify.discovery.screen_softly import (
+    further,
+    screened_softly,
+    squares_of,
+    thorough_softly,
+    varied_softly,
+)
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.model.effects.base import Effect
 from identify.model.effects.measured_impedance import MeasuredImpedance
-from identify.model.effects.place import Rows
 from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem, with_effects
 
@@ -31,12 +36,6 @@ _REFITTED, _MOST, _VARIED, _WORTH = 8, 4, 2, 4.0
 """How many candidates are refitted after the first look; get further than quick trials; and of those, are
 tried in their other variants; how many times the best one's squares a candidate may leave after a few steps
 and still be refitted."""
-_WORTH_SOFTLY = 2.5
-"""With errors of what was told fitted along: how many times the best one's gap a candidate may leave when
-residuals count for little, and still be refitted."""
-_NEARLY = 1.5
-"""How many times the squares that the best one leaves a candidate may leave and still win, with errors of
-what was told fitted along and residuals that count for little."""
 _WITHIN, _PROMISED = 2.0, 0.75
 """How many times the gap above noise that the best trial leaves, and which share of the present one, a linear
 step from where the fits of its places ended must come down to for an effect whose steps may have gone astray
@@ -77,16 +76,17 @@ def screened(
     Where the gap is closed and no place would make it smaller by more than noise models may be wrong by, no
     places and no candidates at them.
     """
-    if problem.nuisances.entries:
-        return [], screened_softly(workers, problem, found, before, story)
-    anchor, known = anchor_of(before), before.task.effects
-    linear = [effect for effect in known if not effect.of_amplitude]
-    model = with_effects(problem, linear, before.values)
     count = [0]
 
     def one() -> None:
         count[0] += 1
         story.done(count[0], 0)
+
+    if problem.nuisances.entries:
+        return [], screened_softly(workers, problem, found, before, one)
+    anchor, known = anchor_of(before), before.task.effects
+    linear = [effect for effect in known if not effect.of_amplitude]
+    model = with_effects(problem, linear, before.values)
 
     # Before the gap is closed anything counts: a linear step does not see what turns as a joint does.
     least = MATERIAL if before.gap < CLOSED else -np.inf
@@ -250,58 +250,6 @@ def _fits_of(problem: Problem, effect: Effect, places: Sequence[PlaceFit]) -> li
     return [one.fit for one in places if one.place in own]
 
 
-def screened_softly(
-    workers: Workers, problem: Problem, found: Sequence[Effect], before: Trial, story: Story
-) -> list[Trial]:
-    """Candidates, best first, where errors of what was told are stated and fitted along: a glance at those of
-    single sensors, a few steps of the others with residuals that count for little, the best of them again.
-    """
-    known, count = before.task.effects, [0]
-
-    def one() -> None:
-        count[0] += 1
-        story.done(count[0], 0)
-
-    left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
-    # Errors of the present model make up for a wrong channel: it is looked at beside a model that has few.
-    [present] = workers.run([Task(known, (), before.values, "brief")], one)
-    of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
-    glances = workers.run([Task(known, (e,), present.values, "glance") for e in of_sensors], one)
-    near = sorted(glances, key=squares_of)[:_REFITTED]
-    others = [effect for effect in left if effect not in of_sensors]
-    tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
-    led = further(workers, workers.run(tasks, one), "led", one)  # the right one may still be under way
-    near = [trial for trial in led[:_REFITTED] if trial.gap <= _WORTH_SOFTLY * led[0].gap]
-    quick = further(workers, near, "quick", one)
-    tried = [trial.task.new for trial in quick]
-    return [*quick, *(trial for trial in led if trial.task.new not in tried)]
-
-
-def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
-    """Whether an effect is about what a single sensor reads: many of them, which say at a glance what they
-    do, while a delay of all responses shows only once the rest has moved with it.
-    """
-    return any(isinstance(place, Rows) for place in effect.places(problem.robot, problem.points))
-
-
-def further(
-    workers: Workers,
-    trials: Sequence[Trial],
-    how: Literal["led", "quick"],
-    done: Callable[[], None] = lambda: None,
-) -> list[Trial]:
-    """Trials taken on from where they are, the best first."""
-    tasks = [replace(trial.task, values=trial.values, how=how) for trial in trials]
-    return sorted(workers.run(tasks, done), key=squares_of)
-
-
-def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
-    """Those that may win where errors were fitted along: what leaves far more than the best one does not."""
-    quick = [trial for trial in screened if trial.task.how == "quick"]
-    best = min((trial.squares for trial in quick), default=np.inf)
-    return [trial for trial in quick if trial.squares <= _NEARLY * best][:_MOST]
-
-
 def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> list[Trial]:
     """Trials of a few steps, the best of those that come near the best one tried further."""
     best = min((trial.squares for trial in quick), default=np.inf)
@@ -341,9 +289,11 @@ def thorough(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
     """Each promising candidate on all lines, the best of them in their other variants too; those with a
     solution.
     """
+    if workers.with_errors:
+        return [[one for one in group if _solved(one)] for group in thorough_softly(workers, trials)]
     ends = workers.run([Task(t.task.known, t.task.new, t.values, "thorough") for t in trials])
     varied = [
-        Task(end.task.known, (one,), (trial if workers.with_errors else end).values)
+        Task(end.task.known, (one,), end.values)
         for trial, end in list(zip(trials, ends, strict=True))[:_VARIED]
         for one in end.task.new[0].variants()
         if not trial.task.anchor
@@ -360,7 +310,7 @@ def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> l
     trial.
     """
     if workers.with_errors:
-        return workers.run([replace(task, how="thorough") for task in tasks])
+        return varied_softly(workers, tasks, best)
     near = [trial for trial in workers.run(tasks) if trial.gap - 1 <= _NEAR * max(best - 1, 0.05)]
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
 
@@ -388,9 +338,10 @@ def first_of_two(
         return best, best.gain.explained
     two = together.task.new
     pair = next(p for p in pairs if two == (*p[0].task.new, *p[1].task.new))
-    single = workers.run(
-        [Task(known, (effect,), trial.values, "thorough") for effect, trial in zip(two, pair, strict=True)]
-    )
+    if workers.with_errors:
+        single = further(workers, further(workers, pair, "likely"), "onward")
+    else:
+        single = workers.run([Task(known, t.task.new, t.values, "thorough") for t in pair])
     either = [option for option in step.options if option.effect in two]
     alone = as_options(step.criterion, before, [attempt(before, trial) for trial in single])
     either += sorted((o for o in alone if o.gain.confirmed), key=lambda option: -option.gain.log_odds)
@@ -443,8 +394,3 @@ def various(quick: Sequence[Trial]) -> list[Trial]:
 def anchor_of(before: Trial) -> Mapping[str, float]:
     """The values of a model that depends on amplitude; nothing for a linear one."""
     return before.values if any(effect.of_amplitude for effect in before.task.effects) else {}
-
-
-def squares_of(trial: Trial) -> float:
-    """Sum of squared residuals over noise."""
-    return trial.squares

@@ -11,10 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.parameters import Scale
+from identify.core.parameters import Parameter, Scale
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Optimizer, Search
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
+from identify.vibration.costs.of_links import LinksObjective, of_links
 from identify.vibration.problem import Problem
 from identify.vibration.softened import SOFT_STAGE, SOFTNESS
 
@@ -45,11 +46,41 @@ def led(
     return start, cost
 
 
+def led_by_links(
+    problem: Problem, start: Array, path: Sequence[float], optimizer: Optimizer = SOFT_STAGE
+) -> tuple[Array, float]:
+    """The same while residuals count for so little that only errors of links show: all others at nothing."""
+    targets = problem.targets()
+    if not of_links(targets):
+        return led(problem, start, path, optimizer)
+    links = {one.name for one in problem.nuisances.entries if one.group == "link"}
+    moving = tuple(
+        replace(p, free=p.free and (not p.nuisance or p.name in links)) for p in problem.parameters
+    )
+    values = np.where([p.nuisance and p.name not in links for p in moving], 0.0, start)
+    held, cost = replace(problem, parameters=_from(moving, values)), np.inf
+    for softness in path:
+        values, cost = minimized(held, values, optimizer, LinksObjective(targets, softness))
+        held = replace(held, parameters=_from(moving, values))
+    return values, cost
+
+
+def _from(parameters: Sequence[Parameter], values: Array) -> tuple[Parameter, ...]:
+    """The parameters with other start values, at which those that are not free stay."""
+    return tuple(replace(p, initial=float(v)) for p, v in zip(parameters, values, strict=True))
+
+
 def likely(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:
     """From start (unknowns,), errors from nothing, to the greatest likelihood; values and cost."""
     values = start.copy()
     values[problem.size :] = 0.0
-    values, _ = led(problem, values, SOFTNESS)
+    values, _ = led(problem, values, SOFTNESS[:2])
+    return on_to_likelihood(problem, values, optimizer)
+
+
+def on_to_likelihood(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:
+    """From where residuals counted for little, start (unknowns,), with the errors there."""
+    values, _ = led(problem, start, SOFTNESS[2:])
     return minimized(problem, values, optimizer, FrfLeastSquares().objective(problem.targets()))
 
 

@@ -16,7 +16,17 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.thresholds import QUIET
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
-from identify.discovery.softly import LEADING, SOFT, best_softly, led, likely, minimized, without_errors
+from identify.discovery.softly import (
+    LEADING,
+    SOFT,
+    best_softly,
+    led,
+    led_by_links,
+    likely,
+    minimized,
+    on_to_likelihood,
+    without_errors,
+)
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -51,9 +61,10 @@ class Task:
     name.
 
     how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
-    `brief`: a few steps on few lines; `led`: on from there, with errors of what was told; `quick`: more of
-    them; `thorough`: from several starts, on all lines; `nearby`: from these values alone, with the
-    errors they have; `onward`: the same on all lines.
+    `brief`: a few steps on few lines; `led`: on from there, with errors of links; `quick`: more of
+    them, with all errors; `likely`: on from there to the likelihood; `afresh`: to the likelihood from the
+    study's own values; `thorough`: from several starts, on all lines; `nearby`: from these values alone, with
+    the errors they have; `onward`: the same on all lines.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
     every impact anew takes long.
@@ -62,7 +73,9 @@ class Task:
     known: tuple[Effect, ...]
     new: tuple[Effect, ...]
     values: Mapping[str, float]
-    how: Literal["start", "glance", "brief", "led", "quick", "thorough", "nearby", "onward"] = "quick"
+    how: Literal[
+        "start", "glance", "brief", "led", "quick", "likely", "afresh", "thorough", "nearby", "onward"
+    ] = "quick"
     far: bool = False
     anchor: Mapping[str, float] = field(default_factory=dict)
 
@@ -165,11 +178,15 @@ class TrialRunner:
             return minimized(problem, problem.initial, _TO_LIKELIHOOD, _likelihood(problem))
         if task.how == "brief":
             few = _fewer_channels(problem, task)
-            return led(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
+            return led_by_links(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
         if task.how == "led":
-            return led(_fewer_channels(problem, task), problem.initial, LEADING)
+            return led_by_links(_fewer_channels(problem, task), problem.initial, LEADING)
         if task.how == "quick" and task.new:
             return led(problem, problem.initial, [SOFT])
+        if task.how == "likely":
+            return on_to_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
+        if task.how == "afresh":
+            return likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD)
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
@@ -233,13 +250,15 @@ class TrialRunner:
 
     def _thorough_with_errors(self, problem: Problem, task: Task) -> Trial:
         """The same with errors of what was told, which are led to the likelihood from nothing."""
-        held, ends = without_errors(problem), list[tuple[Array, float]]()
-        for start in (problem.initial, *self._afresh(problem, problem.initial[None])):
-            robust = start if not ends else _descend(held, start[None], _QUICK, _logarithmic(held))[0]
-            ends.append(likely(problem, robust, _TO_LIKELIHOOD))
-            if min(cost for _, cost in ends) <= QUIET:
-                break
+        ends = [likely(problem, problem.initial, _TO_LIKELIHOOD)]
+        if ends[0][1] > QUIET:
+            ends.append(likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD))
         return self._on_all_lines(problem, task, ends, _ON_ALL_LINES)
+
+    def _robustly_afresh(self, problem: Problem) -> Array:
+        """Where logarithmic residuals lead from the study's own values, without errors of what was told."""
+        held = without_errors(problem)
+        return _descend(held, self._afresh(problem, problem.initial[None]), _QUICK, _logarithmic(held))[0]
 
     def _on_all_lines(
         self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]], optimizer: Optimizer

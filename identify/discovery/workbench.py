@@ -13,6 +13,7 @@ from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
+from identify.discovery.screen_softly import further, promising_softly, squares_of
 from identify.discovery.trial import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
@@ -53,11 +54,14 @@ class ImpactWorkbench:
         ends: list[Trial] = []
         for first in range(0, len(tasks), _AT_ONCE):
             more = workers.run(tasks[first : first + _AT_ONCE])
-            ends = sorted([*ends, *more], key=screen.squares_of)
+            ends = sorted([*ends, *more], key=squares_of)
             agree = agreeing([end.gap for end in ends]) >= ENOUGH
             if agree and (ends[0].gap <= QUIET or len(ends) > _AT_ONCE):
                 break
-        [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
+        if problem.nuisances.entries:
+            [trial] = further(workers, further(workers, ends[:1], "likely"), "onward")
+        else:
+            [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
         if not np.isfinite(trial.squares):
             raise InputError(
                 "effects",
@@ -98,7 +102,7 @@ class ImpactWorkbench:
         """Those that may win."""
         trials = [one.model for one in screened]
         if self.problem.nuisances.entries:
-            chosen = screen.promising_softly(trials)
+            chosen = promising_softly(trials)
         else:
             chosen = screen.promising(self.workers, model, trials)
         return [screen.attempt(model, trial) for trial in chosen]
@@ -113,7 +117,7 @@ class ImpactWorkbench:
 
     def criterion(self, models: Sequence[Trial]) -> EvidenceCriterion:
         """By the uncertainties of the best of these models."""
-        return EvidenceCriterion(variance_inflation(self.problem, min(models, key=screen.squares_of)))
+        return EvidenceCriterion(variance_inflation(self.problem, min(models, key=squares_of)))
 
     def quick_criterion(self, model: Trial) -> EvidenceCriterion:
         """By how far the model is from the data."""

@@ -25,6 +25,8 @@ _PHASES = {
     "brief": "first looks",
     "led": "first looks",
     "quick": "quick refits",
+    "likely": "thorough refits",
+    "afresh": "thorough refits",
     "thorough": "thorough refits",
     "nearby": "quick refits",
     "onward": "thorough refits",

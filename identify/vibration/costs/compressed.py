@@ -40,11 +40,14 @@ class CompressedFrfs:
         """Residuals (r,) and derivatives (r, free) with the same squares and products as those of all
         channels.
         """
-        h, gradient = self.target.gradient(values, free)
+        return self.compared(*self.target.gradient(values, free))
+
+    def compared(self, h: Complex, gradient: Complex) -> tuple[Array, Array]:
+        """The same of motions h (lines, n, inputs) and their derivatives (lines, n, inputs, free)."""
         every = np.concatenate([gradient, h[..., None]], axis=3)
-        turned = real_product(self.factor, np.swapaxes(every, 1, 2)).reshape(-1, len(free) + 1)
+        turned = real_product(self.factor, np.swapaxes(every, 1, 2)).reshape(-1, every.shape[3])
         turned[:, -1] -= self.wanted.ravel()
-        real = np.concatenate([turned.real, turned.imag, np.zeros((1, len(free) + 1))])
+        real = np.concatenate([turned.real, turned.imag, np.zeros((1, every.shape[3]))])
         real[-1, -1] = np.sqrt(self.rest)
         return real[:, -1], real[:, :-1]
 

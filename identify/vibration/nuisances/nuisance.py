@@ -66,8 +66,8 @@ class Slot:
     std: Array
 
     def at(self, nuisances: Array) -> Array:
-        """Errors in their own units, in the shape of the slot, at values (nuisances,)."""
-        known = np.append(nuisances, 0.0)[self.numbers]
+        """Errors in their own units, in the shape of the slot, at values (..., nuisances)."""
+        known = np.concatenate([nuisances, np.zeros((*nuisances.shape[:-1], 1))], axis=-1)[..., self.numbers]
         return np.asarray(self.std * known)
 
 

@@ -1,0 +1,131 @@
+"""First looks at candidates where errors of what was told are stated and fitted along: residuals count for
+little at first, so that the errors stay near what was stated (`identify.discovery.softly`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from identify.core.thresholds import QUIET
+from identify.discovery.promote import stated_already
+from identify.discovery.trial import Task, Trial
+from identify.discovery.workers import Workers
+from identify.model.effects.base import Effect
+from identify.model.effects.place import Rows
+from identify.vibration.problem import Problem
+
+_FOLLOWED, _MOST, _VARIED = 8, 4, 2
+"""How many candidates are followed beyond the first look; get to the likelihood; and of those, are tried
+in their other variants, and afresh where none has closed the gap."""
+_WORTH, _NEARLY = 2.5, 1.5
+"""How many times the best one's gap a candidate may leave when residuals count for little, and still be
+followed; and how many times its squares, to be fitted to the likelihood."""
+_NEAR, _LEAST = 5.0, 0.05
+"""How many times the best one's gap above noise, or above this, a candidate may leave on few lines and still
+win on all of them."""
+
+
+def screened_softly(
+    workers: Workers,
+    problem: Problem,
+    found: Sequence[Effect],
+    before: Trial,
+    done: Callable[[], None] = lambda: None,
+) -> list[Trial]:
+    """Candidates, best first: a glance at those of single sensors, first looks at the others that follow the
+    errors of links alone, the best of them with all errors.
+    """
+    known = before.task.effects
+    left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
+    # Errors of the present model make up for a wrong channel: it is looked at beside a model that has few.
+    [present] = workers.run([Task(known, (), before.values, "brief")], done)
+    of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
+    glances = workers.run([Task(known, (e,), present.values, "glance") for e in of_sensors], done)
+    near = sorted(glances, key=squares_of)[:_FOLLOWED]
+    others = [effect for effect in left if effect not in of_sensors]
+    tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
+    # The right one may still be under way after a few steps, so all go on.
+    led = further(workers, workers.run(tasks, done), "led", done)
+    near = [trial for trial in led[:_FOLLOWED] if trial.gap <= _WORTH * led[0].gap]
+    quick = further(workers, near, "quick", done)
+    tried = [trial.task.new for trial in quick]
+    return [*quick, *(trial for trial in led if trial.task.new not in tried)]
+
+
+def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
+    """Whether an effect is about what a single sensor reads: many of them, which say at a glance what they
+    do, while a delay of all responses shows only once the rest has moved with it.
+    """
+    return any(isinstance(place, Rows) for place in effect.places(problem.robot, problem.points))
+
+
+def further(
+    workers: Workers,
+    trials: Sequence[Trial],
+    how: Literal["led", "quick", "likely", "onward"],
+    done: Callable[[], None] = lambda: None,
+) -> list[Trial]:
+    """Trials taken on from where they are, the best first."""
+    tasks = [replace(trial.task, values=trial.values, how=how) for trial in trials]
+    return sorted(workers.run(tasks, done), key=squares_of)
+
+
+def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
+    """Those that may win: what leaves far more than the best one does not."""
+    quick = [trial for trial in screened if trial.task.how == "quick"]
+    best = min((trial.squares for trial in quick), default=np.inf)
+    return [trial for trial in quick if trial.squares <= _NEARLY * best][:_MOST]
+
+
+def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
+    """Each promising candidate that may win on all lines, the best of them in their other variants too.
+
+    From where residuals counted for little to the likelihood; afresh too where none of them closes the gap.
+    """
+    ends = further(workers, trials, "likely")
+    if ends and ends[0].gap > QUIET:
+        ends = _afresh(workers, ends)
+    whole = further(workers, near_best(ends), "onward")
+    varied = [
+        replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
+    ]
+    best = whole[0].gap if whole else np.inf
+    others = varied_softly(workers, [_from_quick(task, trials) for task in varied], best)
+    return [
+        [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
+        for one in whole
+    ]
+
+
+def varied_softly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
+    """Other variants of effects on all lines, but those that leave far more than the best gap on few."""
+    ends = workers.run([replace(task, how="likely") for task in tasks])
+    return further(workers, [end for end in ends if end.gap - 1 <= _NEAR * max(best - 1, _LEAST)], "onward")
+
+
+def near_best(ends: Sequence[Trial]) -> list[Trial]:
+    """Those of the trials, best first, that may win on all lines."""
+    best = min((end.gap for end in ends), default=np.inf)
+    return [end for end in ends if end.gap - 1 <= _NEAR * max(best - 1, _LEAST)]
+
+
+def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:
+    """The trials, the best of them by another start where that comes nearer."""
+    again = workers.run([replace(end.task, how="afresh") for end in ends[:_VARIED]])
+    better = [min(pair, key=squares_of) for pair in zip(ends[:_VARIED], again, strict=True)]
+    return sorted([*better, *ends[_VARIED:]], key=squares_of)
+
+
+def _from_quick(task: Task, trials: Sequence[Trial]) -> Task:
+    """The task of a variant from where its effect was when residuals counted for little."""
+    own = next(trial for trial in trials if task.new[0] in trial.task.new[0].variants())
+    return replace(task, values=own.values)
+
+
+def squares_of(trial: Trial) -> float:
+    """Sum of squared residuals over noise."""
+    return trial.squares
