@@ -3,10 +3,10 @@
     Z(s) = K + s C + s^2 M,   H(s) = s^p S Z(s)^-1 B,   dH/dp_j = -s^p (S Z^-1) dZ/dp_j (Z^-1 B)
 
 p = 0, 1, 2 for receptance, mobility, accelerance.  `frf` goes through the Hessenberg form of the state
-matrix, input by input, or for many inputs or lines through its eigenvalues; the first is some fifteen times
-faster than a solve per line.  It measures its own error, goes from the first to the second where it is too
-large, and solves line by line where the system is (nearly) defective.  `frf_and_gradient` solves, because it
-needs Z^-1 at all outputs and inputs anyway.
+matrix, input by input, or for many inputs and for records that ended through its eigenvalues; the first is
+some ten to fifteen times faster than a solve per line, the second six.  It measures its own error, goes from
+the first to the second where it is too large, and from there, where the system is (nearly) defective, to a
+solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs anyway.
 """
 
 from __future__ import annotations
