@@ -6,7 +6,6 @@ process, or of a Dask worker.  So the time limit, a killed worker and a crash ar
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor as Pool
@@ -18,6 +17,7 @@ from importlib import import_module
 from identify.batch.child import close_all, kill_all, perform
 from identify.batch.job import Job, JobOutcome
 from identify.core.errors import InputError
+from identify.core.threads import processors
 
 _CONNECT_S = 10.0
 _ASK_S = 2.0
@@ -61,12 +61,6 @@ def open_executor(workers: int | None = None, cluster: str | None = None) -> Ite
         kill_all()
         pool.shutdown(wait=True)
         close_all()
-
-
-def processors() -> int:
-    """The processors that this process may use."""
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
 
 
 @contextmanager

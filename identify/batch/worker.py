@@ -21,6 +21,7 @@ from importlib import import_module
 from typing import Any, BinaryIO, Self
 
 from identify.batch.job import JobOutcome, failure
+from identify.core.threads import beside_others
 from identify.core.version import VERSION
 
 
@@ -29,6 +30,7 @@ def main() -> None:
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C goes to a whole terminal; the parent decides what ends
+    beside_others()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not get between the answers
     with contextlib.suppress(ImportError):  # the job will say it

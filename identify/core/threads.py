@@ -1,9 +1,28 @@
-"""One thread for linear algebra: matrices here are small, and processes beside each other share the cores."""
+"""Threads: one for linear algebra, because matrices here are small; several for many matrices, each thread
+with its own, but in processes beside each other, which share the cores.
+"""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TypeVar
+
 import scipy.linalg  # noqa: F401
 from threadpoolctl import threadpool_limits
+
+Part = TypeVar("Part")
+Made = TypeVar("Made")
+_MOST = 8
+
+
+@dataclass
+class _Share:
+    """How many threads this process may work in."""
+
+    threads: int
 
 
 def one_thread() -> threadpool_limits:
@@ -13,3 +32,34 @@ def one_thread() -> threadpool_limits:
     therefore imported here.
     """
     return threadpool_limits(1)
+
+
+def processors() -> int:
+    """The processors that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
+
+
+_share = _Share(min(processors(), _MOST))
+
+
+def threads() -> int:
+    """How many this process may work in."""
+    return _share.threads
+
+
+def beside_others() -> None:
+    """From now on all work of this process is done in one thread, because others run beside it."""
+    _share.threads = 1
+
+
+def each(work: Callable[[Part], Made], parts: Sequence[Part]) -> list[Made]:
+    """What `work` makes of each part, in their order, each in a thread of its own.
+
+    It saves time only where `work` is mostly in one call that lets other threads run, as those of
+    `numpy.linalg` do; many short calls wait for each other.
+    """
+    if len(parts) < 2:
+        return [work(part) for part in parts]
+    with ThreadPoolExecutor(len(parts), thread_name_prefix="identify-part") as pool:
+        return list(pool.map(work, parts))

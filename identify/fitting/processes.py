@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from identify.core.errors import InputError
 from identify.core.interruption import ask, check, children_unasked
-from identify.core.threads import one_thread
+from identify.core.threads import beside_others, one_thread
 
 T = TypeVar("T")
 _LOOK_S = 0.2
@@ -64,6 +64,7 @@ def _start(end: Event, begin: Callable[..., None], given: tuple[Any, ...]) -> No
     threading.Thread(target=_end_with_parent, daemon=True).start()
     threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
     one_thread()
+    beside_others()
     begin(*given)
 
 

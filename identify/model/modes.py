@@ -13,7 +13,12 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Complex
+from identify.core.threads import each, threads
 from identify.model.system import Factors
+
+_WORTH_A_THREAD = 500_000
+"""Cubes of the sizes of matrices, in all, whose eigenvalues take some ten times as long as to begin a thread.
+"""
 
 
 @dataclass(frozen=True)
@@ -54,8 +59,22 @@ def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex,
     state = np.zeros((*mass.shape[:-2], 2 * size, 2 * size), dtype=stiffness.dtype)
     state[..., :size, size:] = np.eye(size)
     state[..., size:, :] = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
-    eigenvalues, right = np.linalg.eig(state)
-    return eigenvalues.astype(complex, copy=False), right[..., :size, :].astype(complex, copy=False)
+    eigenvalues, right = _eigen(state.reshape(-1, 2 * size, 2 * size))
+    shapes = right[:, :size].reshape(*mass.shape[:-1], 2 * size)
+    return eigenvalues.reshape(*mass.shape[:-2], 2 * size), shapes
+
+
+def _eigen(matrices: Array) -> tuple[Complex, Complex]:
+    """Eigenvalues (m, r) and right eigenvectors (m, r, r) of matrices (m, r, r), in threads where they take
+    some time.
+
+    Each is taken by itself, so that the results are the same in however many threads.
+    """
+    worth = int(len(matrices) * matrices.shape[-1] ** 3 // _WORTH_A_THREAD)
+    parts = np.array_split(matrices, max(1, min(threads(), len(matrices), worth)))
+    found = each(np.linalg.eig, parts)
+    values, vectors = (np.concatenate(one).astype(complex, copy=False) for one in zip(*found, strict=True))
+    return values, vectors
 
 
 def complex_modes(mass: Array, damping: Array, stiffness: Array) -> ComplexModes:

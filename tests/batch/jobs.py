@@ -8,6 +8,8 @@ import signal
 import time
 from pathlib import Path
 
+from identify.core.threads import threads
+
 
 def square(x: float, attempt: int) -> dict[str, float]:
     """x squared, said aloud as libraries do."""
@@ -60,6 +62,6 @@ def no_room_until(there: str, attempt: int) -> dict[str, int]:
     return {} if Path(there).exists() else no_room(attempt)
 
 
-def threads(attempt: int) -> dict[str, str]:
-    """What a worker is told of threads."""
-    return {"OMP_NUM_THREADS": os.environ["OMP_NUM_THREADS"]}
+def of_threads(attempt: int) -> dict[str, object]:
+    """What a worker is told of threads, and in how many it works."""
+    return {"OMP_NUM_THREADS": os.environ["OMP_NUM_THREADS"], "own": threads()}

@@ -117,7 +117,8 @@ def _with(index: BatchIndex, name: str) -> BatchIndex:
 def test_one_blas_thread_and_one_worker_per_processor() -> None:
     with open_executor() as executor:
         assert executor.slots() == processors() >= 1
-        assert executor.submit(_job("x", "threads"), 1, LIMIT_S).result().value == {"OMP_NUM_THREADS": "1"}
+        told = executor.submit(_job("x", "of_threads"), 1, LIMIT_S).result().value
+        assert told == {"OMP_NUM_THREADS": "1", "own": 1}
 
 
 def test_no_scheduler_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,8 @@ def evaluations(folder: Path) -> None:
     points = [(f"link{n}", np.array([0.05 * k, 0.0, 0.1])) for n in range(1, 7) for k in (1, 2)]
     out = np.vstack([model.jacobian(link, at)[1] for link, at in points])
     force = out[-1:].T
-    objective, _, _ = _problem(folder, ALL_AXES)
+    objective, _, data = _problem(folder, ALL_AXES)
+    ended = parse_cost("frf-least-squares").objective(Targets(frf=(replace(data, record=2.0),)))
     population = values * np.exp(np.random.default_rng(0).normal(size=(20, len(values))) * 0.2)
 
     def by_solve() -> np.ndarray:
@@ -74,6 +76,7 @@ def evaluations(folder: Path) -> None:
         "identify, cost of each of a population": (
             seconds(lambda: objective.costs(population)) / len(population)
         ),
+        "identify, the same with ended records": seconds(lambda: ended.costs(population)) / len(population),
     }
     print(
         f"{mass.shape[0]} coordinates, {len(S)} lines, {len(out)} outputs, 1 input; relative error"

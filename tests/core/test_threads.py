@@ -1,4 +1,6 @@
-"""The limit of one thread reaches scipy's own library for linear algebra, which is loaded late."""
+"""The limit of one thread reaches scipy's own library for linear algebra, which is loaded late; processes
+beside each other work in one thread.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +9,9 @@ import subprocess
 import sys
 
 import pytest
+
+from identify.core import threads as own
+from identify.fitting.processes import Processes
 
 _COUNT = """
 from threadpoolctl import threadpool_info
@@ -38,3 +43,16 @@ def test_a_limit_before_scipy_is_loaded_does_not_reach_it() -> None:
     if "2" not in threads("if True"):
         pytest.skip("the libraries here do not take two threads")
     assert "2" in threads("from threadpoolctl import threadpool_limits\nwith threadpool_limits(1)")
+
+
+def test_parts_are_worked_on_in_their_order_and_an_error_comes_out() -> None:
+    assert own.each(abs, [-3, 2, -1]) == [3, 2, 1]
+    with pytest.raises(TypeError, match="bad operand"):
+        own.each(abs, [-3, "x"])  # type: ignore[list-item]
+
+
+def test_a_process_of_a_pool_works_in_one_thread() -> None:
+    """This one in as many as there are processors, up to some."""
+    assert own.threads() == min(own.processors(), own._MOST)
+    with Processes(1, int) as processes:
+        assert list(processes.run(own.threads, [()])) == [(0, 1)]

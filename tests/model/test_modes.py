@@ -9,11 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.core.threads import each
+from identify.model import modes as modes_module
 from identify.model.frf import frf_by_solve
 from identify.model.modes import (
     complex_modes,
     eigenvalue_gradient,
     frequency_and_damping_gradient,
+    state_eigen,
     undamped_modes,
 )
 from tests.arms import ALL_EFFECTS, arm, initial, system
@@ -81,3 +84,29 @@ def test_sensitivities_against_central_differences(tmp_path: Path) -> None:
                 parameters[number].name,
                 name,
             )
+
+
+def test_eigenvalues_are_the_same_in_however_many_threads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And they are taken in so many, where they take some time."""
+    model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    population = initial(parameters) * np.exp(
+        np.random.default_rng(0).normal(size=(3, 10, len(parameters))) * 0.3
+    )
+    asked: list[int] = []
+
+    def counted(work, parts):  # type: ignore[no-untyped-def]
+        asked.append(len(parts))
+        return each(work, parts)
+
+    monkeypatch.setattr(modes_module, "each", counted)
+    found = []
+    for threads in (1, 2, 3):
+        monkeypatch.setattr(modes_module, "threads", lambda threads=threads: threads)
+        found.append(state_eigen(*model.matrices(population)))
+        state_eigen(*model.matrices(population[0, 0]))
+    assert asked == [1, 1, 2, 1, 3, 1]
+    for values, shapes in found[1:]:
+        assert np.array_equal(values, found[0][0])
+        assert np.array_equal(shapes, found[0][1])

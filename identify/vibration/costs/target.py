@@ -29,7 +29,7 @@ from identify.vibration.nuisances.sensitivity import Block
 Uncertain = Callable[[System, tuple[Channel, ...], tuple[Channel, ...]], Placed]
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
-_CHUNK = 100_000
+_CHUNK = 200_000
 """Complex numbers worked on at a time for a population: what stays in a processor's cache."""
 
 
@@ -348,10 +348,11 @@ class FrfTarget:
         return self.paired(h), gradient[:, outputs, inputs]
 
     def chunks(self, candidates: int) -> list[slice]:
-        """Slices of a population small enough to predict at once."""
+        """Slices of a population, of about the same length, small enough to predict at once."""
         size = self.data.frf.size + len(self.data.s) * len(self.system.coordinates)
         step = max(1, _CHUNK // max(1, size))
-        return [slice(first, first + step) for first in range(0, candidates, step)]
+        count = -(-candidates // step)
+        return [slice(n * candidates // count, (n + 1) * candidates // count) for n in range(count)]
 
 
 def share_simulator(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
