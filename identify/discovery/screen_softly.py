@@ -18,7 +18,7 @@ from identify.model.effects.base import Effect
 from identify.model.effects.place import Rows
 from identify.vibration.problem import Problem
 
-_FOLLOWED, _MOST, _VARIED = 8, 4, 2
+_FOLLOWED, _MOST, _VARIED = 12, 4, 2
 """How many candidates are followed beyond the first look; get to the likelihood; and of those, are tried
 in their other variants, and afresh where none has closed the gap."""
 _WORTH, _NEARLY = 2.5, 1.5

@@ -174,19 +174,15 @@ class TrialRunner:
         """
         if task.how == "glance":
             return best_softly(problem, starts, LEADING[0])
-        if task.how == "nearby":
-            return minimized(problem, problem.initial, _TO_LIKELIHOOD, _likelihood(problem))
-        if task.how == "brief":
+        if task.how in ("brief", "led"):
             few = _fewer_channels(problem, task)
+            if task.how == "led":
+                return led_by_links(few, problem.initial, LEADING)
             return led_by_links(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
-        if task.how == "led":
-            return led_by_links(_fewer_channels(problem, task), problem.initial, LEADING)
+        if task.how in ("nearby", "likely", "afresh"):
+            return self._to_likelihood(problem, task)
         if task.how == "quick" and task.new:
             return led(problem, problem.initial, [SOFT])
-        if task.how == "likely":
-            return on_to_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
-        if task.how == "afresh":
-            return likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD)
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
         robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
@@ -194,7 +190,16 @@ class TrialRunner:
         either[:, problem.size :] = 0.0
         if task.how == "start":
             either = best_softly(problem, either)[0][None]
-        return min((led(problem, one, (*LEADING, SOFT)) for one in either), key=lambda end: end[1])
+        near = (led_by_links(problem, one, LEADING)[0] for one in either)
+        return min((led(problem, one, [SOFT]) for one in near), key=lambda end: end[1])
+
+    def _to_likelihood(self, problem: Problem, task: Task) -> tuple[Array, float]:
+        """On few lines: from where it is, from where residuals counted for little, or from afresh."""
+        if task.how == "nearby":
+            return minimized(problem, problem.initial, _TO_LIKELIHOOD, _likelihood(problem))
+        if task.how == "likely":
+            return on_to_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
+        return likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD)
 
     def _first_start(self, few: Problem, starts: Array, task: Task) -> Array:
         """Where a first look starts with errors of what was told: with what is known afresh and no errors,

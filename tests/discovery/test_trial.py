@@ -146,6 +146,7 @@ def test_under_stated_uncertainty_a_first_look_ends_in_the_right_valley(tmp_path
             {"kind": "joint-compliance", "joints": [3], "axes": ["rx", "ry"]},
         ],
     )
+    print(tilt, beside, other)
     assert tilt < 0.8 * beside < 0.4 * other
 
 

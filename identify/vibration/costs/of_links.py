@@ -1,8 +1,8 @@
 """The posterior where only errors of the links' inertia move: a first look from afar, at a tenth of the cost.
 
-As long as residuals count for little, what a sensor or an impact is off by is far below what they are
-compared with, while masses move resonances.  So the other errors are held at nothing, and the FRFs are
-compared in the model's coordinates (`identify.vibration.costs.compressed`).
+Masses move resonances; what a sensor or an impact is off by multiplies and mixes FRFs, and counts here as
+noise of that size.  So the other errors are held at nothing, and the FRFs are compared in the model's
+coordinates (`identify.vibration.costs.compressed`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from identify.vibration.costs.base import real_rows
 from identify.vibration.costs.compressed import CompressedFrfs, compressed_frfs
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.nuisances.nuisance import Slot
-from identify.vibration.nuisances.placed import Placed, State, state
+from identify.vibration.nuisances.placed import Ends, Placed, State, state
 from identify.vibration.nuisances.sensitivity import excited, structural, structural_changes
 
 
@@ -75,14 +75,15 @@ class _Set:
 
 
 class LinksObjective(Objective):
-    """As `PosteriorObjective` of FRF least squares, with all errors but those of links held at nothing.
+    """As `PosteriorObjective` of FRF least squares, with all errors but those of links held at nothing, and
+    noise that counts for `softness` times as much, with what sensors and impacts may be off by.
 
     Of linear systems whose uncertainty is stated (`of_links`).
     """
 
     def __init__(self, targets: Targets, softness: float) -> None:
-        self._sets = [_set(target, len(targets.nuisances)) for target in targets.frf]
-        self.errors, self._softness = np.array(targets.nuisances), softness
+        self._sets = [_set(target, len(targets.nuisances), softness) for target in targets.frf]
+        self.errors = np.array(targets.nuisances)
         self._count = sum(2 * target.sigma.size for target in targets.frf)
 
     def costs(self, candidates: Array) -> Array:
@@ -91,7 +92,7 @@ class LinksObjective(Objective):
         off = self._inertia(errors)[0]
         with np.errstate(all="ignore"):  # a candidate whose model has no solution costs infinity
             squares = sum(one.squares(own, off) for one in self._sets)
-        total = squares / self._softness**2 + np.sum(errors**2, axis=1)
+        total = squares + np.sum(errors**2, axis=1)
         return np.asarray(np.sqrt(np.where(np.isfinite(total), total, np.inf) / self._count))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
@@ -107,7 +108,7 @@ class LinksObjective(Objective):
                 places = [*(column[int(numbers[n])] for n in known), len(free)]
                 rows = np.column_stack([derivatives[:, known], residual])
                 product[np.ix_(places, places)] += rows.T @ rows
-        rows, slopes = compressed(product / self._softness**2)
+        rows, slopes = compressed(product)
         prior = np.eye(len(values))[np.ix_(self.errors, free)]
         return np.concatenate([rows, errors[0]]), np.concatenate([slopes, prior])
 
@@ -130,16 +131,40 @@ def of_links(targets: Targets) -> bool:
     return bool(frf) and all(one.nuisances is not None and one.simulated is None for one in frf)
 
 
-def _set(target: FrfTarget, errors: int) -> _Set:
+def _set(target: FrfTarget, errors: int, softness: float) -> _Set:
     assert target.nuisances is not None
     exact = Slot(np.zeros(0, dtype=int), np.zeros(0))
     basis = replace(target.nuisances.basis, geometry=())
     placed = replace(target.nuisances, basis=basis, geometry=exact)
-    plain = replace(target, nuisances=None)
+    assert target.noise is not None
+    noise = np.sqrt((softness * target.noise) ** 2 + _by_instruments(target, placed))
+    plain = replace(target, noise=noise, nuisances=None)
     short = compressed_frfs(plain)
     out = target.out if short is None else short.target.out
     told = replace(state(placed, np.zeros(errors)), out=out, force=target.force)
     return _Set(plain, short, placed, told)
+
+
+def _by_instruments(target: FrfTarget, placed: Placed) -> Array:
+    """(lines, outputs, inputs): variance of real or imaginary parts by gains, turned sensors and impacts.
+
+    What a turn mixes in is taken from what was measured along the other axes of the same point.
+    """
+    outputs, inputs = placed.outputs.of(np.arange(len(target.data.outputs))), placed.inputs
+    squares = np.where(target.data.measured, np.abs(target.data.frf) ** 2, 0.0)
+    own = placed.gains.std[: len(outputs.point)] ** 2
+    turned = np.mean(placed.rotations.std**2, axis=1)[outputs.point]
+    struck = np.sum(placed.impacts.std**2, axis=1) / 2
+    total = own[:, None] * squares
+    total += turned[:, None] * np.einsum("ab,lbi->lai", _others(outputs), squares)
+    total += struck * np.einsum("ab,lob->loa", _others(inputs), squares)
+    return np.asarray(0.5 * total, dtype=float)
+
+
+def _others(ends: Ends) -> Array:
+    """(c, c): one where another channel is at the same point along another axis."""
+    same = (ends.point[:, None] == ends.point) & (ends.axis[:, None] // 3 == ends.axis // 3)
+    return np.asarray(same & (ends.axis[:, None] != ends.axis), dtype=float)
 
 
 def _heavier(target: FrfTarget, mass: Array, stiffness: Array) -> FrfTarget:
