@@ -77,7 +77,9 @@ class Trial:
     """How a task ended: values by name; sums of squared residuals over noise and counts of real numbers, on
     fitted and validation data.
 
-    free: number of free parameters; failure: a sentence where the model could not be made or solved.
+    Data that were not fitted are judged against the prediction with its uncertainty: what the fit leaves
+    wide open they may move.  free: number of free parameters; failure: a sentence where the model could not
+    be made or solved.
     """
 
     task: Task
@@ -102,6 +104,14 @@ class Trial:
             if self.count_validation
             else float("nan")
         )
+
+    @property
+    def gap_everywhere(self) -> float:
+        """The same on all of them."""
+        if not self.count_validation:
+            return self.gap
+        squares, count = self.squares + self.squares_validation, self.count + self.count_validation
+        return float(np.sqrt(squares / count))
 
 
 class TrialRunner:
@@ -162,7 +172,7 @@ class TrialRunner:
         if task.how == "glance":
             return best_softly(problem, starts, LEADING[0])
         if task.how == "nearby":
-            return minimized(problem, problem.initial, _TO_LIKELIHOOD, _likelihood(problem))
+            return minimized(problem, problem.initial, _TO_LIKELIHOOD, likelihood(problem))
         if task.how == "brief":
             few = _fewer_channels(problem, task)
             return led(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
@@ -283,10 +293,9 @@ class TrialRunner:
             values = _descend(problem, problem.initial[None], _QUICK)[0]
         else:
             values = problem.at(found)
-        count = _count(problem, "validate")
-        if problem.nuisances.entries and count:
-            return predictive_squares(problem, fitted_information(problem, values), values)
-        return (_squares(problem, values, "validate") if count else float("nan")), count
+        if not _count(problem, "validate"):
+            return float("nan"), 0
+        return predictive_squares(problem, fitted_information(problem, values), values)
 
     def _model(self, lines: str, task: Task) -> Problem:
         """The problem with the effects of a task; the known ones are kept assembled, because many tasks share
@@ -428,7 +437,7 @@ def left_out(problem: Problem) -> Problem:
 
 def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
     """The best of the starts (m, parameters) as they are, and its cost."""
-    costs = _likelihood(problem).costs(starts)
+    costs = likelihood(problem).costs(starts)
     return starts[int(np.argmin(costs))], float(costs.min())
 
 
@@ -438,7 +447,7 @@ def _descend(
     """Down from the best of the starts (m, parameters): values (parameters,) and cost, of the
     likelihood if none is given.
     """
-    objective = objective or _likelihood(problem)
+    objective = objective or likelihood(problem)
     best = int(np.argmin(objective.costs(starts))) if len(starts) > 1 else 0
     return minimized(problem, starts[best], optimizer, objective)
 
@@ -457,8 +466,8 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     return min(ends, key=lambda end: end[1])[0]
 
 
-def _likelihood(problem: Problem) -> Objective:
-    """In as few rows as say the same, where no errors are fitted along."""
+def likelihood(problem: Problem) -> Objective:
+    """What is fitted, in as few rows as say the same where no errors are fitted along."""
     targets = problem.targets()
     if targets.nuisances:
         return FrfLeastSquares().objective(targets)
@@ -481,7 +490,8 @@ def _count(problem: Problem, use: str) -> int:
 
 
 def _free(problem: Problem) -> int:
-    return sum(p.free for p in problem.parameters[: problem.size])
+    found = sum(effect.settings_found for effect in problem.file.study.effects)
+    return found + sum(p.free for p in problem.parameters[: problem.size])
 
 
 def _named(problem: Problem, values: Array) -> dict[str, float]:
