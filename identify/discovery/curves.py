@@ -21,7 +21,7 @@ from identify.discovery.places.predict import StructuralModel, Unknown, model_of
 from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
 from identify.discovery.places.update import a_of, triangle
 from identify.discovery.places.views import views_of
-from identify.discovery.trial import Trial
+from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
 from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.results.curves import CurveTable, PlaceTable

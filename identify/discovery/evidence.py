@@ -16,7 +16,7 @@ import numpy as np
 
 from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING
-from identify.discovery.trial import Trial
+from identify.discovery.task import Trial
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.uncertainty import statuses
@@ -32,7 +32,8 @@ CLOSED = 1.1
 """Below this gap nothing is added unless data that were not fitted say more than their own noise level may be
 wrong by: `_CONFIRMED_FALL`."""
 _CONFIRMED_FALL = 0.05
-"""Fall of the gap on data that were not fitted: coherence from a few averages states noise to some 5 %."""
+"""Fall of the gap on data that were not fitted, and how much more than the others they must show for a gap to
+be open there: coherence from a few averages states noise to some 5 %."""
 
 POLICY = Policy(
     admit=Rule(CONVINCING),
@@ -78,13 +79,21 @@ class EvidenceCriterion:
             or removed(before.gap_validation, after.gap_validation) >= _CONFIRMED_FRACTION
         )
         fell = before.gap_validation - after.gap_validation if after.count_validation else 0.0
-        closed = before.gap < CLOSED and fell < _CONFIRMED_FALL
+        needless = before.gap < CLOSED and fell < _CONFIRMED_FALL
         return Gain(
             self.log_odds(before, after),
-            removed(before.gap, after.gap),
+            removed(before.gap_everywhere, after.gap_everywhere),
             confirmed(before, after),
-            before.gap - after.gap >= MATERIAL and elsewhere and not closed,
+            before.gap - after.gap >= MATERIAL and elsewhere and not needless,
         )
+
+
+def closed(trial: Trial) -> bool:
+    """Whether a model leaves nothing open, and data that were not fitted clearly no more than those that
+    were: postures that resemble each other are fitted by wrong stiffnesses, which another posture shows.
+    """
+    open_elsewhere = trial.gap_validation >= max(CLOSED, trial.gap + _CONFIRMED_FALL)
+    return trial.gap < CLOSED and not open_elsewhere
 
 
 def confirmed(before: Trial, after: Trial) -> bool:

@@ -7,15 +7,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
 from identify.core.errors import InputError
-from identify.core.thresholds import CONVINCING
+from identify.discovery.candidates import candidates
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.promote import alike, beyond_belief, causes, log_chance, without_errors_at
-from identify.discovery.trial import Task, Trial
+from identify.discovery.screen_softly import promising_softly, screened_softly, thorough_softly
+from identify.discovery.task import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
@@ -30,6 +32,8 @@ from identify.vibration.study import StudyFile
 
 _PROMOTED = 6
 """Errors of what was told that become effects at most."""
+_BEYOND_CHANCE = float(np.log(100))
+"""They must be rarer than once in a hundred tests."""
 Option = selection.Option[Effect, Trial]
 Step = selection.Step[Effect, Trial]
 
@@ -122,7 +126,7 @@ def promoted(
             break
         tried.append(effect)
         [trial] = workers.run([Task(model.task.effects, (effect,), {**model.values, **start}, "onward")])
-        if judge.log_odds(model, trial) > CONVINCING:
+        if judge.log_odds(model, trial) > _BEYOND_CHANCE:
             trial = _best_alike(judge, workers, model, trial)
             [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
             gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(model, trial))
@@ -135,10 +139,17 @@ def promoted(
 def _best_alike(judge: Promotion, workers: Workers, model: Trial, trial: Trial) -> Trial:
     """The trial of an effect beside a model, or of what looks like it where that explains more."""
     problem, known, [effect] = judge.problem, model.task.effects, trial.task.new
-    rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     if isinstance(effect, AddedMass):
-        tasks = [Task(known, (one,), model.values, "thorough") for one in rivals]
-        return max([trial, *workers.run(tasks)], key=partial(judge.log_odds, model))
+        # Whatever is missing in small may have moved a link's inertia.
+        structure = [
+            one
+            for one in candidates(problem, known)
+            if one != effect and not one.of_measurement and not one.of_amplitude
+        ]
+        screened = screened_softly(workers, problem, structure, model)
+        groups = thorough_softly(workers, promising_softly(screened))
+        return max([trial, *chain.from_iterable(groups)], key=partial(judge.log_odds, model))
+    rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     clean = without_errors_at(effect, problem.nuisances, model.values)
     tasks = [
         Task(known, (effect,), trial.values, "nearby"),

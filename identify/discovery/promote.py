@@ -16,8 +16,6 @@ from identify.model.effects.channel_gain import ChannelGain
 from identify.model.effects.channel_polarity import ChannelPolarity
 from identify.model.effects.channel_swap import ChannelSwap
 from identify.model.effects.rigid_body import MOMENTS
-from identify.model.effects.rotor_inertia import RotorInertia
-from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_rotation import SensorRotation
 from identify.model.effects.time_delay import TimeDelay
 from identify.model.nuisances.inertia import CHANGES, moments
@@ -86,12 +84,8 @@ def _cause(one: Nuisance) -> tuple[str, str]:
 
 
 def alike(effect: Effect, robot: Robot, points: Mapping[int, Point]) -> list[Effect]:
-    """What looks like an effect that errors stand for: whatever may be wrong at the same sensor; and like a
-    wrong inertia of a link what else adds inertia, which errors of several links share among them.
-    """
+    """What looks like an effect that errors stand for: whatever may be wrong at the same sensor."""
     kinds: Sequence[type[Effect]] = (ChannelPolarity, ChannelSwap, ChannelGain, SensorRotation)
-    if isinstance(effect, AddedMass):
-        kinds = (SensorMass, RotorInertia)
     every = [one for kind in kinds for one in kind.instances(robot, points)]
     return [one for one in every if one != effect and _node(one) == _node(effect)]
 

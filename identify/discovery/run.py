@@ -26,7 +26,7 @@ from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
 from identify.discovery.marks import marks
 from identify.discovery.new_config import config_text, entry_of
-from identify.discovery.trial import Trial
+from identify.discovery.task import Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import Fit, Start
 from identify.fitting.memory import Memory

@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
-from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, removed
+from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, closed, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
@@ -23,7 +23,7 @@ from identify.discovery.screen_softly import (
     thorough_softly,
     varied_softly,
 )
-from identify.discovery.trial import Task, Trial
+from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
@@ -89,10 +89,10 @@ def screened(
     model = with_effects(problem, linear, before.values)
 
     # Before the gap is closed anything counts: a linear step does not see what turns as a joint does.
-    least = MATERIAL if before.gap < CLOSED else -np.inf
+    least = MATERIAL if closed(before) else -np.inf
     asked = Known(known, off_bounds(problem, linear, before), anchor)
     places, looked = look(workers, model, asked, found, one, least)
-    if not places and before.gap < CLOSED:
+    if not places:
         left = _without_place(problem, found)
         return [], workers.run([Task(known, (e,), before.values, anchor=anchor) for e in left], one)
     added = known[len(problem.file.study.effects) :]
@@ -122,6 +122,7 @@ def _refitted(
 
     placed = [o for o in looked if not np.isnan(o.gap) and not o.effect.of_amplitude]
     quick = tried(placed[:_REFITTED], "quick")
+    quick += tried(_simpler(model, placed[_REFITTED:], places, quick), "quick")
     # A dynamic stiffness per level shows where friction acts, not how strong it is: the impact does.
     others = [o for o in looked if np.isnan(o.gap) and not o.effect.of_amplitude]
     brief = [*_simulated(workers, found, before, anchor, one), *tried(others, "brief")]
@@ -137,7 +138,15 @@ def _refitted(
         laws = tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
         quick += [*laws, *workers.run(in_place_of_springs(model, laws, added), one)]
     rest = [_guessed(before, o, anchor) for o in placed[_REFITTED:]]
-    return [*_once(sorted(quick, key=squares_of)), *sorted(rest, key=squares_of)]
+    return [*_once(likeliest_first(quick)), *sorted(rest, key=squares_of)]
+
+
+def likeliest_first(trials: Sequence[Trial]) -> list[Trial]:
+    """By evidence and not by squares alone, or three resonators and a body crowd out what does the same with
+    one parameter.
+    """
+    best = min((trial.gap for trial in trials), default=np.inf)
+    return sorted(trials, key=EvidenceCriterion(_LEAST_INFLATION * best**2).score)
 
 
 def in_place_of_springs(model: Problem, laws: Sequence[Trial], added: Sequence[Effect]) -> list[Task]:
@@ -224,6 +233,32 @@ def _arrived(problem: Problem, quick: Sequence[Trial], places: Sequence[PlaceFit
     return found
 
 
+def _simpler(
+    problem: Problem, left: Sequence[Looked], places: Sequence[PlaceFit], quick: Sequence[Trial]
+) -> list[Looked]:
+    """Of those that a first look put behind, effects with fewer parameters than the best one whose place
+    explains about as much as it does: what such an effect would leave by its law is judged on a line from
+    where the fit of its place ended, and a place with a spring beside it can end far from there.
+    """
+    best = min(quick, key=squares_of, default=None)
+    if best is None:
+        return []
+    most = _UNEXPLAINED * max(best.gap - 1, _EXPLAINED)
+    alike = [
+        one
+        for one in left
+        if min((fit.gap for fit in _fits_of(problem, one.effect, places)), default=np.inf) - 1 <= most
+    ]
+    sizes = sorted((_size(problem, one.effect), number) for number, one in enumerate(alike))
+    return [alike[n] for size, n in sizes if size < _size(problem, best.task.new[0])][:_REFITTED]
+
+
+def _size(problem: Problem, effect: Effect) -> int:
+    """Number of free parameters that an effect would bring."""
+    beside = with_effects(problem, (*problem.file.study.effects, effect), {})
+    return sum(p.free for p in beside.parameters) - sum(p.free for p in problem.parameters)
+
+
 def _astray(
     model: Problem, unseen: Sequence[Looked], places: Sequence[PlaceFit], before: Trial, reached: float
 ) -> list[Looked]:
@@ -290,7 +325,7 @@ def thorough(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
     solution.
     """
     if workers.with_errors:
-        return [[one for one in group if _solved(one)] for group in thorough_softly(workers, trials)]
+        return [[one for one in group if solved(one)] for group in thorough_softly(workers, trials)]
     ends = workers.run([Task(t.task.known, t.task.new, t.values, "thorough") for t in trials])
     varied = [
         Task(end.task.known, (one,), end.values)
@@ -300,7 +335,7 @@ def thorough(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
     ]
     others = varied_thoroughly(workers, varied, min((end.gap for end in ends), default=np.inf))
     return [
-        [t for t in (end, *(t for t in others if t.task.new[0] in end.task.new[0].variants())) if _solved(t)]
+        [t for t in (end, *(t for t in others if t.task.new[0] in end.task.new[0].variants())) if solved(t)]
         for end in ends
     ]
 
@@ -311,11 +346,17 @@ def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> l
     """
     if workers.with_errors:
         return varied_softly(workers, tasks, best)
-    near = [trial for trial in workers.run(tasks) if trial.gap - 1 <= _NEAR * max(best - 1, 0.05)]
+    near = near_enough(workers.run(tasks), best)
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
 
 
-def _solved(trial: Trial) -> bool:
+def near_enough(quick: Sequence[Trial], best: float) -> list[Trial]:
+    """Those that may come as near as the best gap when fitted thoroughly."""
+    return [trial for trial in quick if trial.gap - 1 <= _NEAR * max(best - 1, 0.05)]
+
+
+def solved(trial: Trial) -> bool:
+    """Whether the model had a solution."""
     return bool(np.isfinite(trial.squares))
 
 

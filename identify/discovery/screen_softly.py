@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.core.thresholds import QUIET
 from identify.discovery.promote import stated_already
-from identify.discovery.trial import Task, Trial
+from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect
 from identify.model.effects.place import Rows
@@ -21,6 +21,8 @@ from identify.vibration.problem import Problem
 _FOLLOWED, _MOST, _VARIED = 12, 4, 2
 """How many candidates are followed beyond the first look; get to the likelihood; and of those, are tried
 in their other variants, and afresh where none has closed the gap."""
+_FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
+"""How many are followed where they are level with the best one, leaving at most so many times its gap."""
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
@@ -50,10 +52,17 @@ def screened_softly(
     tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
     # The right one may still be under way after a few steps, so all go on.
     led = further(workers, workers.run(tasks, done), "led", done)
-    near = [trial for trial in led[:_FOLLOWED] if trial.gap <= _WORTH * led[0].gap]
+    near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = further(workers, near, "quick", done)
     tried = [trial.task.new for trial in quick]
     return [*quick, *(trial for trial in led if trial.task.new not in tried)]
+
+
+def _may_win(times: float, number: int) -> bool:
+    """Whether a candidate that leaves so many times the best one's gap, the number-th, may still be ahead
+    with all errors fitted: where sensors' errors are most of what is left, many leave about the same.
+    """
+    return times <= (_WORTH if number < _FOLLOWED else _LEVEL) and number < _FOLLOWED_AT_MOST
 
 
 def _of_a_sensor(problem: Problem, effect: Effect) -> bool:

@@ -5,11 +5,10 @@ them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
@@ -27,6 +26,8 @@ from identify.discovery.softly import (
     on_to_likelihood,
     without_errors,
 )
+from identify.discovery.task import Task, Trial
+from identify.discovery.thinned import corrected, count_of, fewer_channels, free_of, left_out, thinned
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -34,16 +35,9 @@ from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.model.effects.base import Effect
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Given, Measurement, Problem, with_effects
+from identify.vibration.problem import Problem, with_effects
 from identify.vibration.uncertainty import fitted_information, predictive_squares
 
-_LINES, _FEWEST = 84, 21
-"""Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread
-evenly over the band.
-"""
-_MANY, _PLENTY = 12, 100
-"""Response channels of which the first look takes a third, if it then has so many numbers for each parameter.
-"""
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
@@ -53,68 +47,6 @@ _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
 _ON_ALL_LINES = LevenbergMarquardt(steps=10, tolerance=1e-6)
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
-
-
-@dataclass(frozen=True)
-class Task:
-    """What is to be tried: effects known to the model, further ones, and values to start from by parameter
-    name.
-
-    how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
-    `brief`: a few steps on few lines; `led`: on from there, with errors of links; `quick`: more of
-    them, with all errors; `likely`: on from there to the likelihood; `afresh`: to the likelihood from the
-    study's own values; `thorough`: from several starts, on all lines; `nearby`: from these values alone, with
-    the errors they have; `onward`: the same on all lines.
-    far: the present model is far from the data. anchor: values of the known model where that depends on
-    amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
-    every impact anew takes long.
-    """
-
-    known: tuple[Effect, ...]
-    new: tuple[Effect, ...]
-    values: Mapping[str, float]
-    how: Literal[
-        "start", "glance", "brief", "led", "quick", "likely", "afresh", "thorough", "nearby", "onward"
-    ] = "quick"
-    far: bool = False
-    anchor: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """All of them."""
-        return (*self.known, *self.new)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """How a task ended: values by name; sums of squared residuals over noise and counts of real numbers, on
-    fitted and validation data.
-
-    free: number of free parameters; failure: a sentence where the model could not be made or solved.
-    """
-
-    task: Task
-    values: Mapping[str, float]
-    squares: float
-    count: int
-    squares_validation: float = float("nan")
-    count_validation: int = 0
-    free: int = 0
-    failure: str = ""
-
-    @property
-    def gap(self) -> float:
-        """RMS residual over noise on the fitted data."""
-        return float(np.sqrt(self.squares / max(self.count, 1)))
-
-    @property
-    def gap_validation(self) -> float:
-        """The same on validation data; NaN without."""
-        return (
-            float(np.sqrt(self.squares_validation / self.count_validation))
-            if self.count_validation
-            else float("nan")
-        )
 
 
 class TrialRunner:
@@ -159,10 +91,10 @@ class TrialRunner:
         elif task.how == "brief":
             values, cost = self._briefly(problem, starts, task)
         else:
-            values, cost = _best(problem, _descend(_fewer_channels(problem, task), starts, _QUICK)[0][None])
-        count = _count(problem, "fit")
+            values, cost = _best(problem, _descend(fewer_channels(problem, task), starts, _QUICK)[0][None])
+        count = count_of(problem, "fit")
         return Trial(
-            task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=_free(problem)
+            task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=free_of(problem)
         )
 
     def _softly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
@@ -175,7 +107,7 @@ class TrialRunner:
         if task.how == "glance":
             return best_softly(problem, starts, LEADING[0])
         if task.how in ("brief", "led"):
-            few = _fewer_channels(problem, task)
+            few = fewer_channels(problem, task)
             if task.how == "led":
                 return led_by_links(few, problem.initial, LEADING)
             return led_by_links(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
@@ -196,7 +128,7 @@ class TrialRunner:
     def _to_likelihood(self, problem: Problem, task: Task) -> tuple[Array, float]:
         """On few lines: from where it is, from where residuals counted for little, or from afresh."""
         if task.how == "nearby":
-            return minimized(problem, problem.initial, _TO_LIKELIHOOD, _likelihood(problem))
+            return minimized(problem, problem.initial, _TO_LIKELIHOOD, likelihood(problem))
         if task.how == "likely":
             return on_to_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
         return likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD)
@@ -225,7 +157,7 @@ class TrialRunner:
         resonance from far, where for the likelihood any other place, or an effect too small to see, is
         better; and with what is known afresh.
         """
-        few = _fewer_channels(problem, task)
+        few = fewer_channels(problem, task)
         ends = [_descend(few, starts, _BRIEF)]
         if task.far:
             log = FrfLeastSquares(residual="log").objective(few.targets())
@@ -272,9 +204,9 @@ class TrialRunner:
         values = min(ends, key=lambda end: end[1])[0]
         problem = self._model("whole", replace(task, values=_named(problem, values)))
         values, cost = _descend(problem, problem.initial[None], optimizer)
-        count, found = _count(problem, "fit"), _named(problem, values)
+        count, found = count_of(problem, "fit"), _named(problem, values)
         squares, validation = self._elsewhere(problem, task, found)
-        return Trial(task, found, cost**2 * count, count, squares, validation, _free(problem))
+        return Trial(task, found, cost**2 * count, count, squares, validation, free_of(problem))
 
     def _others(self, problem: Problem, given: Array) -> Iterator[Array]:
         """Further starts (parameters,): the study's own values beside the found ones; all parameters at their
@@ -307,10 +239,9 @@ class TrialRunner:
             values = _descend(problem, problem.initial[None], _QUICK)[0]
         else:
             values = problem.at(found)
-        count = _count(problem, "validate")
-        if problem.nuisances.entries and count:
-            return predictive_squares(problem, fitted_information(problem, values), values)
-        return (_squares(problem, values, "validate") if count else float("nan")), count
+        if not count_of(problem, "validate"):
+            return float("nan"), 0
+        return predictive_squares(problem, fitted_information(problem, values), values)
 
     def _model(self, lines: str, task: Task) -> Problem:
         """The problem with the effects of a task; the known ones are kept assembled, because many tasks share
@@ -336,7 +267,7 @@ class TrialRunner:
             pairs = zip(simulated.measurements, without.measurements, strict=True)
             corrected = replace(
                 without,
-                measurements=tuple(_corrected(one, other, simulated, without) for one, other in pairs),
+                measurements=tuple(corrected(one, other, simulated, without) for one, other in pairs),
             )
             self._corrected = (task.known, task.anchor), with_effects(corrected, linear, {})
         return with_effects(self._corrected[1], [*linear, *task.new], task.values)
@@ -357,102 +288,9 @@ class TrialRunner:
         return np.concatenate(found) if found else problem.initial[None]
 
 
-def thinned(problem: Problem) -> Problem:
-    """The same problem with few frequency lines in every measurement that is fitted, and no other
-    measurement.
-    """
-
-    fitted = [m for m in problem.measurements if m.settings.use == "fit"]
-    wanted = max(_FEWEST, _LINES // len(fitted))
-
-    def fewer(m: Measurement) -> Measurement:
-        if not isinstance(m.target, FrfTarget):
-            return m
-        lines = (
-            np.arange(len(m.target.data.frequency_hz))
-            % max(1, round(len(m.target.data.frequency_hz) / wanted))
-            == 0
-        )
-        data, noise = m.target.data.lines(lines), None if m.target.noise is None else m.target.noise[lines]
-        given: Given = replace(m.given, data=data, noise=noise)
-        return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
-
-    return replace(problem, measurements=tuple(fewer(m) for m in fitted))
-
-
-def narrowed(problem: Problem) -> Problem:
-    """The same problem with a third of the response channels of every set that has many; all where the
-    measurement has effects too.
-    """
-
-    def fewer(m: Measurement) -> Measurement:
-        t = m.target
-        if not isinstance(t, FrfTarget) or t.readings or len(t.data.outputs) < _MANY:
-            return m
-        chosen = np.flatnonzero(_third(len(t.data.outputs)))
-        data, noise = (
-            t.data.pairs(chosen.tolist(), list(range(len(t.data.inputs)))),
-            None if t.noise is None else t.noise[:, chosen],
-        )
-        placed = t.nuisances and t.nuisances.of_outputs(chosen)
-        return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen], nuisances=placed))
-
-    return replace(problem, measurements=tuple(fewer(m) for m in problem.measurements))
-
-
-def _fewer_channels(problem: Problem, task: Task) -> Problem:
-    """A third of the channels, where these have plenty of numbers for each parameter and no effect changes
-    single ones of them.
-    """
-    few = narrowed(problem)
-    single = any(effect.of_measurement for effect in task.effects)
-    return few if not single and _count(few, "fit") > _PLENTY * _free(problem) else problem
-
-
-def _third(channels: int) -> NDArray[np.bool_]:
-    """Which of so many channels, in threes of directions, belong to a third that has all directions."""
-    number = np.arange(channels)
-    return np.asarray((number + number // 3) % 3 == 1)
-
-
-def _corrected(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
-    """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their
-    present values.
-    """
-    if not isinstance(one.target, FrfTarget) or not isinstance(other.target, FrfTarget):
-        return other
-    part = one.target.predict(simulated.initial) - other.target.predict(without.initial)
-    data = replace(other.target.data, frf=other.target.data.frf - part)
-    return replace(other, given=replace(other.given, data=data))
-
-
-def left_out(problem: Problem) -> Problem:
-    """The same problem with a third of the response channels of every fitted measurement set aside for
-    validation.
-    """
-
-    def part(m: Measurement, aside: bool) -> Measurement:
-        assert isinstance(m.target, FrfTarget)
-        chosen = np.flatnonzero(_third(len(m.target.data.outputs)) == aside).tolist()
-        data = m.target.data.pairs(chosen, list(range(len(m.target.data.inputs))))
-        noise = None if m.target.noise is None else m.target.noise[:, chosen]
-        use: Literal["fit", "validate"] = "validate" if aside else "fit"
-        given = replace(m.given, data=data, noise=noise, settings=m.settings.model_copy(update={"use": use}))
-        return replace(m, given=given)
-
-    split = [
-        part(m, aside)
-        for m in problem.measurements
-        if isinstance(m.target, FrfTarget) and m.settings.use == "fit" and len(m.target.data.outputs) > 2
-        for aside in (False, True)
-    ]
-    whole = replace(problem, measurements=tuple(split) or problem.measurements)
-    return with_effects(whole, problem.file.study.effects, {})
-
-
 def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
     """The best of the starts (m, parameters) as they are, and its cost."""
-    costs = _likelihood(problem).costs(starts)
+    costs = likelihood(problem).costs(starts)
     return starts[int(np.argmin(costs))], float(costs.min())
 
 
@@ -462,7 +300,7 @@ def _descend(
     """Down from the best of the starts (m, parameters): values (parameters,) and cost, of the
     likelihood if none is given.
     """
-    objective = objective or _likelihood(problem)
+    objective = objective or likelihood(problem)
     best = int(np.argmin(objective.costs(starts))) if len(starts) > 1 else 0
     return minimized(problem, starts[best], optimizer, objective)
 
@@ -481,8 +319,8 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     return min(ends, key=lambda end: end[1])[0]
 
 
-def _likelihood(problem: Problem) -> Objective:
-    """In as few rows as say the same, where no errors are fitted along."""
+def likelihood(problem: Problem) -> Objective:
+    """What is fitted, in as few rows as say the same where no errors are fitted along."""
     targets = problem.targets()
     if targets.nuisances:
         return FrfLeastSquares().objective(targets)
@@ -496,16 +334,7 @@ def _logarithmic(problem: Problem) -> Objective:
 def _squares(problem: Problem, values: Array, use: str) -> float:
     """Sum of squared residuals over noise."""
     cost = float(FrfLeastSquares().objective(problem.targets(use)).costs(values[None])[0])
-    return cost**2 * _count(problem, use)
-
-
-def _count(problem: Problem, use: str) -> int:
-    """How many real numbers were measured."""
-    return sum(2 * target.measured.size for target in problem.targets(use).frf)
-
-
-def _free(problem: Problem) -> int:
-    return sum(p.free for p in problem.parameters[: problem.size])
+    return cost**2 * count_of(problem, use)
 
 
 def _named(problem: Problem, values: Array) -> dict[str, float]:

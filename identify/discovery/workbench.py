@@ -14,7 +14,8 @@ from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.screen_softly import further, promising_softly, squares_of
-from identify.discovery.trial import Task, Trial
+from identify.discovery.siblings import with_siblings, with_struts
+from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
 from identify.fitting.selection.policy import Policy
@@ -32,6 +33,7 @@ class ImpactWorkbench:
     def __init__(self, problem: Problem, workers: Workers) -> None:
         self.problem, self.workers = problem, workers
         self._places: list[tuple[tuple[Effect, ...], list[PlaceFit]]] = []
+        self._looked_at: Sequence[Effect] = ()
         self._models: dict[frozenset[str], Trial] = {}
         self._refitted: dict[frozenset[str], Trial] = {}
 
@@ -84,6 +86,7 @@ class ImpactWorkbench:
     def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
         """Trials on few lines, best first."""
         self.came_through(model)
+        self._looked_at = effects
         places, trials = screen.screened(self.workers, self.problem, effects, model, story)
         self._places.append((model.task.effects, places))
         return [screen.attempt(model, trial) for trial in trials]
@@ -112,6 +115,9 @@ class ImpactWorkbench:
     ) -> list[list[Attempt[Effect, Trial]]]:
         """Each on all lines and from several starts, the best of them in their other variants too."""
         groups = screen.thorough(self.workers, [one.model for one in promising])
+        if not (self.problem.nuisances.entries or screen.anchor_of(model)):
+            groups = with_siblings(self.workers, self.problem, model, self._looked_at, groups)
+            groups = with_struts(self.workers, self.problem, groups)
         self._refitted.update((_key(t.task.effects), t) for group in groups for t in group)
         return [[screen.attempt(model, trial) for trial in trials] for trials in groups]
 

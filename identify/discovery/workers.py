@@ -14,7 +14,8 @@ from typing import Any
 
 from identify.core.interruption import check
 from identify.discovery.places.job import Known, PlaceJob
-from identify.discovery.trial import Task, Trial, TrialRunner
+from identify.discovery.task import Task, Trial
+from identify.discovery.trial import TrialRunner
 from identify.fitting.memory import Memory
 from identify.fitting.processes import Processes
 from identify.vibration.problem import Problem

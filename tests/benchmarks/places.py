@@ -20,7 +20,8 @@ from threadpoolctl import threadpool_limits
 from identify.discovery.places.catalogue import places_of
 from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
 from identify.discovery.screen import off_bounds
-from identify.discovery.trial import Trial, thinned
+from identify.discovery.task import Trial
+from identify.discovery.thinned import thinned
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.model.effects.joint_compliance import CLASSES

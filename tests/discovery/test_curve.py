@@ -17,7 +17,7 @@ from identify.discovery.places.laws import rank_laws
 from identify.discovery.places.predict import StructuralModel, model_of
 from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
 from identify.discovery.places.views import views_of
-from identify.discovery.trial import thinned
+from identify.discovery.thinned import thinned
 from identify.model.effects.base import parse_effect
 from identify.model.effects.place import Release
 from identify.model.frf import dynamic_stiffness

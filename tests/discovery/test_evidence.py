@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from identify.discovery.evidence import EvidenceCriterion, removed
-from identify.discovery.trial import Task, Trial
+from identify.discovery.evidence import EvidenceCriterion, closed, removed
+from identify.discovery.task import Task, Trial
 
 
 def _trial(squares: float, free: int, count: int = 1000) -> Trial:
@@ -50,3 +50,22 @@ def test_where_the_gap_is_closed_other_data_must_say_more(
 
     found = EvidenceCriterion(1.0).gain(trial(before, before), trial(1.0, before - elsewhere))
     assert found.material is material
+
+
+@pytest.mark.parametrize(
+    ("gap", "validation", "is_closed"),
+    [(1.05, 1.06, True), (1.05, 1.4, False), (1.09, 1.11, True), (1.2, 1.0, False)],
+)
+def test_a_gap_that_is_open_elsewhere_is_not_closed(gap: float, validation: float, is_closed: bool) -> None:
+    """Two postures that resemble each other hide in wrong stiffnesses what a third one shows; what removes it
+    there explains it.
+    """
+
+    def trial(gap: float, validation: float) -> Trial:
+        return Trial(Task((), (), {}), {}, 1e5 * gap**2, 100_000, 1e5 * validation**2, 100_000, 5)
+
+    assert closed(trial(gap, validation)) is is_closed
+    assert closed(_trial(1000 * gap**2, 5)) is (gap < 1.1)
+    found = EvidenceCriterion(1.0).gain(trial(1.05, 1.4), trial(1.03, 1.03))
+    assert found.explained > 0.8
+    assert found.material

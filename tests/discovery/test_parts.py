@@ -17,7 +17,9 @@ from identify.discovery.evidence import POLICY, EvidenceCriterion, confirmed, re
 from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Option, Step
 from identify.discovery.new_config import config_text
-from identify.discovery.trial import Task, Trial, TrialRunner, left_out, thinned
+from identify.discovery.task import Task, Trial
+from identify.discovery.thinned import left_out, thinned
+from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
 from identify.fitting.selection.gain import Gain

@@ -21,7 +21,7 @@ from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_place
 from identify.discovery.places.semiparametric import fit_place
 from identify.discovery.places.update import a_of, recharted, symmetric, triangle
 from identify.discovery.places.views import View, views_of
-from identify.discovery.trial import thinned
+from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
 from identify.model.effects.base import parse_effect
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows

@@ -12,7 +12,7 @@ import pytest
 
 from identify.discovery.loop import promoted
 from identify.discovery.promote import alike, beyond_belief, stated_already
-from identify.discovery.trial import Task, Trial
+from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import parse_effect

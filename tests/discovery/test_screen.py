@@ -5,12 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import cast
 
+import numpy as np
 import pytest
 
 from identify.discovery import evidence, screen
-from identify.discovery.trial import Task, Trial, thinned
+from identify.discovery.places.job import Known
+from identify.discovery.places.look import Looked
+from identify.discovery.places.screen import PlaceFit
+from identify.discovery.places.semiparametric import SemiParametricFit
+from identify.discovery.task import Task, Trial
+from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
@@ -83,6 +90,91 @@ def test_near_the_data_what_hardly_helps_is_not_refitted(gap: float, left: float
     one = Trial(Task(known, (TILT,), {}), {}, count * left**2, count, free=16)
     found = screen.promising(cast(Workers, _Present(present)), present, [one])
     assert found == ([one] if kept else [])
+
+
+def test_what_does_the_same_with_fewer_parameters_is_not_crowded_out() -> None:
+    """Three resonators leave a little less than a rotor, but not what their parameters cost."""
+    count = 20_000
+    rotor = parse_effect(
+        {"kind": "rotor-inertia", "joints": [2], "gear_ratio": [100.0], "inertia": {"initial": 1e-4}}
+    )
+    body = parse_effect({"kind": "appended-resonator", "link": "link2", "axis": "x", "extent": "body"})
+    trials = [
+        Trial(Task((DRIVES,), (effect,), {}), {}, count * gap**2, count, free=free)
+        for effect, gap, free in ((body, 1.0063, 24), (rotor, 1.0068, 13), (TILT, 1.2, 16))
+    ]
+    assert [trial.task.new[0] for trial in screen.likeliest_first(trials)] == [rotor, body, TILT]
+
+
+@pytest.mark.parametrize(("validation", "all_places"), [(1.05, False), (1.4, True)])
+def test_places_are_looked_at_while_other_data_show_that_something_is_missing(
+    validation: float, all_places: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the gap on the data that are fitted is closed."""
+    problem, least = thinned(load_problem(read_study(CONFIG))), list[float]()
+
+    def looked(*given: object) -> tuple[list[PlaceFit], list[Looked]]:
+        least.append(cast(float, given[-1]))
+        return [], []
+
+    monkeypatch.setattr(screen, "look", looked)
+    known, values = tuple(problem.file.study.effects), {p.name: p.initial for p in problem.parameters}
+    squares = [1000 * gap**2 for gap in (1.05, validation)]
+    before = Trial(Task(known, (), {}), values, squares[0], 1000, squares[1], 1000)
+    screen.screened(cast(Workers, _Asked()), problem, [], before, Story())
+    assert np.isinf(least[0]) == all_places
+
+
+class _Quiet:
+    """Workers that leave by each effect a gap as told, and remember what they tried quickly."""
+
+    with_errors = False
+
+    def __init__(self, gaps: dict[str, float]) -> None:
+        self.gaps, self.quick = gaps, list[str]()
+
+    def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
+        """As told."""
+        kinds = [task.new[0].kind for task in tasks]
+        self.quick += [kind for kind, task in zip(kinds, tasks, strict=True) if task.how == "quick"]
+        return [
+            Trial(task, {}, 1000 * self.gaps[kind] ** 2, 1000)
+            for kind, task in zip(kinds, tasks, strict=True)
+        ]
+
+    def places(self, known: object, jobs: Sequence[object], done: object = None) -> list[object]:
+        """None."""
+        return [None for _ in jobs]
+
+
+@pytest.mark.parametrize(("gap", "tried"), [(1.002, True), (1.9, False)])
+def test_a_simple_effect_is_refitted_where_its_place_explains_all(gap: float, tried: bool) -> None:
+    """A rotor that a first look puts behind eight bodies, because its law is judged far from its values."""
+    problem = thinned(load_problem(read_study(CONFIG)))
+    rotor = parse_effect(
+        {"kind": "rotor-inertia", "joints": [2], "gear_ratio": [100.0], "inertia": {"initial": 1e-4}}
+    )
+    bodies = [
+        parse_effect({"kind": "appended-resonator", "link": link.name, "axis": axis, "extent": "body"})
+        for link in problem.robot.links[1:4]
+        for axis in "xyz"
+    ][:8]
+    [place] = rotor.places(problem.robot, problem.points)
+    fit = cast(SemiParametricFit, SimpleNamespace(gap=gap))
+    looked = [*(Looked(body, 1.2) for body in bodies), Looked(rotor, 1.9)]
+    workers = _Quiet({"appended-resonator": 1.006, "rotor-inertia": 1.007})
+    before = Trial(Task(tuple(problem.file.study.effects), (), {}), {}, 9000.0, 1000)
+    known = Known(before.task.effects, {})
+    screen._refitted(
+        cast(Workers, workers),
+        problem,
+        known,
+        [],
+        (before, ()),
+        ([PlaceFit(place, fit)], looked),
+        lambda: None,
+    )
+    assert ("rotor-inertia" in workers.quick) is tried
 
 
 class _Recorded:

@@ -10,12 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.discovery.trial import Task, TrialRunner, from_each, left_out, thinned
+from identify.discovery.task import Task
+from identify.discovery.thinned import left_out, thinned
+from identify.discovery.trial import TrialRunner, from_each
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.model.effects.base import parse_effect
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import fitted_information, predictive_squares
 from tests.hidden import config_of, truth, write_config
 from tests.shared import shared
 
@@ -49,6 +52,20 @@ def test_squares_of_a_trial_are_those_of_its_residuals(problem: Problem, how: st
     assert (trial.squares, trial.count) == (pytest.approx(squares, rel=1e-6), count)
     assert trial.gap == pytest.approx(np.sqrt(squares / count), rel=1e-6)
     assert trial.free == sum(p.free for p in problem.parameters)
+
+
+def test_other_data_are_judged_against_what_the_fit_knows(problem: Problem) -> None:
+    """Springs that the fit leaves wide open predict nothing along them, and fail nowhere."""
+    bench, known = TrialRunner(problem), tuple(problem.file.study.effects)
+    link = problem.robot.links[2].name
+    spring = parse_effect({"kind": "spring-to-ground", "link": link, "cross_coupling": True})
+    trial = bench.run(Task(known, (spring,), {}, "onward"))
+    model = with_effects(problem, trial.task.effects, trial.values)
+    squares, count = _squares(model, model.initial, "validate")
+    assert trial.count_validation == count
+    assert trial.squares_validation < 0.99 * squares
+    expected, _ = predictive_squares(model, fitted_information(model, model.initial), model.initial)
+    assert trial.squares_validation == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_third_is_left_out_and_has_all_directions(problem: Problem) -> None:

@@ -20,7 +20,7 @@ from identify.model.effects.place import Place
 @dataclass(frozen=True)
 class Known:
     """The present model: effects, values by name, and the anchor of a model that depends on amplitude (see
-    `identify.discovery.trial.Task`).
+    `identify.discovery.task.Task`).
     """
 
     effects: tuple[Effect, ...]

@@ -132,6 +132,13 @@ class Effect(BaseModel, ABC):
         return []
 
     @property
+    def settings_found(self) -> int:
+        """How many of its settings are fitted to the data where discovery has found it: they count as its
+        parameters do.
+        """
+        return 0
+
+    @property
     def changes_site(self) -> bool:
         """Whether it brings coordinates or mass of its own; if not, it acts on the site of the others."""
         bringing = ("added_coordinates", "consistent_mass")

@@ -9,7 +9,7 @@ from itertools import combinations
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from identify.core.arrays import Array
 from identify.core.parameters import DampingValues, Parameter, Values, parameter
@@ -41,11 +41,25 @@ class SpringToGround(Attached):
     cross_coupling: bool = Field(
         False, description="also couple the directions, for a spring that stands askew to the base's axes"
     )
+    direction: tuple[float, float, float] | None = Field(
+        None, description="of a single strut, in the base's frame, in place of axes; of any length"
+    )
+
+    @model_validator(mode="after")
+    def _one_direction(self) -> Self:
+        if self.direction is not None:
+            if self.cross_coupling or "axes" in self.model_fields_set:
+                raise ValueError("direction: stands in place of axes and cross_coupling; leave these out")
+            if not np.linalg.norm(self.direction) > 0:
+                raise ValueError("direction: has no length; expected one such as [0, 0, 1]")
+        return self
 
     def sentence(self) -> str:
         """For example: spring between link2 and the ground (x, y, z)."""
         at = "[" + ", ".join(f"{x:.3g}" for x in self.at_m or ()) + "] m"
         directions = "in any direction" if self.cross_coupling else f"({', '.join(self.axes)})"
+        if self.direction is not None:
+            directions = "along [" + ", ".join(f"{x:.2f}" for x in self._unit) + "]"
         place = self.link if self.at_m is None else f"{self.link} at {at}"
         return f"spring between {place} and the ground {directions}"
 
@@ -59,6 +73,8 @@ class SpringToGround(Attached):
 
     def variants(self) -> list[Self]:
         """Along the base's axes, and each of them alone."""
+        if self.direction is not None:
+            return []
         if not self.cross_coupling:
             return (
                 [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
@@ -74,10 +90,23 @@ class SpringToGround(Attached):
         motion = site.base_jacobian(self.link, self.position(robot), self.where)
         rows = [motion["xyz".index(axis)] for axis in self.axes]
         names = [f"{self.link}.ground_{axis}" for axis in self.axes]
+        if self.direction is not None:
+            rows, names = [self._unit @ motion[:3]], [f"{self.link}.strut"]
         places = [(name, "N/m", np.outer(row, row)) for name, row in zip(names, rows, strict=True)]
         mass, keys = np.full(len(rows), self.carried(robot)), (f"{where}.stiffness", f"{where}.damping")
         terms = spring_terms(places, mass, self.stiffness, self.damping, keys, _START_HZ)
         return terms + (self._couplings(terms, rows, where) if self.cross_coupling else [])
+
+    @property
+    def settings_found(self) -> int:
+        """The two angles of a strut."""
+        return 0 if self.direction is None else 2
+
+    @property
+    def _unit(self) -> Array:
+        """(3,) the strut's direction, of unit length."""
+        direction = np.asarray(self.direction)
+        return np.asarray(direction / np.linalg.norm(direction))
 
     def _couplings(self, terms: list[Term], rows: list[Array], where: str) -> list[Term]:
         """Stiffness and damping between directions, J1' J2 + J2' J1, no more than some multiple of their

@@ -207,6 +207,25 @@ def test_a_cross_coupled_spring_is_a_spring_along_its_own_direction(tmp_path: Pa
     row = n @ model.base_jacobian("link2", np.array(at))[:3]
     added = model.matrices(np.array(along))[2] - model.matrices(np.array(rigid))[2]
     assert added == pytest.approx(k * np.outer(row, row), abs=1e-6 * k)
+    strut = {"kind": "spring-to-ground", "link": "link2", "at_m": at, "direction": (2.5 * n).tolist()}
+    single, parameters, _ = system(arm(tmp_path), [{"kind": "joint-compliance"}, strut])
+    names = [p.name for p in parameters]
+    assert names[-2:] == ["link2.strut.stiffness", "link2.strut.damping"]
+    [*drives, _, _] = initial(parameters)
+    both = [single.matrices(np.array([*drives, k * on, 0.0]))[2] for on in (1.0, 0.0)]
+    assert both[0] - both[1] == pytest.approx(added, abs=1e-6 * k)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"direction": [0, 0, 0]}, {"cross_coupling": True}, {"axes": ["x"]}],
+    ids=["no length", "cross", "axes"],
+)
+def test_a_strut_has_one_direction_and_nothing_else(wrong: dict[str, object]) -> None:
+    strut = {"kind": "spring-to-ground", "link": "link2", "direction": [0, 0, 1]}
+    assert "along [0.00, 0.00, 1.00]" in parse_effect(strut).sentence()
+    with pytest.raises(ValueError, match="direction"):
+        parse_effect(strut | wrong)
 
 
 def test_sensor_mass_is_an_added_mass_at_every_point(tmp_path: Path) -> None:

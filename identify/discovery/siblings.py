@@ -1,0 +1,85 @@
+"""What is refitted beside the best candidates before one of them is settled on: the same kind on the links or
+joints beside it, and simpler forms that only its refit can suggest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from identify.core.thresholds import QUIET
+from identify.discovery.screen import likeliest_first, near_enough, solved, thorough
+from identify.discovery.strut import strut_task
+from identify.discovery.task import Task, Trial
+from identify.discovery.thinned import thinned
+from identify.discovery.workers import Workers
+from identify.model.effects.base import Effect
+from identify.vibration.problem import Problem
+
+_NEARLY, _NOISE = 1.5, 0.03
+"""How many times the gap above noise that the best candidate leaves springs in any direction may leave for a
+strut to be tried; which gap above noise counts as none."""
+
+
+def with_siblings(
+    workers: Workers,
+    problem: Problem,
+    before: Trial,
+    found: Sequence[Effect],
+    groups: Sequence[list[Trial]],
+) -> list[list[Trial]]:
+    """The refitted candidates, with what resembles the likeliest of them where that leaves about noise: the
+    same kind in the same place and on the links or joints beside it, on from there while that is likelier.
+
+    What data that were fitted hardly tell apart, a quick look at few of them puts in any order.
+    """
+    result, tried = list(groups), [group[0].task.new[0] for group in groups if group]
+    while trials := [trial for group in result for trial in group]:
+        best = likeliest_first(trials)[0]
+        left = [one for one in siblings(problem, best.task.new[0], found) if one not in tried]
+        if best.gap > QUIET or not left:
+            break
+        tried += left
+        quick = workers.run([Task(before.task.effects, (one,), before.values) for one in left])
+        result += thorough(workers, near_enough(quick, best.gap))
+    return result
+
+
+def siblings(problem: Problem, effect: Effect, found: Sequence[Effect]) -> list[Effect]:
+    """Of the candidates those of the kind and axes of a linear effect of the structure that sit where it does
+    or right beside it.
+    """
+    own = _link_of(problem, effect)
+    if own is None or effect.of_amplitude or effect.of_measurement:
+        return []
+    alike = [one for one in found if one.kind == effect.kind and _axes(one) & _axes(effect)]
+    places = [(one, _link_of(problem, one)) for one in alike]
+    return [one for one, place in places if place is not None and abs(place - own) <= 1]
+
+
+def _axes(effect: Effect) -> set[str]:
+    """The axes that an effect names, or one name for all that name none."""
+    return set(getattr(effect, "axes", ["any"]))
+
+
+def _link_of(problem: Problem, effect: Effect) -> int | None:
+    """Number of the link that an effect sits on, or of the only joint; None where it has neither."""
+    names: list[str] = [one.name for one in problem.robot.links]
+    link: Any = getattr(effect, "link", None)
+    joints: Any = getattr(effect, "joints", None)
+    if link in names:
+        return names.index(link)
+    return problem.robot.joint_number(joints[0], effect.kind) if joints and len(joints) == 1 else None
+
+
+def with_struts(workers: Workers, problem: Problem, groups: Sequence[list[Trial]]) -> list[list[Trial]]:
+    """Springs in any direction that leave about as little as the best candidate also as a single strut."""
+    best, thin = min((trial.gap for group in groups for trial in group), default=np.inf), thinned(problem)
+    near = [[t for t in group if t.gap - 1 <= _NEARLY * max(best - 1, _NOISE)] for group in groups]
+    tasks = [[task for t in group if (task := strut_task(thin, t))] for group in near]
+    return [
+        [*group, *(t for t in workers.run(own) if solved(t))]
+        for group, own in zip(groups, tasks, strict=True)
+    ]

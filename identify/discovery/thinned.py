@@ -1,0 +1,126 @@
+"""A problem with less data: few frequency lines or channels for quick trials, some left aside for
+validation, or what an effect does to it taken off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.discovery.task import Task
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Given, Measurement, Problem, with_effects
+
+_LINES, _FEWEST = 84, 21
+"""Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread
+evenly over the band.
+"""
+_MANY, _PLENTY = 12, 100
+"""Response channels of which the first look takes a third, if it then has so many numbers for each parameter.
+"""
+
+
+def thinned(problem: Problem) -> Problem:
+    """The same problem with few frequency lines in every measurement that is fitted, and no other
+    measurement.
+    """
+
+    fitted = [m for m in problem.measurements if m.settings.use == "fit"]
+    wanted = max(_FEWEST, _LINES // len(fitted))
+
+    def fewer(m: Measurement) -> Measurement:
+        if not isinstance(m.target, FrfTarget):
+            return m
+        lines = (
+            np.arange(len(m.target.data.frequency_hz))
+            % max(1, round(len(m.target.data.frequency_hz) / wanted))
+            == 0
+        )
+        data, noise = m.target.data.lines(lines), None if m.target.noise is None else m.target.noise[lines]
+        given: Given = replace(m.given, data=data, noise=noise)
+        return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
+
+    return replace(problem, measurements=tuple(fewer(m) for m in fitted))
+
+
+def narrowed(problem: Problem) -> Problem:
+    """The same problem with a third of the response channels of every set that has many; all where the
+    measurement has effects too.
+    """
+
+    def fewer(m: Measurement) -> Measurement:
+        t = m.target
+        if not isinstance(t, FrfTarget) or t.readings or len(t.data.outputs) < _MANY:
+            return m
+        chosen = np.flatnonzero(_third(len(t.data.outputs)))
+        data, noise = (
+            t.data.pairs(chosen.tolist(), list(range(len(t.data.inputs)))),
+            None if t.noise is None else t.noise[:, chosen],
+        )
+        placed = t.nuisances and t.nuisances.of_outputs(chosen)
+        return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen], nuisances=placed))
+
+    return replace(problem, measurements=tuple(fewer(m) for m in problem.measurements))
+
+
+def fewer_channels(problem: Problem, task: Task) -> Problem:
+    """A third of the channels, where these have plenty of numbers for each parameter and no effect changes
+    single ones of them.
+    """
+    few = narrowed(problem)
+    single = any(effect.of_measurement for effect in task.effects)
+    return few if not single and count_of(few, "fit") > _PLENTY * free_of(problem) else problem
+
+
+def _third(channels: int) -> NDArray[np.bool_]:
+    """Which of so many channels, in threes of directions, belong to a third that has all directions."""
+    number = np.arange(channels)
+    return np.asarray((number + number // 3) % 3 == 1)
+
+
+def corrected(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
+    """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their
+    present values.
+    """
+    if not isinstance(one.target, FrfTarget) or not isinstance(other.target, FrfTarget):
+        return other
+    part = one.target.predict(simulated.initial) - other.target.predict(without.initial)
+    data = replace(other.target.data, frf=other.target.data.frf - part)
+    return replace(other, given=replace(other.given, data=data))
+
+
+def left_out(problem: Problem) -> Problem:
+    """The same problem with a third of the response channels of every fitted measurement set aside for
+    validation.
+    """
+
+    def part(m: Measurement, aside: bool) -> Measurement:
+        assert isinstance(m.target, FrfTarget)
+        chosen = np.flatnonzero(_third(len(m.target.data.outputs)) == aside).tolist()
+        data = m.target.data.pairs(chosen, list(range(len(m.target.data.inputs))))
+        noise = None if m.target.noise is None else m.target.noise[:, chosen]
+        use: Literal["fit", "validate"] = "validate" if aside else "fit"
+        given = replace(m.given, data=data, noise=noise, settings=m.settings.model_copy(update={"use": use}))
+        return replace(m, given=given)
+
+    split = [
+        part(m, aside)
+        for m in problem.measurements
+        if isinstance(m.target, FrfTarget) and m.settings.use == "fit" and len(m.target.data.outputs) > 2
+        for aside in (False, True)
+    ]
+    whole = replace(problem, measurements=tuple(split) or problem.measurements)
+    return with_effects(whole, problem.file.study.effects, {})
+
+
+def count_of(problem: Problem, use: str) -> int:
+    """How many real numbers were measured."""
+    return sum(2 * target.measured.size for target in problem.targets(use).frf)
+
+
+def free_of(problem: Problem) -> int:
+    found = sum(effect.settings_found for effect in problem.file.study.effects)
+    return found + sum(p.free for p in problem.parameters[: problem.size])

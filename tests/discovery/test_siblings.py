@@ -1,0 +1,121 @@
+"""What is refitted beside the best candidates: neighbours, and a strut for springs in any direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import pytest
+
+from identify.discovery.siblings import siblings, with_siblings
+from identify.discovery.strut import strut_task
+from identify.discovery.task import Task, Trial
+from identify.discovery.thinned import narrowed, thinned
+from identify.discovery.trial import TrialRunner
+from identify.discovery.workers import Workers
+from identify.model.effects.base import Effect, parse_effect
+from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.spring_to_ground import SpringToGround
+from identify.vibration.problem import Given, Measurement, Problem, load_problem, with_effects
+from identify.vibration.study import read_study
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
+TILT = {"kind": "joint-compliance", "axes": ["rx", "ry"]}
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """The shipped example with its data."""
+    return load_problem(read_study(CONFIG))
+
+
+def _springs(problem: Problem) -> list[Effect]:
+    return list(SpringToGround.instances(problem.robot, problem.points))
+
+
+def test_siblings_are_of_the_same_kind_and_axes_right_beside(problem: Problem) -> None:
+    springs = _springs(problem)
+    beside = siblings(problem, springs[4], springs)
+    links = [problem.robot.links[n].name for n in (2, 3, 4)]
+    assert {one.link for one in beside if isinstance(one, SpringToGround)} == set(links)
+    every = list(JointCompliance.instances(problem.robot, problem.points))
+    found = siblings(problem, parse_effect(TILT | {"joints": [2]}), every)
+    assert [one.sentence() for one in found] == [f"tilt compliance of joint {n} (rx, ry)" for n in (1, 2, 3)]
+    assert not siblings(problem, parse_effect({"kind": "time-delay"}), every)
+
+
+class _Sloping:
+    """Workers that leave less the nearer springs are to the first link."""
+
+    with_errors = False
+
+    def __init__(self, problem: Problem, least: float) -> None:
+        self.names, self.least = [link.name for link in problem.robot.links], least
+
+    def run(self, tasks: Sequence[Task]) -> list[Trial]:
+        """As told."""
+        links = [one.link for task in tasks for one in task.new if isinstance(one, SpringToGround)]
+        gaps = [self.least + 0.01 * self.names.index(link) for link in links]
+        return [
+            Trial(task, {}, 1e5 * gap**2, 100_000, free=12) for task, gap in zip(tasks, gaps, strict=True)
+        ]
+
+
+@pytest.mark.parametrize(("least", "ends"), [(1.0, 1), (1.5, 5)])
+def test_near_noise_neighbours_are_refitted_while_they_are_likelier(
+    problem: Problem, least: float, ends: int
+) -> None:
+    """From link 5 down to link 1; where much is left, what else is missing comes first."""
+    springs, known = _springs(problem), tuple(problem.file.study.effects)
+    plain = [one.model_copy(update={"cross_coupling": False, "axes": ["x"]}) for one in springs]
+    workers = cast(Workers, _Sloping(problem, least))
+    first = workers.run([Task(known, (plain[-2],), {})])
+    before = Trial(Task(known, (), {}), {}, 4e5, 100_000)
+    groups = with_siblings(workers, problem, before, plain, [first])
+    best = min((group[0] for group in groups), key=lambda trial: trial.squares).task.new[0]
+    assert isinstance(best, SpringToGround)
+    assert problem.robot.links[ends].name == best.link
+
+
+def _measured(problem: Problem, model: Problem) -> Problem:
+    """The problem with what a model predicts, and some noise, in place of its data."""
+    rng = np.random.default_rng(1)
+
+    def other(m: Measurement, told: Measurement) -> Measurement:
+        frf = told.target.predict(model.initial)  # type: ignore[union-attr]
+        noise = 0.001 * (np.abs(frf) + np.abs(frf).mean())
+        frf = frf + noise * (rng.normal(size=frf.shape) + 1j * rng.normal(size=frf.shape)) / np.sqrt(2)
+        given: Given = replace(m.given, data=replace(m.given.data, frf=frf), noise=noise / np.sqrt(2))
+        return replace(m, given=given)
+
+    pairs = zip(problem.measurements, model.measurements, strict=True)
+    measured = replace(problem, measurements=tuple(other(m, told) for m, told in pairs))
+    return with_effects(measured, problem.file.study.effects, {})
+
+
+def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
+    """With its direction, stiffness and four parameters in place of twelve; and not where much is left."""
+    known, true = tuple(problem.file.study.effects), np.array([0.6, -0.48, 0.64])
+    thin = narrowed(thinned(problem))
+    link = thin.robot.links[3].name
+    strut = {"kind": "spring-to-ground", "link": link, "at_m": [0.1, -0.2, 0.3]}
+    own = {f"{link}.strut.stiffness": 3e5, f"{link}.strut.damping": 300.0}
+    told = with_effects(thin, (*known, parse_effect(strut | {"direction": true.tolist()})), own)
+    measured = _measured(thin, told)
+    springs, runner = parse_effect(strut | {"cross_coupling": True}), TrialRunner(measured)
+    values = {p.name: p.initial for p in measured.parameters}
+    trial = runner.run(Task(known, (springs,), values, "onward"))
+    assert trial.gap < 1.05
+    task = strut_task(measured, trial)
+    assert task is not None
+    [found] = task.new
+    assert isinstance(found, SpringToGround)
+    assert np.allclose(found.direction or 0.0, true, atol=0.03)
+    end = runner.run(task)
+    assert end.values[f"{link}.strut.stiffness"] == pytest.approx(3e5, rel=0.03)
+    assert end.gap == pytest.approx(trial.gap, abs=0.01)
+    assert trial.free - end.free == 8
+    assert strut_task(measured, replace(trial, squares=4 * trial.squares)) is None
