@@ -1,11 +1,9 @@
-"""How often discovery is right against noise and size of what is hidden, and how often it cries wolf.
+"""How often discovery is right against noise and size of what is hidden, and the figure of both.
 
-    python -m tests.benchmarks.discovery_power null [CASES]            null cases of different arms and noise:
-    additions
-    python -m tests.benchmarks.discovery_power power [ARMS] [FIGURE]   share named right over noise and over
-    size, and the figure
+    python -m tests.benchmarks.discovery_power [ARMS] [FIGURE]
 
-Hammer tests are simulated by tests.generator: 7 points, two postures fitted and one for validation.
+Hammer tests are simulated by tests.generator: 7 points, two postures fitted and one for validation.  Where
+nothing is missing: `tests.benchmarks.discovery_nulls`.
 """
 
 from __future__ import annotations
@@ -73,14 +71,6 @@ def run_all(tasks: Sequence[tuple[str, str, int, float, float]], kept: Path) -> 
     return [done[task] for task in tasks]
 
 
-def null(cases: int) -> None:
-    """Nothing hidden: how many additions?"""
-    makes = sorted(MAKES)
-    tasks = [(makes[n % len(makes)], "none", 500 + n, NOISE[n // len(makes) % 3], 1.0) for n in range(cases)]
-    rows = run_all(tasks, Path(tempfile.gettempdir()) / "discovery_null.jsonl")
-    print(f"{sum(len(row['named']) for row in rows)} additions in {cases} null cases")
-
-
 def power(arms: int, figure: Path | None) -> None:
     """Every kind at every noise at full size, and at every size at ordinary noise."""
     grid = [(noise, 1.0) for noise in NOISE] + [(NOISE[0], size) for size in SIZES[1:]]
@@ -142,9 +132,4 @@ def draw(by_noise: list[list[dict[str, Any]]], by_size: list[list[dict[str, Any]
 
 if __name__ == "__main__":
     arguments = sys.argv[1:]
-    if arguments[:1] == ["power"]:
-        power(
-            int(arguments[1]) if len(arguments) > 1 else 4, Path(arguments[2]) if len(arguments) > 2 else None
-        )
-    else:
-        null(int(arguments[1]) if len(arguments) > 1 else 6)
+    power(int(arguments[0]) if arguments else 1, Path(arguments[1]) if len(arguments) > 1 else None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from tests.generator.estimate import Estimate
 from tests.generator.linear import Linear, linearise
-from tests.generator.measure import draw_postures, make_chain, make_plant, stated_decay, strike_all
+from tests.generator.measure import draw_postures, make_chain, make_plant, stated_decay, strike_recorded
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
 from tests.generator.universal import Function, dataset
@@ -23,20 +24,34 @@ def generate(spec: TestSpec, folder: Path, truth: Path | None = None, postures: 
     The truth goes to `truth`, by default NAME.truth.json beside the folder.  postures (n, joints), degrees:
     drawn where not given.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    generate_recorded(spec, [folder], truth, postures)
+
+
+def generate_recorded(
+    spec: TestSpec, folders: Sequence[Path], truth: Path | None = None, postures: Array | None = None
+) -> None:
+    """The same for one test whose impacts are recorded several times, each with noise of its own: into the
+    first folder what `generate` writes, into the others the same impacts as other noise leaves them.
+    """
     postures = draw_postures(spec) if postures is None else postures
     plants = [make_plant(spec, posture) for posture in postures]
     linear = [linearise(plant, spec.hammer_points[0]) for plant in plants]
     decay = stated_decay(spec, linear)
     chain = make_chain(spec, decay, plants)
+    for folder in folders:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in describe(spec, postures, decay).items():
+            (folder / name).write_text(text, encoding="utf-8")
+        (truth or folder.parent / f"{folder.name}.truth.json").write_text(
+            tell(spec, postures, linear), encoding="utf-8"
+        )
     for (number, plant), (rank, level) in product(enumerate(plants), enumerate(spec.levels)):
-        frfs = strike_all(spec, plant, chain, level, np.random.default_rng([spec.seed, number, rank, 0xE6]))
-        (folder / _name(spec, number, level)).write_bytes(_universal(spec, frfs))
-    for name, text in describe(spec, postures, decay).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    (truth or folder.parent / f"{folder.name}.truth.json").write_text(
-        tell(spec, postures, linear), encoding="utf-8"
-    )
+        seed = [spec.seed, number, rank, 0xE6]
+        rng = np.random.default_rng(seed)
+        noises = [rng, *(np.random.default_rng([*seed, n]) for n in range(1, len(folders)))]
+        frfs = strike_recorded(spec, plant, chain, level, rng, noises)
+        for folder, recorded in zip(folders, frfs, strict=True):
+            (folder / _name(spec, number, level)).write_bytes(_universal(spec, recorded))
 
 
 def describe(spec: TestSpec, postures: Array, decay: float) -> dict[str, str]:

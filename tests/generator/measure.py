@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -77,19 +79,39 @@ def strike_all(
     spec: TestSpec, plant: Plant, chain: Chain, level: float, rng: np.random.Generator
 ) -> dict[tuple[str, int], Estimate]:
     """FRFs of all sensor channels by (struck point, axis); outputs are x, y, z of each sensor in turn."""
-    return {
-        (struck, axis): _strike(spec, plant, chain, (struck, axis), level, rng).band(*spec.band_hz)
-        for struck in spec.hammer_points
-        for axis in range(3)
-    }
+    [frfs] = strike_recorded(spec, plant, chain, level, rng, [rng])
+    return frfs
+
+
+def strike_recorded(
+    spec: TestSpec,
+    plant: Plant,
+    chain: Chain,
+    level: float,
+    rng: np.random.Generator,
+    noises: Sequence[np.random.Generator],
+) -> list[dict[tuple[str, int], Estimate]]:
+    """The same, of the same impacts, as recorded once for each of `noises`, which may be `rng` itself."""
+    recorded: list[dict[tuple[str, int], Estimate]] = [{} for _ in noises]
+    for where in product(spec.hammer_points, range(3)):
+        estimates = _strike(spec, plant, chain, where, level, rng, noises)
+        for frfs, estimate in zip(recorded, estimates, strict=True):
+            frfs[where] = estimate.band(*spec.band_hz)
+    return recorded
 
 
 def _strike(
-    spec: TestSpec, plant: Plant, chain: Chain, where: tuple[str, int], level: float, rng: np.random.Generator
-) -> Estimate:
-    """All averages of one drive direction: where names the point and the axis."""
+    spec: TestSpec,
+    plant: Plant,
+    chain: Chain,
+    where: tuple[str, int],
+    level: float,
+    rng: np.random.Generator,
+    noises: Sequence[np.random.Generator],
+) -> list[Estimate]:
+    """All averages of one drive direction, recorded with each noise: where names the point and the axis."""
     times, window, names = chain.step * np.arange(chain.steps), chain.window(), plant.sensors
-    forces, responses = [], []
+    records: list[list[tuple[Array, Array]]] = [[] for _ in noises]
     held = np.eye(3)
     if spec.held_askew_deg > 0:
         vector = np.radians(spec.held_askew_deg) * rng.normal(size=3)
@@ -98,6 +120,11 @@ def _strike(
         impact = swing(rng, where[1], level * spec.peak_n, spec.direction_error_deg, chain.step)
         impact = replace(impact, along=held @ impact.along)
         motion = plant.respond(where[0], impact.force, impact.end, chain.step, chain.steps)
-        forces.append(window * chain.force(impact.reading(times), rng))
-        responses.append(window[:, None] * chain.responses(motion, names, rng).reshape(chain.samples, -1))
-    return h1(np.array(forces), np.array(responses), spec.sample_rate_hz)
+        for record, noise in zip(records, noises, strict=True):
+            force = window * chain.force(impact.reading(times), noise)
+            response = window[:, None] * chain.responses(motion, names, noise).reshape(chain.samples, -1)
+            record.append((force, response))
+    return [
+        h1(np.array([f for f, _ in record]), np.array([x for _, x in record]), spec.sample_rate_hz)
+        for record in records
+    ]
