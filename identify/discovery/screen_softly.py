@@ -18,14 +18,16 @@ from identify.model.effects.base import Effect
 from identify.model.effects.place import Rows
 from identify.vibration.problem import Problem
 
-_FOLLOWED, _MOST, _VARIED = 12, 4, 2
-"""How many candidates are followed beyond the first look; get to the likelihood; and of those, are tried
-in their other variants, and afresh where none has closed the gap."""
+_GLANCED, _FOLLOWED, _MOST, _VARIED = 8, 12, 4, 2
+"""How many wrong channels are followed beyond a glance, and how many candidates beyond first looks; get to
+the likelihood; and of those, are tried in their other variants, and afresh where none has closed the gap."""
 _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
 """How many are followed where they are level with the best one, leaving at most so many times its gap."""
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
+_SEEN = 0.9
+"""Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
 _NEAR, _LEAST = 5.0, 0.05
 """How many times the best one's gap above noise, or above this, a candidate may leave on few lines and still
 win on all of them."""
@@ -47,7 +49,7 @@ def screened_softly(
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
     of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
     glances = workers.run([Task(known, (e,), present.values, "glance") for e in of_sensors], done)
-    near = sorted(glances, key=squares_of)[:_FOLLOWED]
+    near = sorted(glances, key=squares_of)[:_GLANCED]
     others = [effect for effect in left if effect not in of_sensors]
     tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
     # The right one may still be under way after a few steps, so all go on.
@@ -56,6 +58,23 @@ def screened_softly(
     quick = further(workers, near, "quick", done)
     tried = [trial.task.new for trial in quick]
     return [*quick, *(trial for trial in led if trial.task.new not in tried)]
+
+
+def faults_beside(
+    workers: Workers, problem: Problem, best: Trial, found: Sequence[Effect], most: int = 2
+) -> list[Trial]:
+    """Single sensors that are wrong beside the best candidate, as trials of their own: a wrong channel and
+    what else is missing hide each other, because either alone leaves about all of the gap.
+    """
+    known, wrong = best.task.known, [effect for effect in found if _of_a_sensor(problem, effect)]
+    beside = (*known, *best.task.new)
+    [few] = workers.run([Task(beside, (), best.values, "brief")])  # errors there make up for a wrong channel
+    tasks = [Task(beside, (), few.values, "glance")]
+    tasks += [Task(beside, (one,), few.values, "glance") for one in wrong if one not in beside]
+    alone, *glances = workers.run(tasks)
+    seen = [trial for trial in glances if trial.squares < _SEEN * alone.squares]
+    ranked = sorted(seen, key=squares_of)[:most]
+    return [replace(one, task=replace(one.task, known=known)) for one in ranked]
 
 
 def _may_win(times: float, number: int) -> bool:

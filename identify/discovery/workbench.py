@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.screen_softly import further, promising_softly, squares_of
+from identify.discovery.screen_softly import faults_beside, further, promising_softly, squares_of
 from identify.discovery.siblings import with_siblings, with_struts
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
@@ -136,10 +137,27 @@ class ImpactWorkbench:
         banned: Sequence[Effect],
     ) -> tuple[tuple[Option[Effect, Trial], ...], float] | None:
         """The better of two that hide each other; not where amplitude matters, because it would take long."""
-        if step.best is None or screen.anchor_of(step.before):
+        if screen.anchor_of(step.before):
             return None
         quick = screen.various([one.model for one in screened])
+        if self.workers.with_errors:
+            return self._pair_softly(step, quick)
+        if step.best is None:
+            return None
         best, explained = screen.first_of_two(self.workers, step, quick)
+        return (best,), explained
+
+    def _pair_softly(
+        self, step: Step[Effect, Trial], quick: Sequence[Trial]
+    ) -> tuple[tuple[Option[Effect, Trial], ...], float] | None:
+        """Also of what is missing with a wrong channel, where neither was convincing."""
+        if not step.options or not quick:
+            return None
+        faults = faults_beside(self.workers, self.problem, quick[0], self._looked_at)
+        asked = step if step.found else replace(step, found=step.options[:1])
+        best, explained = screen.first_of_two(self.workers, asked, [*quick, *faults])
+        if not step.found and best == asked.found[0] and explained == best.gain.explained:
+            return None
         return (best,), explained
 
     def settled(self, model: Trial) -> Trial:

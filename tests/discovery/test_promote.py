@@ -10,8 +10,9 @@ from typing import cast
 import numpy as np
 import pytest
 
-from identify.discovery.loop import promoted
-from identify.discovery.promote import alike, beyond_belief, stated_already
+from identify.discovery import loop
+from identify.discovery.loop import Promotion, promoted
+from identify.discovery.promote import alike, beyond_belief, causes, log_chance, stated_already
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
@@ -36,6 +37,11 @@ def _robot() -> Robot:
     links = tuple(Link(name, 10.0, np.zeros(3), np.eye(3)) for name in ("base", "link1"))
     joint = Joint("joint1", "base", "link1", np.eye(4), np.array([0.0, 0.0, 1.0]))
     return Robot("arm", links, (joint,))
+
+
+def _judge(points: dict[int, Point] | None = None) -> Promotion:
+    told = SimpleNamespace(nuisances=_STATED, robot=_robot(), points=points or {})
+    return Promotion(cast(Problem, told), lambda trial: 1.0)
 
 
 def _found(**shifts: float) -> list[str]:
@@ -74,23 +80,20 @@ def test_the_least_likely_comes_first() -> None:
     assert _found(n0=8.0, n10=15.0)[0] == "gain of channel 7:+X"
 
 
-def test_only_a_wrong_link_may_be_a_rotor_or_the_sensors() -> None:
-    mass, gain = (
-        parse_effect(one)
-        for one in ({"kind": "added-mass", "link": "link1"}, {"kind": "channel-gain", "channel": "7:+X"})
-    )
+def test_whatever_may_be_wrong_at_the_same_sensor_is_alike() -> None:
+    gain = parse_effect({"kind": "channel-gain", "channel": "7:+X"})
     points = {7: Point(7, "7", "link1", np.zeros(3), np.eye(3), "points.csv:2")}
-    assert [one.kind for one in alike(mass, _robot(), points)] == ["sensor-mass", "rotor-inertia"]
-    assert [one.kind for one in alike(mass, _robot(), {})] == ["rotor-inertia"]
     faults = [one.kind for one in alike(gain, _robot(), {**points, 8: replace(points[7], node=8)})]
     assert [faults.count(kind) for kind in dict.fromkeys(faults)] == [3, 3, 2, 3]
 
 
 @pytest.mark.parametrize(("by_rotor", "named"), [(60.0, "rotor-inertia"), (20.0, "added-mass")])
-def test_the_rival_that_takes_most_off_is_named(by_rotor: float, named: str) -> None:
+def test_a_wrong_link_is_compared_with_all_structure(
+    by_rotor: float, named: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     names = [one.name for one in _ENTRIES]
     believed, first = dict.fromkeys(names, 0.5), Task((), (), {})
-    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot(), points={}))
+    rotor = parse_effect({"kind": "rotor-inertia", "joints": [1], "gear_ratio": [100.0]})
     fall = {"added-mass": 40.0, "rotor-inertia": by_rotor}
 
     class Fitting:
@@ -99,17 +102,59 @@ def test_the_rival_that_takes_most_off_is_named(by_rotor: float, named: str) -> 
         def run(self, tasks: Sequence[Task]) -> list[Trial]:
             return [Trial(t, believed, 100.0 - fall[t.new[0].kind], 100, free=1) for t in tasks]
 
+    monkeypatch.setattr(loop, "candidates", lambda *given: [rotor])
+    monkeypatch.setattr(loop, "screened_softly", lambda workers, problem, found, before: found)
+    monkeypatch.setattr(loop, "promising_softly", lambda found: [Task((), (one,), {}) for one in found])
+    monkeypatch.setattr(loop, "thorough_softly", lambda workers, tasks: [workers.run(tasks)])
     beyond = Trial(first, {**believed, names[0]: 9.0}, 100.0, 100)
-    kept, model = promoted(problem, cast(Workers, Fitting()), [], beyond, Story())
+    kept, model = promoted(_judge(), cast(Workers, Fitting()), [], beyond, Story())
     assert [option.effect.kind for option in kept] == [named]
     assert model.squares == pytest.approx(100.0 - max(fall.values()))
+
+
+@pytest.mark.parametrize(("shift", "named"), [(4.0, True), (3.01, False)])
+def test_an_error_is_an_effect_where_chance_among_all_causes_does_not_let_it_be(
+    shift: float, named: bool
+) -> None:
+    """Of four causes; its squares are all that goes, and the residuals stay."""
+    names = [one.name for one in _ENTRIES]
+    believed = dict.fromkeys(names, 0.0)
+
+    class Fitting:
+        """Workers whose refits take the error away."""
+
+        def run(self, tasks: Sequence[Task]) -> list[Trial]:
+            return [Trial(t, believed, 100.0, 100, free=1) for t in tasks]
+
+    beyond = Trial(Task((), (), {}), {**believed, names[10]: shift}, 100.0 + shift**2, 150)
+    kept, _ = promoted(_judge(), cast(Workers, Fitting()), [], beyond, Story())
+    assert bool(kept) == named
+
+
+def test_residuals_count_for_less_where_they_are_correlated() -> None:
+    believed = dict.fromkeys((one.name for one in _ENTRIES), 0.0)
+    before, after = (
+        Trial(Task((), (), {}), believed, squares, 100, free=n) for squares, n in ((150, 0), (100, 1))
+    )
+    plain, correlated = (
+        Promotion(cast(Problem, SimpleNamespace(nuisances=_STATED)), lambda trial, times=times: times)
+        for times in (1.0, 10.0)
+    )
+    assert plain.log_odds(before, after) == pytest.approx(-log_chance(50.0, 1) - np.log(causes(_STATED)))
+    assert correlated.log_odds(before, after) == pytest.approx(-log_chance(5.0, 1) - np.log(causes(_STATED)))
+
+
+def test_the_logarithm_of_a_chance_goes_on_where_the_chance_itself_is_too_small() -> None:
+    assert log_chance(0.0, 3) == 0.0
+    assert log_chance(11.345, 3) == pytest.approx(np.log(0.01), abs=1e-3)  # tables of chi-square
+    assert log_chance(1400.0, 1) == pytest.approx(log_chance(1500.0, 1) + 50, abs=0.1)
+    assert np.isfinite(log_chance(1e6, 12))
 
 
 def test_a_sensor_that_is_turned_may_have_exchanged_axes() -> None:
     names = [one.name for one in _ENTRIES]
     believed, first = dict.fromkeys(names, 0.5), Task((), (), {})
     points = {7: Point(7, "7", "link1", np.zeros(3), np.eye(3), "points.csv:2")}
-    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot(), points=points))
     asked: list[Task] = []
 
     class Fitting:
@@ -121,7 +166,7 @@ def test_a_sensor_that_is_turned_may_have_exchanged_axes() -> None:
             return [Trial(t, believed, 100.0 - fall.get(t.new[0].kind, 0.0), 100, free=1) for t in tasks]
 
     beyond = Trial(first, {**believed, names[8]: 30.0}, 100.0, 100)
-    kept, model = promoted(problem, cast(Workers, Fitting()), [], beyond, Story())
+    kept, model = promoted(_judge(points), cast(Workers, Fitting()), [], beyond, Story())
     assert [option.effect.kind for option in kept] == ["channel-swap"]
     assert model.task.how == "onward"
     assert asked[0].values[names[8]] == 0.0
@@ -152,14 +197,13 @@ class _Workers:
 def test_while_a_gap_is_open_errors_stand_for_what_was_not_found() -> None:
     names = [one.name for one in _ENTRIES]
     values = {**dict.fromkeys(names, 0.5), names[0]: 9.0}
-    problem = cast(Problem, SimpleNamespace(nuisances=_STATED, robot=_robot(), points={}))
     workers = cast(Workers, _Workers())
 
     def ended(gap: float) -> Trial:
         return Trial(Task((), (), values), values, gap**2 * 100, 100)
 
-    kept, model = promoted(problem, workers, [], ended(2.0), Story())
+    kept, model = promoted(_judge(), workers, [], ended(2.0), Story())
     assert kept == []
     assert model.gap == pytest.approx(2.0)
     with pytest.raises(_Asked):
-        promoted(problem, workers, [], ended(1.0), Story())
+        promoted(_judge(), workers, [], ended(1.0), Story())

@@ -16,6 +16,7 @@ from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.places.semiparametric import SemiParametricFit
+from identify.discovery.screen_softly import screened_softly
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
@@ -218,7 +219,7 @@ def test_many_wrong_channels_do_not_keep_a_delay_from_being_looked_at() -> None:
     delay = parse_effect({"kind": "time-delay"})
     wrong = [parse_effect({"kind": "channel-polarity", "channel": f"{n}:+X"}) for n in problem.points]
     before = Trial(Task((DRIVES,), (), {}), {}, 1e4, 100)
-    screen.screened_softly(cast(Workers, asked), problem, [*wrong, delay], before, Story())
+    screened_softly(cast(Workers, asked), problem, [*wrong, delay], before)
     first = {task.new[0]: task.how for task in reversed(asked.tasks) if task.new}
     assert first[delay] == "brief"
     assert {first[one] for one in wrong} == {"glance"}
