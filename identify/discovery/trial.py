@@ -107,10 +107,10 @@ class TrialRunner:
         if task.how == "glance":
             return best_softly(problem, starts, LEADING[0])
         if task.how in ("brief", "led"):
-            few = fewer_channels(problem, task)
             if task.how == "led":
-                return led_by_links(few, problem.initial, LEADING)
-            return led_by_links(few, self._first_start(few, starts, task), LEADING[:1], _FEW_STEPS)
+                return led_by_links(problem, problem.initial, LEADING)
+            start = self._first_start(fewer_channels(problem, task), starts, task)
+            return led_by_links(problem, start, LEADING[:1], _FEW_STEPS)
         if task.how in ("nearby", "likely", "afresh"):
             return self._to_likelihood(problem, task)
         if task.how == "quick" and task.new:

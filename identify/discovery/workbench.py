@@ -165,11 +165,20 @@ class ImpactWorkbench:
         return model
 
     def leave_out(self, model: Trial, effects: Sequence[Effect]) -> list[Trial]:
-        """Refitted without each of them; models that it grew from are there already."""
+        """Refitted without each of them, or models that it grew from where these are nearer to the data.
+
+        These are not taken for the best there is: one that was stuck in a wrong valley would keep whatever
+        was added to it.
+        """
         tasks = [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
         there = [self._models.get(_key(task.known)) for task in tasks]
-        new = iter(self.workers.run([task for task, one in zip(tasks, there, strict=True) if one is None]))
-        return [one or next(new) for one in there]
+        if self.problem.nuisances.entries:  # whose candidates start afresh, and whose refits take long
+            new = iter(
+                self.workers.run([task for task, one in zip(tasks, there, strict=True) if one is None])
+            )
+            return [one or next(new) for one in there]
+        pairs = zip(self.workers.run(tasks), there, strict=True)
+        return [min((one for one in pair if one), key=squares_of) for pair in pairs]
 
     def removable(self, model: Trial) -> Sequence[Effect]:
         """All that were added."""
