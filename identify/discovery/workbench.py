@@ -172,7 +172,7 @@ class ImpactWorkbench:
         """
         tasks = [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
         there = [self._models.get(_key(task.known)) for task in tasks]
-        if self.problem.nuisances.entries:  # whose candidates start afresh, and whose refits take long
+        if self.workers.with_errors:  # whose candidates start afresh, and whose refits take long
             new = iter(
                 self.workers.run([task for task, one in zip(tasks, there, strict=True) if one is None])
             )
