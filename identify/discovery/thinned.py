@@ -81,7 +81,7 @@ def _third(channels: int) -> NDArray[np.bool_]:
     return np.asarray((number + number // 3) % 3 == 1)
 
 
-def corrected(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
+def less_by(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
     """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their
     present values.
     """

@@ -27,7 +27,7 @@ from identify.discovery.softly import (
     without_errors,
 )
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import corrected, count_of, fewer_channels, free_of, left_out, thinned
+from identify.discovery.thinned import count_of, fewer_channels, free_of, left_out, less_by, thinned
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -267,7 +267,7 @@ class TrialRunner:
             pairs = zip(simulated.measurements, without.measurements, strict=True)
             corrected = replace(
                 without,
-                measurements=tuple(corrected(one, other, simulated, without) for one, other in pairs),
+                measurements=tuple(less_by(one, other, simulated, without) for one, other in pairs),
             )
             self._corrected = (task.known, task.anchor), with_effects(corrected, linear, {})
         return with_effects(self._corrected[1], [*linear, *task.new], task.values)
