@@ -109,8 +109,9 @@ def options(step: StepResult) -> Figure:
         o.gap_validation[chosen],
         o.log_odds[chosen],
     )
-    rows = np.arange(len(names))
-    figure = Figure((WIDTH_IN, 0.85 + 0.17 * len(rows)), layout="constrained")
+    rows, labels = np.arange(len(names)), [fill(name, _LABEL) for name in names]
+    lines = 1 + max((label.count("\n") for label in labels), default=0)
+    figure = Figure((WIDTH_IN, 0.85 + (0.06 + 0.11 * lines) * len(rows)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
     left.hlines(rows, np.minimum(gap, step.gap), np.maximum(gap, step.gap), color=GRID, lw=3, zorder=1)
     known = np.flatnonzero(np.isfinite(evidence))
@@ -125,7 +126,7 @@ def options(step: StepResult) -> Figure:
     left.plot(other, rows, "o", mfc="none", mec=INK, mew=0.7, ms=6.5, label="on other data")
     left.axvline(step.gap, color=INK, lw=0.7, ls="--", label="without it")
     left.axvline(1.0, color=INK, lw=0.7, ls=":")
-    left.set_yticks(rows, [fill(name, _LABEL) for name in names], fontsize=7)
+    left.set_yticks(rows, labels, fontsize=7)
     left.tick_params(length=0, axis="y")
     left.set(ylim=(len(rows) - 0.5, -0.6))
     left.grid(False, axis="y")
