@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain
 
 import numpy as np
@@ -72,73 +72,79 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     found = select(bench, story)
     options, final = list(found.options), found.final
     if problem.nuisances.entries:
-        judge = Promotion(problem, partial(variance_inflation, problem))
-        options, final = promoted(judge, workers, options, final, story)
+        judge = Promotion(problem, partial(variance_inflation, problem), final)
+        options, final = promoted(judge, workers, options, story)
         found = Selection(found.first, final, tuple(options))
     added = in_turn(problem, workers, found.first, found.options, found.final)
     places = tuple(bench.places(step.before) for step in story.steps)
     return Discovery(found.first, found.final, tuple(added), tuple(story.steps), places)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Promotion:
-    """What tells errors beyond belief from chance: the problem, and how many times too sure naive variances
-    are for a model.
+    """What tells errors of a model that are beyond belief from chance.
+
+    inflation_of: how many times too sure naive variances are for a model.
     """
 
     problem: Problem
-    inflation: Callable[[Trial], float]
+    inflation_of: Callable[[Trial], float]
+    model: Trial
 
-    def found(self, model: Trial) -> list[tuple[Effect, dict[str, float]]]:
+    @cached_property
+    def _inflation(self) -> float:
+        return max(self.inflation_of(self.model), 1.0)
+
+    def found(self) -> list[tuple[Effect, dict[str, float]]]:
         """Effects that stand for errors beyond belief, each with where it starts."""
-        return beyond_belief(self.problem.nuisances, model.values, self.problem.robot)
+        return beyond_belief(self.problem.nuisances, self.model.values, self.problem.robot)
 
-    def log_odds(self, before: Trial, after: Trial) -> float:
+    def log_odds(self, after: Trial) -> float:
         """Minus the logarithm of the chance that any of the causes of errors would gain so much.
 
         Residuals count for less, as in all evidence; errors of what was told are independent.
         """
-        squares = np.array([self._errors(trial) for trial in (before, after)])
-        data = np.array([before.squares, after.squares]) - squares
-        inflation = max(self.inflation(before), 1.0)
-        fall = float(-np.diff(data)[0] / inflation - np.diff(squares)[0])
-        return -log_chance(fall, after.free - before.free) - float(np.log(causes(self.problem.nuisances)))
+        errors = self._errors(self.model) - self._errors(after)
+        residuals = self.model.squares - after.squares - errors
+        chance = log_chance(errors + residuals / self._inflation, after.free - self.model.free)
+        return -chance - float(np.log(causes(self.problem.nuisances)))
 
     def _errors(self, trial: Trial) -> float:
         return sum(trial.values[one.name] ** 2 for one in self.problem.nuisances.entries)
 
 
 def promoted(
-    judge: Promotion, workers: Workers, options: Sequence[Option], final: Trial, story: Story
+    judge: Promotion, workers: Workers, options: Sequence[Option], story: Story
 ) -> tuple[list[Option], Trial]:
     """The options and the model where errors of what was told that are beyond belief have become effects.
 
     Only once the gap is closed: before, they make up for what was not found.  What looks like a wrong link is
     compared with what else adds inertia, and a wrong sensor with whatever else may be wrong there.
     """
-    kept, model, tried = list(options), final, list[Effect]()
-    for _ in range(_PROMOTED if final.gap < CLOSED else 0):
-        found = judge.found(model)
+    kept, tried = list(options), list[Effect]()
+    for _ in range(_PROMOTED if judge.model.gap < CLOSED else 0):
+        model = judge.model
         effect, start = next(
-            (one for one in found if one[0] not in (*tried, *model.task.effects)), (None, {})
+            (one for one in judge.found() if one[0] not in (*tried, *model.task.effects)), (None, {})
         )
         if effect is None:
             break
         tried.append(effect)
         [trial] = workers.run([Task(model.task.effects, (effect,), {**model.values, **start}, "onward")])
-        if judge.log_odds(model, trial) > _BEYOND_CHANCE:
-            trial = _best_alike(judge, workers, model, trial)
+        if judge.log_odds(trial) > _BEYOND_CHANCE:
+            trial = _best_alike(judge, workers, trial)
             [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
-            gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(model, trial))
+            gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(trial))
             kept.append(selection.Option(named, trial, trial.free - model.free, gain))
-            model = trial
+            judge = replace(judge, model=trial)
             story.say(f"{named.sentence()}: more than stated uncertainty allows.")
-    return kept, model
+    return kept, judge.model
 
 
-def _best_alike(judge: Promotion, workers: Workers, model: Trial, trial: Trial) -> Trial:
+def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
     """The trial of an effect beside a model, or of what looks like it where that explains more."""
-    problem, known, [effect] = judge.problem, model.task.effects, trial.task.new
+    problem, model, [effect] = judge.problem, judge.model, trial.task.new
+    known = model.task.effects
     if isinstance(effect, AddedMass):
         # Whatever is missing in small may have moved a link's inertia.
         structure = [
@@ -148,18 +154,18 @@ def _best_alike(judge: Promotion, workers: Workers, model: Trial, trial: Trial) 
         ]
         screened = screened_softly(workers, problem, structure, model)
         groups = thorough_softly(workers, promising_softly(screened))
-        return max([trial, *chain.from_iterable(groups)], key=partial(judge.log_odds, model))
+        return max([trial, *chain.from_iterable(groups)], key=judge.log_odds)
     rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     clean = without_errors_at(effect, problem.nuisances, model.values)
     tasks = [
         Task(known, (effect,), trial.values, "nearby"),
         *(Task(known, (one,), clean, "nearby") for one in rivals),
     ]
-    best = max(workers.run(tasks), key=partial(judge.log_odds, model))
+    best = max(workers.run(tasks), key=judge.log_odds)
     if best.task.new == trial.task.new:
         return trial
     [other] = workers.run([Task(known, best.task.new, best.values, "onward")])
-    return max(trial, other, key=partial(judge.log_odds, model))
+    return max(trial, other, key=judge.log_odds)
 
 
 def check_data(problem: Problem) -> None:

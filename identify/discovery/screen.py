@@ -19,11 +19,10 @@ from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.screen_softly import (
     further,
     screened_softly,
-    squares_of,
     thorough_softly,
     varied_softly,
 )
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Task, Trial, near_enough, solved, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
@@ -57,9 +56,8 @@ pairs are refitted after a few steps of all."""
 _LINEAR, _FAINT, _HALF = 3.0, 0.1, 0.5
 """Gap below which what is missing acts about linearly; what share of it above noise an effect must then
 remove in a quick trial to be worth a thorough one; which share makes a start near enough."""
-_NEAR, _LEAST_INFLATION = 5.0, 5.0
-"""How many times the best one's gap above noise a candidate may leave and still win when fitted thoroughly;
-the least that correlation of residuals has been seen to count for."""
+_LEAST_INFLATION = 5.0
+"""The least that correlation of residuals has been seen to count for."""
 
 
 def attempt(before: Trial, trial: Trial) -> Attempt[Effect, Trial]:
@@ -312,11 +310,7 @@ def promising(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[T
         return []
     criterion = EvidenceCriterion(_LEAST_INFLATION * best.gap**2)
     most = _MOST // 2 if anchor else _MOST  # simulated ones take long
-    near = [
-        t
-        for t in quick[:most]
-        if t.gap - 1 <= _NEAR * max(best.gap - 1, 0.05) and criterion.log_odds(present, t) > 0
-    ]
+    near = [t for t in near_enough(quick[:most], best.gap) if criterion.log_odds(present, t) > 0]
     return near or [best]
 
 
@@ -348,16 +342,6 @@ def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> l
         return varied_softly(workers, tasks, best)
     near = near_enough(workers.run(tasks), best)
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
-
-
-def near_enough(quick: Sequence[Trial], best: float) -> list[Trial]:
-    """Those that may come as near as the best gap when fitted thoroughly."""
-    return [trial for trial in quick if trial.gap - 1 <= _NEAR * max(best - 1, 0.05)]
-
-
-def solved(trial: Trial) -> bool:
-    """Whether the model had a solution."""
-    return bool(np.isfinite(trial.squares))
 
 
 def first_of_two(

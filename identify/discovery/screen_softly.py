@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.core.thresholds import QUIET
 from identify.discovery.promote import stated_already
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Task, Trial, near_enough, squares_of
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect
 from identify.model.effects.place import Rows
@@ -28,9 +28,6 @@ _WORTH, _NEARLY = 2.5, 1.5
 followed; and how many times its squares, to be fitted to the likelihood."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
-_NEAR, _LEAST = 5.0, 0.05
-"""How many times the best one's gap above noise, or above this, a candidate may leave on few lines and still
-win on all of them."""
 
 
 def screened_softly(
@@ -117,7 +114,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
     ends = further(workers, trials, "likely")
     if ends and ends[0].gap > QUIET:
         ends = _afresh(workers, ends)
-    whole = further(workers, near_best(ends), "onward")
+    whole = further(workers, near_enough(ends, ends[0].gap) if ends else [], "onward")
     varied = [
         replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
     ]
@@ -132,13 +129,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
 def varied_softly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more than the best gap on few."""
     ends = workers.run([replace(task, how="likely") for task in tasks])
-    return further(workers, [end for end in ends if end.gap - 1 <= _NEAR * max(best - 1, _LEAST)], "onward")
-
-
-def near_best(ends: Sequence[Trial]) -> list[Trial]:
-    """Those of the trials, best first, that may win on all lines."""
-    best = min((end.gap for end in ends), default=np.inf)
-    return [end for end in ends if end.gap - 1 <= _NEAR * max(best - 1, _LEAST)]
+    return further(workers, near_enough(ends, best), "onward")
 
 
 def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:
@@ -152,8 +143,3 @@ def _from_quick(task: Task, trials: Sequence[Trial]) -> Task:
     """The task of a variant from where its effect was when residuals counted for little."""
     own = next(trial for trial in trials if task.new[0] in trial.task.new[0].variants())
     return replace(task, values=own.values)
-
-
-def squares_of(trial: Trial) -> float:
-    """Sum of squared residuals over noise."""
-    return trial.squares

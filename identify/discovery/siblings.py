@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from identify.core.thresholds import QUIET
-from identify.discovery.screen import likeliest_first, near_enough, solved, thorough
+from identify.discovery.screen import likeliest_first, thorough
 from identify.discovery.strut import strut_task
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Task, Trial, near_enough, solved
 from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.parameters import Parameter, Scale
+from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Optimizer, Search
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
@@ -58,16 +58,12 @@ def led_by_links(
         replace(p, free=p.free and (not p.nuisance or p.name in links)) for p in problem.parameters
     )
     values = np.where([p.nuisance and p.name not in links for p in moving], 0.0, start)
-    held, cost = replace(problem, parameters=_from(moving, values)), np.inf
+    # What does not move stays where its initial value is.
+    parameters = tuple(replace(p, initial=float(v)) for p, v in zip(moving, values, strict=True))
+    held, cost = replace(problem, parameters=parameters), np.inf
     for softness in path:
         values, cost = minimized(held, values, optimizer, LinksObjective(targets, softness))
-        held = replace(held, parameters=_from(moving, values))
     return values, cost
-
-
-def _from(parameters: Sequence[Parameter], values: Array) -> tuple[Parameter, ...]:
-    """The parameters with other start values, at which those that are not free stay."""
-    return tuple(replace(p, initial=float(v)) for p, v in zip(parameters, values, strict=True))
 
 
 def likely(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:

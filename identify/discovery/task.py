@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
 from identify.model.effects.base import Effect
+
+_NEAR, _LEAST = 5.0, 0.05
+"""How many times the best one's gap above noise, or above this, a trial may leave and still win when fitted
+thoroughly."""
 
 
 @dataclass(frozen=True)
@@ -81,3 +85,18 @@ class Trial:
             return self.gap
         squares, count = self.squares + self.squares_validation, self.count + self.count_validation
         return float(np.sqrt(squares / count))
+
+
+def squares_of(trial: Trial) -> float:
+    """Sum of squared residuals over noise."""
+    return trial.squares
+
+
+def solved(trial: Trial) -> bool:
+    """Whether the model had a solution."""
+    return bool(np.isfinite(trial.squares))
+
+
+def near_enough(trials: Sequence[Trial], best: float) -> list[Trial]:
+    """Those on few lines that may come as near as the best gap when fitted thoroughly."""
+    return [trial for trial in trials if trial.gap - 1 <= _NEAR * max(best - 1, _LEAST)]

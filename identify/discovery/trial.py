@@ -106,9 +106,9 @@ class TrialRunner:
         """
         if task.how == "glance":
             return best_softly(problem, starts, LEADING[0])
-        if task.how in ("brief", "led"):
-            if task.how == "led":
-                return led_by_links(problem, problem.initial, LEADING)
+        if task.how == "led":
+            return led_by_links(problem, problem.initial, LEADING)
+        if task.how == "brief":
             start = self._first_start(fewer_channels(problem, task), starts, task)
             return led_by_links(problem, start, LEADING[:1], _FEW_STEPS)
         if task.how in ("nearby", "likely", "afresh"):
@@ -117,8 +117,7 @@ class TrialRunner:
             return led(problem, problem.initial, [SOFT])
         held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
-        robust = _descend(held, fresh, _BRIEF, _logarithmic(held))[0]
-        either = np.array([best_softly(problem, starts)[0], robust])
+        either = np.array([best_softly(problem, starts)[0], self._robustly(held, fresh, _BRIEF)])
         either[:, problem.size :] = 0.0
         if task.how == "start":
             either = best_softly(problem, either)[0][None]
@@ -160,8 +159,7 @@ class TrialRunner:
         few = fewer_channels(problem, task)
         ends = [_descend(few, starts, _BRIEF)]
         if task.far:
-            log = FrfLeastSquares(residual="log").objective(few.targets())
-            ends.append(_descend(few, starts[int(np.argmin(log.costs(starts)))][None], _BRIEF))
+            ends.append(_descend(few, starts[int(np.argmin(_logarithmic(few).costs(starts)))][None], _BRIEF))
             ends.append(_descend(few, self._robustly(few, self._afresh(few, starts), _BRIEF)[None], _BRIEF))
         return _best(problem, np.array([values for values, _ in ends]))
 
@@ -194,8 +192,7 @@ class TrialRunner:
 
     def _robustly_afresh(self, problem: Problem) -> Array:
         """Where logarithmic residuals lead from the study's own values, without errors of what was told."""
-        held = without_errors(problem)
-        return _descend(held, self._afresh(problem, problem.initial[None]), _QUICK, _logarithmic(held))[0]
+        return self._robustly(without_errors(problem), self._afresh(problem, problem.initial[None]), _QUICK)
 
     def _on_all_lines(
         self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]], optimizer: Optimizer
@@ -226,9 +223,7 @@ class TrialRunner:
         """Where logarithmic residuals, whose valley is wide, lead from the best of the starts (m,
         parameters).
         """
-        return _descend(
-            problem, starts, optimizer, FrfLeastSquares(residual="log").objective(problem.targets())
-        )[0]
+        return _descend(problem, starts, optimizer, _logarithmic(problem))[0]
 
     def _elsewhere(self, problem: Problem, task: Task, found: Mapping[str, float]) -> tuple[float, int]:
         """Sum of squares and count on data that were not fitted: those for validation, or channels left out
@@ -329,12 +324,6 @@ def likelihood(problem: Problem) -> Objective:
 
 def _logarithmic(problem: Problem) -> Objective:
     return FrfLeastSquares(residual="log").objective(problem.targets())
-
-
-def _squares(problem: Problem, values: Array, use: str) -> float:
-    """Sum of squared residuals over noise."""
-    cost = float(FrfLeastSquares().objective(problem.targets(use)).costs(values[None])[0])
-    return cost**2 * count_of(problem, use)
 
 
 def _named(problem: Problem, values: Array) -> dict[str, float]:

@@ -14,9 +14,9 @@ from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.screen_softly import faults_beside, further, promising_softly, squares_of
+from identify.discovery.screen_softly import faults_beside, further, promising_softly
 from identify.discovery.siblings import with_siblings, with_struts
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Task, Trial, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
 from identify.fitting.selection.policy import Policy

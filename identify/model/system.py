@@ -105,6 +105,10 @@ class System:
             k = k + 1j * np.tensordot(values, self.terms["hysteretic"], axes=1)
         return self.mass + m, c if self.coriolis is None else c + self.coriolis, self.stiffness + k
 
+    def with_more(self, mass: Array, stiffness: Array) -> System:
+        """The system with more mass and stiffness, (n, n), or (m, n, n) for a population."""
+        return replace(self, mass=self.mass + mass, stiffness=self.stiffness + stiffness)
+
     def jacobian(self, frame: str, point: Array, where: str = "points") -> Array:
         """(6, n): motion of a point (3,), m, of a frame, in the frame's axes, per free coordinate."""
         return self.site.jacobian(frame, point, where)[:, self.free]

@@ -39,9 +39,9 @@ def _robot() -> Robot:
     return Robot("arm", links, (joint,))
 
 
-def _judge(points: dict[int, Point] | None = None) -> Promotion:
+def _judge(model: Trial, points: dict[int, Point] | None = None) -> Promotion:
     told = SimpleNamespace(nuisances=_STATED, robot=_robot(), points=points or {})
-    return Promotion(cast(Problem, told), lambda trial: 1.0)
+    return Promotion(cast(Problem, told), lambda trial: 1.0, model)
 
 
 def _found(**shifts: float) -> list[str]:
@@ -107,7 +107,7 @@ def test_a_wrong_link_is_compared_with_all_structure(
     monkeypatch.setattr(loop, "promising_softly", lambda found: [Task((), (one,), {}) for one in found])
     monkeypatch.setattr(loop, "thorough_softly", lambda workers, tasks: [workers.run(tasks)])
     beyond = Trial(first, {**believed, names[0]: 9.0}, 100.0, 100)
-    kept, model = promoted(_judge(), cast(Workers, Fitting()), [], beyond, Story())
+    kept, model = promoted(_judge(beyond), cast(Workers, Fitting()), [], Story())
     assert [option.effect.kind for option in kept] == [named]
     assert model.squares == pytest.approx(100.0 - max(fall.values()))
 
@@ -127,7 +127,7 @@ def test_an_error_is_an_effect_where_chance_among_all_causes_does_not_let_it_be(
             return [Trial(t, believed, 100.0, 100, free=1) for t in tasks]
 
     beyond = Trial(Task((), (), {}), {**believed, names[10]: shift}, 100.0 + shift**2, 150)
-    kept, _ = promoted(_judge(), cast(Workers, Fitting()), [], beyond, Story())
+    kept, _ = promoted(_judge(beyond), cast(Workers, Fitting()), [], Story())
     assert bool(kept) == named
 
 
@@ -137,11 +137,11 @@ def test_residuals_count_for_less_where_they_are_correlated() -> None:
         Trial(Task((), (), {}), believed, squares, 100, free=n) for squares, n in ((150, 0), (100, 1))
     )
     plain, correlated = (
-        Promotion(cast(Problem, SimpleNamespace(nuisances=_STATED)), lambda trial, times=times: times)
+        Promotion(cast(Problem, SimpleNamespace(nuisances=_STATED)), lambda trial, times=times: times, before)
         for times in (1.0, 10.0)
     )
-    assert plain.log_odds(before, after) == pytest.approx(-log_chance(50.0, 1) - np.log(causes(_STATED)))
-    assert correlated.log_odds(before, after) == pytest.approx(-log_chance(5.0, 1) - np.log(causes(_STATED)))
+    assert plain.log_odds(after) == pytest.approx(-log_chance(50.0, 1) - np.log(causes(_STATED)))
+    assert correlated.log_odds(after) == pytest.approx(-log_chance(5.0, 1) - np.log(causes(_STATED)))
 
 
 def test_the_logarithm_of_a_chance_goes_on_where_the_chance_itself_is_too_small() -> None:
@@ -166,7 +166,7 @@ def test_a_sensor_that_is_turned_may_have_exchanged_axes() -> None:
             return [Trial(t, believed, 100.0 - fall.get(t.new[0].kind, 0.0), 100, free=1) for t in tasks]
 
     beyond = Trial(first, {**believed, names[8]: 30.0}, 100.0, 100)
-    kept, model = promoted(_judge(points), cast(Workers, Fitting()), [], beyond, Story())
+    kept, model = promoted(_judge(beyond, points), cast(Workers, Fitting()), [], Story())
     assert [option.effect.kind for option in kept] == ["channel-swap"]
     assert model.task.how == "onward"
     assert asked[0].values[names[8]] == 0.0
@@ -202,8 +202,8 @@ def test_while_a_gap_is_open_errors_stand_for_what_was_not_found() -> None:
     def ended(gap: float) -> Trial:
         return Trial(Task((), (), values), values, gap**2 * 100, 100)
 
-    kept, model = promoted(_judge(), workers, [], ended(2.0), Story())
+    kept, model = promoted(_judge(ended(2.0)), workers, [], Story())
     assert kept == []
     assert model.gap == pytest.approx(2.0)
     with pytest.raises(_Asked):
-        promoted(_judge(), workers, [], ended(1.0), Story())
+        promoted(_judge(ended(1.0)), workers, [], Story())

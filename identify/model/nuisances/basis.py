@@ -53,6 +53,10 @@ class Basis:
         """Inertial parameters (links, 10) as told."""
         return moments(self.links, np.zeros((len(self.links), 10)))[0]
 
+    def added(self, off: Array) -> tuple[Array, Array]:
+        """What inertial parameters (..., links, 10) off what was told add to M and K_g, (..., n, n) each."""
+        return np.tensordot(off, self.mass, axes=2), np.tensordot(off[..., :WEIGHTED], self.weight, axes=2)
+
 
 def basis(
     robot: Robot,

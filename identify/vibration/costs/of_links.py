@@ -38,7 +38,7 @@ class _Set:
         """(m,): sums of squares at parameter values (m, parameters) and inertial parameters off (m, links,
         10) what was told.
         """
-        mass, stiffness = self._added(off)
+        mass, stiffness = self.placed.basis.added(off)
         if self.short is not None:
             return replace(self.short, target=_heavier(self.short.target, mass, stiffness)).squares(values)
         h = _heavier(self.target, mass, stiffness).predict_pairs(values)
@@ -50,7 +50,7 @@ class _Set:
         at values (parameters,), then of the errors of links.  slopes (links, 10, 10): of the inertial
         parameters.
         """
-        mass, stiffness = (part[0] for part in self._added(off[None]))
+        mass, stiffness = self.placed.basis.added(off)
         there = _heavier(self.target if self.short is None else self.short.target, mass, stiffness)
         at = replace(self.told, mass=mass, stiffness=stiffness, slopes=slopes)
         changes = structural_changes(self.placed, at)
@@ -66,12 +66,6 @@ class _Set:
         residual = (there.paired(h) - there.measured) / there.sigma
         slopes_over_noise = np.asarray(every[:, outputs, inputs] / there.sigma[..., None], dtype=complex)
         return *real_rows(residual, slopes_over_noise), numbers
-
-    def _added(self, off: Array) -> tuple[Array, Array]:
-        """(m, n, n): what inertial parameters off (m, links, 10) add to M and K."""
-        basis = self.placed.basis
-        weighted = off[..., : basis.weight.shape[1]]
-        return np.tensordot(off, basis.mass, axes=2), np.tensordot(weighted, basis.weight, axes=2)
 
 
 class LinksObjective(Objective):
@@ -169,6 +163,4 @@ def _others(ends: Ends) -> Array:
 
 def _heavier(target: FrfTarget, mass: Array, stiffness: Array) -> FrfTarget:
     """The target with more mass and stiffness, (..., n, n)."""
-    system = target.system
-    heavier = replace(system, mass=system.mass + mass, stiffness=system.stiffness + stiffness)
-    return replace(target, system=heavier)
+    return replace(target, system=target.system.with_more(mass, stiffness))

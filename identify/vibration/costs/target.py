@@ -164,9 +164,7 @@ class FrfTarget:
         if self.nuisances is None:
             return self, 0.0
         at = state(self.nuisances, errors)
-        system = replace(
-            self.system, mass=self.system.mass + at.mass, stiffness=self.system.stiffness + at.stiffness
-        )
+        system = self.system.with_more(at.mass, at.stiffness)
         simulated = self.simulated and replace(self.simulated, system=system, force=at.force)
         there = replace(
             self,

@@ -196,10 +196,7 @@ def _inertia(placed: Placed, values: Array) -> tuple[Array, Array, Array]:
     """What other inertias add to M and K_g, (n, n) each, and the slopes (L, 10, 10) of the parameters."""
     basis = placed.basis
     found, slopes = moments(basis.links, placed.links.at(values))
-    off = found - basis.told
-    mass = np.tensordot(off, basis.mass, axes=2)
-    stiffness = np.tensordot(off[:, : basis.weight.shape[1]], basis.weight, axes=2)
-    return mass, stiffness, slopes
+    return *basis.added(found - basis.told), slopes
 
 
 def _directions(placed: Placed, turns: Array) -> Array:
