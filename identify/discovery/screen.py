@@ -22,7 +22,7 @@ from identify.discovery.screen_softly import (
     thorough_softly,
     varied_softly,
 )
-from identify.discovery.task import Task, Trial, near_enough, solved, squares_of
+from identify.discovery.task import Task, Trial, near_enough, once, solved, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
@@ -136,7 +136,7 @@ def _refitted(
         laws = tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
         quick += [*laws, *workers.run(in_place_of_springs(model, laws, added), one)]
     rest = [_guessed(before, o, anchor) for o in placed[_REFITTED:]]
-    return [*_once(likeliest_first(quick)), *sorted(rest, key=squares_of)]
+    return [*once(likeliest_first(quick)), *sorted(rest, key=squares_of)]
 
 
 def likeliest_first(trials: Sequence[Trial]) -> list[Trial]:
@@ -181,14 +181,6 @@ def _simulated(
     if before.gap < _LINEAR or removed(before.gap, best) > _HALF:
         return near
     return workers.run([replace(task, far=True) for task in tasks], one)
-
-
-def _once(trials: Sequence[Trial]) -> list[Trial]:
-    """The first trial of each effect."""
-    found: dict[str, Trial] = {}
-    for trial in trials:
-        found.setdefault(trial.task.new[0].model_dump_json(), trial)
-    return list(found.values())
 
 
 def off_bounds(problem: Problem, effects: Sequence[Effect], before: Trial) -> Mapping[str, float]:

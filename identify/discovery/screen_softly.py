@@ -11,9 +11,11 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import QUIET
+from identify.discovery.neighbours import moved, siblings
 from identify.discovery.promote import stated_already
-from identify.discovery.task import Task, Trial, near_enough, squares_of
+from identify.discovery.task import Task, Trial, near_enough, once, squares_of
 from identify.discovery.workers import Workers
+from identify.model.effects.appended_resonator import AppendedResonator
 from identify.model.effects.base import Effect
 from identify.model.effects.place import Rows
 from identify.vibration.problem import Problem
@@ -28,6 +30,8 @@ _WORTH, _NEARLY = 2.5, 1.5
 followed; and how many times its squares, to be fitted to the likelihood."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
+_SMALL, _FEW = 1.5, 3
+"""Gap below which candidates are also looked at from the present model, and how many of them go on."""
 
 
 def screened_softly(
@@ -52,9 +56,37 @@ def screened_softly(
     # The right one may still be under way after a few steps, so all go on.
     led = further(workers, workers.run(tasks, done), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
-    quick = further(workers, near, "quick", done)
-    tried = [trial.task.new for trial in quick]
-    return [*quick, *(trial for trial in led if trial.task.new not in tried)]
+    quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
+    seen = quick if before.gap > _SMALL else [*quick, *_beside(workers, before, others, done)]
+    tried = [trial.task.new for trial in seen]
+    return [*seen, *(trial for trial in led if trial.task.new not in tried)]
+
+
+def _with_siblings(
+    workers: Workers, problem: Problem, quick: Sequence[Trial], found: Sequence[Effect]
+) -> list[Trial]:
+    """Quick trials, the best first; where a resonator leaves least also of the others on its link and on
+    those beside it, from where it ended: their valleys are as narrow as their peaks, and a first look may
+    miss them.
+    """
+    result, tried = list(quick), list[Effect]()
+    while result and isinstance(best := result[0].task.new[0], AppendedResonator) and best not in tried:
+        tried.append(best)
+        alike = [one for one in siblings(problem, best, found) if one != best]
+        tasks = [Task(result[0].task.known, (one,), moved(problem, result[0], one), "led") for one in alike]
+        near = [trial for trial in workers.run(tasks) if trial.gap <= _LEVEL * result[0].gap]
+        result = sorted([*result, *further(workers, near, "quick")], key=squares_of)
+    return once(result)
+
+
+def _beside(
+    workers: Workers, before: Trial, found: Sequence[Effect], done: Callable[[], None]
+) -> list[Trial]:
+    """The best few by one step from the present model: where its errors nearly make up for what is missing,
+    that shows beside them sooner than afresh.
+    """
+    tasks = [Task(before.task.effects, (effect,), before.values, "beside") for effect in found]
+    return sorted(workers.run(tasks, done), key=squares_of)[:_FEW]
 
 
 def faults_beside(
@@ -103,7 +135,9 @@ def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
     """Those that may win: what leaves far more than the best one does not."""
     quick = [trial for trial in screened if trial.task.how == "quick"]
     best = min((trial.squares for trial in quick), default=np.inf)
-    return [trial for trial in quick if trial.squares <= _NEARLY * best][:_MOST]
+    chosen = [trial for trial in quick if trial.squares <= _NEARLY * best][:_MOST]
+    new = [trial.task.new for trial in chosen]
+    return [*chosen, *(t for t in screened if t.task.how == "beside" and t.task.new not in new)]
 
 
 def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
@@ -111,7 +145,9 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
 
     From where residuals counted for little to the likelihood; afresh too where none of them closes the gap.
     """
-    ends = further(workers, trials, "likely")
+    ends = further(workers, [trial for trial in trials if trial.task.how != "beside"], "likely")
+    beside = [replace(trial.task, how="afresh") for trial in trials if trial.task.how == "beside"]
+    ends = sorted([*ends, *workers.run(beside)], key=squares_of)
     if ends and ends[0].gap > QUIET:
         ends = _afresh(workers, ends)
     whole = further(workers, near_enough(ends, ends[0].gap) if ends else [], "onward")

@@ -5,11 +5,11 @@ joints beside it, and simpler forms that only its refit can suggest.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from identify.core.thresholds import QUIET
+from identify.discovery.neighbours import siblings
 from identify.discovery.screen import likeliest_first, thorough
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial, near_enough, solved
@@ -45,33 +45,6 @@ def with_siblings(
         quick = workers.run([Task(before.task.effects, (one,), before.values) for one in left])
         result += thorough(workers, near_enough(quick, best.gap))
     return result
-
-
-def siblings(problem: Problem, effect: Effect, found: Sequence[Effect]) -> list[Effect]:
-    """Of the candidates those of the kind and axes of a linear effect of the structure that sit where it does
-    or right beside it.
-    """
-    own = _link_of(problem, effect)
-    if own is None or effect.of_amplitude or effect.of_measurement:
-        return []
-    alike = [one for one in found if one.kind == effect.kind and _axes(one) & _axes(effect)]
-    places = [(one, _link_of(problem, one)) for one in alike]
-    return [one for one, place in places if place is not None and abs(place - own) <= 1]
-
-
-def _axes(effect: Effect) -> set[str]:
-    """The axes that an effect names, or one name for all that name none."""
-    return set(getattr(effect, "axes", ["any"]))
-
-
-def _link_of(problem: Problem, effect: Effect) -> int | None:
-    """Number of the link that an effect sits on, or of the only joint; None where it has neither."""
-    names: list[str] = [one.name for one in problem.robot.links]
-    link: Any = getattr(effect, "link", None)
-    joints: Any = getattr(effect, "joints", None)
-    if link in names:
-        return names.index(link)
-    return problem.robot.joint_number(joints[0], effect.kind) if joints and len(joints) == 1 else None
 
 
 def with_struts(workers: Workers, problem: Problem, groups: Sequence[list[Trial]]) -> list[list[Trial]]:

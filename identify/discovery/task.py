@@ -21,10 +21,10 @@ class Task:
     name.
 
     how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
-    `brief`: a few steps on few lines; `led`: on from there, with errors of links; `quick`: more of
-    them, with all errors; `likely`: on from there to the likelihood; `afresh`: to the likelihood from the
-    study's own values; `thorough`: from several starts, on all lines; `nearby`: from these values alone, with
-    the errors they have; `onward`: the same on all lines.
+    `beside`: one step from these values; `brief`: a few steps on few lines; `led`: on from there, with errors
+    of links; `quick`: more of them, with all errors; `likely`: on from there to the likelihood; `afresh`: to
+    the likelihood from the study's own values; `thorough`: from several starts, on all lines; `nearby`: from
+    these values alone, with the errors they have; `onward`: the same on all lines.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
     every impact anew takes long.
@@ -34,7 +34,17 @@ class Task:
     new: tuple[Effect, ...]
     values: Mapping[str, float]
     how: Literal[
-        "start", "glance", "brief", "led", "quick", "likely", "afresh", "thorough", "nearby", "onward"
+        "start",
+        "glance",
+        "beside",
+        "brief",
+        "led",
+        "quick",
+        "likely",
+        "afresh",
+        "thorough",
+        "nearby",
+        "onward",
     ] = "quick"
     far: bool = False
     anchor: Mapping[str, float] = field(default_factory=dict)
@@ -100,3 +110,11 @@ def solved(trial: Trial) -> bool:
 def near_enough(trials: Sequence[Trial], best: float) -> list[Trial]:
     """Those on few lines that may come as near as the best gap when fitted thoroughly."""
     return [trial for trial in trials if trial.gap - 1 <= _NEAR * max(best - 1, _LEAST)]
+
+
+def once(trials: Sequence[Trial]) -> list[Trial]:
+    """The first trial of each effect."""
+    found: dict[str, Trial] = {}
+    for trial in trials:
+        found.setdefault(trial.task.new[0].model_dump_json(), trial)
+    return list(found.values())

@@ -44,6 +44,7 @@ _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
+_ONE_STEP = LevenbergMarquardt(steps=1)
 _TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
 _ON_ALL_LINES = LevenbergMarquardt(steps=10, tolerance=1e-6)
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
@@ -82,7 +83,9 @@ class TrialRunner:
     def _quick(self, task: Task) -> Trial:
         problem = self._model("thin", task)
         starts = self._starts(problem, task)
-        if problem.nuisances.entries:
+        if task.how == "beside":
+            values, cost = _descend(problem, starts, _ONE_STEP)
+        elif problem.nuisances.entries:
             values, cost = self._softly(problem, starts, task)
         elif task.how == "glance":
             values, cost = _best(problem, starts)

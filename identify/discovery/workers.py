@@ -23,6 +23,7 @@ from identify.vibration.problem import Problem
 _PHASES = {
     "start": "the present model",
     "glance": "first looks",
+    "beside": "first looks",
     "brief": "first looks",
     "led": "first looks",
     "quick": "quick refits",

@@ -10,7 +10,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from identify.discovery.siblings import siblings, with_siblings
+from identify.discovery.neighbours import siblings
+from identify.discovery.siblings import with_siblings
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import narrowed, thinned

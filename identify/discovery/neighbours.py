@@ -1,0 +1,53 @@
+"""Effects of one kind that sit on the same link or joint, or right beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from identify.discovery.task import Trial
+from identify.model.effects.base import Effect
+from identify.vibration.problem import Problem, with_effects
+
+
+def siblings(problem: Problem, effect: Effect, found: Sequence[Effect]) -> list[Effect]:
+    """Of the candidates those of the kind and axes of a linear effect of the structure that sit where it does
+    or right beside it.
+    """
+    own = _link_of(problem, effect)
+    if own is None or effect.of_amplitude or effect.of_measurement:
+        return []
+    alike = [one for one in found if one.kind == effect.kind and _axes(one) & _axes(effect)]
+    places = [(one, _link_of(problem, one)) for one in alike]
+    return [one for one, place in places if place is not None and abs(place - own) <= 1]
+
+
+def _axes(effect: Effect) -> set[str]:
+    """The axes that an effect names, or one name for all that name none."""
+    return set(getattr(effect, "axes", ["any"]))
+
+
+def _link_of(problem: Problem, effect: Effect) -> int | None:
+    """Number of the link that an effect sits on, or of the only joint; None where it has neither."""
+    names: list[str] = [one.name for one in problem.robot.links]
+    link: Any = getattr(effect, "link", None)
+    joints: Any = getattr(effect, "joints", None)
+    if link in names:
+        return names.index(link)
+    return problem.robot.joint_number(joints[0], effect.kind) if joints and len(joints) == 1 else None
+
+
+def moved(problem: Problem, trial: Trial, effect: Effect) -> dict[str, float]:
+    """The values of a trial for another effect in place of its own, whose parameters start where those of
+    its own ended; both have the same ones.
+    """
+    known, [own] = trial.task.known, trial.task.new
+    values = dict(trial.values)
+    ended = [values.pop(name) for name in _names(problem, known, own)]
+    return {**values, **dict(zip(_names(problem, known, effect), ended, strict=True))}
+
+
+def _names(problem: Problem, known: Sequence[Effect], effect: Effect) -> list[str]:
+    """Of the parameters that an effect adds to known ones."""
+    model = with_effects(problem, (*known, effect), {})
+    return [model.parameters[n].name for n in model.measurements[0].system.effects[-1][1]]
