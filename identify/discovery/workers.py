@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from importlib import import_module
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
@@ -147,6 +148,8 @@ class Workers(AbstractContextManager["Workers"]):
 
 
 def _begin() -> None:
+    """Load what every trial needs while there is nothing to try yet."""
+    import_module("scipy.optimize")
     _runner.clear()
 
 
