@@ -5,7 +5,7 @@ dynamic stiffness without a law, and the law through it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
 from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.results.curves import CurveTable, PlaceTable
-from identify.vibration.problem import Problem, with_effects
+from identify.vibration.problem import Measurement, Problem, with_effects
 
 _STEPS = 10
 _LISTED = 15
@@ -39,21 +39,35 @@ def acting(problem: Problem, found: Discovery) -> str:
     return acting_at(present, found.final.gap)
 
 
-def curves(problem: Problem, found: Discovery, at: str = "") -> dict[str, CurveTable]:
+@dataclass(frozen=True)
+class Wanted:
+    """A curve to be measured: beside known effects with the values of the final model, at a place of the
+    structure, where an effect was added or, with None, something is left; peak_n: strength of the impacts,
+    where several were used.
+    """
+
+    known: tuple[Effect, ...]
+    final: Trial
+    place: Place
+    effect: Effect | None
+    peak_n: float = float("nan")
+
+
+def wanted(problem: Problem, found: Discovery, at: str = "") -> list[Wanted]:
     """One for each added effect at a place of the structure; where the gap stays open, one for the coordinate
     `at`, or without it for the place that explains most of the rest; none where errors of what was told are
     stated, which a measured curve would hold exact.
     """
     if problem.nuisances.entries:
-        return {}
-    tables: list[CurveTable] = []
+        return []
+    every: list[Wanted] = []
     for option in found.added:
-        tables += _of_effect(problem, found.final, option.effect)
+        every += _of_effect(problem, found.final, option.effect)
     if found.final.gap > QUIET and found.places and found.places[-1]:
         place = Beside((at,)) if at else found.places[-1][0].place
         if not isinstance(place, (Rows, Column)):
-            tables += _measured(problem, found.final.task.effects, found.final, place, None)
-    return {str(number): table for number, table in enumerate(tables)}
+            every += _by_strength(problem, Wanted(found.final.task.effects, found.final, place, None))
+    return every
 
 
 def place_table(ranked: Sequence[PlaceFit]) -> PlaceTable:
@@ -66,41 +80,46 @@ def place_table(ranked: Sequence[PlaceFit]) -> PlaceTable:
     )
 
 
-def _of_effect(problem: Problem, final: Trial, effect: Effect) -> list[CurveTable]:
+def _of_effect(problem: Problem, final: Trial, effect: Effect) -> list[Wanted]:
     known = tuple(other for other in final.task.effects if other != effect)
     places = [
         place
         for place in effect.places(problem.robot, problem.points)
         if not isinstance(place, (Rows, Column))
     ]
-    return _measured(problem, known, final, places[0], effect) if places else []
+    return _by_strength(problem, Wanted(known, final, places[0], effect)) if places else []
 
 
-def _measured(
-    problem: Problem, known: Sequence[Effect], final: Trial, place: Place, effect: Effect | None
-) -> list[CurveTable]:
-    """For each strength of impacts where several were used; nothing where the known model depends on
+def _by_strength(problem: Problem, one: Wanted) -> list[Wanted]:
+    """The curve for each strength of impacts where several were used; none where the known model depends on
     amplitude, whose FRFs are not linear in what is missing.
     """
-    if any(one.of_amplitude for one in known):
+    if any(effect.of_amplitude for effect in one.known):
         return []
-    model = with_effects(problem, known, final.values)
-    peaks = sorted({m.given.impact.peak for m in model.measurements if m.given.impact is not None})
+    hit = [m for m in problem.measurements if m.given.impact is not None]
+    peaks = sorted({_peak(m) for m in hit})
     if len(peaks) < 2:
-        return [_table(model, final, place, effect)]
-    tables = []
-    for peak in peaks:
-        own = tuple(m for m in model.measurements if m.given.impact and m.given.impact.peak == peak)
-        if any(m.settings.use == "fit" for m in own):
-            alone = replace(model, measurements=own)
-            tables.append(_table(alone, final, place, effect, peak))
-    return tables
+        return [one]
+    fitted = {_peak(m) for m in hit if m.settings.use == "fit"}
+    return [replace(one, peak_n=peak) for peak in peaks if peak in fitted]
 
 
-def _table(
-    problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float = float("nan")
-) -> CurveTable:
-    """The curve of a place of the structure; peak_n: strength of the impacts, where several were used."""
+def _peak(measurement: Measurement) -> float:
+    """Strength of its impacts, N; NaN where it is not known."""
+    impact = measurement.given.impact
+    return float("nan") if impact is None else impact.peak
+
+
+def curve_of(problem: Problem, one: Wanted) -> CurveTable:
+    """The curve of a place of the structure."""
+    model = with_effects(problem, one.known, one.final.values)
+    if not np.isnan(one.peak_n):
+        own = tuple(m for m in model.measurements if _peak(m) == one.peak_n)
+        model = replace(model, measurements=own)
+    return _table(model, one.final, one.place, one.effect, one.peak_n)
+
+
+def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float) -> CurveTable:
     fitter = PlaceFitter(problem)
     model = fitter.model(place)
     assert isinstance(model, StructuralModel)

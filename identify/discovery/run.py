@@ -8,6 +8,7 @@ import json
 import os
 import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,13 +22,13 @@ from identify.core.part_file import PartFile
 from identify.core.threads import one_thread
 from identify.discovery import sentences
 from identify.discovery.advise import advise
-from identify.discovery.curves import acting, curves, place_table
+from identify.discovery.curves import acting, curve_of, place_table, wanted
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
 from identify.discovery.marks import marks
 from identify.discovery.new_config import config_text, entry_of
 from identify.discovery.task import Trial
-from identify.discovery.workers import Workers
+from identify.discovery.workers import Workers, ready
 from identify.fitting.fit import Fit, Start
 from identify.fitting.memory import Memory
 from identify.fitting.resume import override, resumable, run_key
@@ -41,7 +42,7 @@ from identify.results.discovery import (
     StepResult,
 )
 from identify.vibration.evaluate import evaluate
-from identify.vibration.measured_modes import measured_modes
+from identify.vibration.measured_modes import modes_of
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
@@ -68,18 +69,20 @@ def run_discover(
     if config.resolve() == study.resolve():
         raise InputError(str(config), "would be overwritten by the new study", fix=ELSEWHERE)
     check_cost(file)
-    with one_thread():
+    count = workers or os.cpu_count() or 1
+    # A run that is resumed may have come to its end.
+    with one_thread(), nullcontext() if resume else ready(count) as begun:
         problem = load_problem(file)
         check_data(problem)
         key = run_key(provenance_of(file), file)
 
         def compute(part: PartFile) -> DiscoveryResult:
-            with Workers(problem, workers or os.cpu_count() or 1, Memory(part)) as at_work:
+            with Workers(problem, count, Memory(part), begun) as at_work:
                 at_work.seconds["reading"] = time.perf_counter() - began
                 found = discover(problem, at_work, progress)
-            searched = time.perf_counter()
-            result = _result(problem, found, key, path, began)
-            at_work.seconds["measured curves and result"] = time.perf_counter() - searched
+                searched = time.perf_counter()
+                result = _result(at_work, problem, found, key, path, began)
+                at_work.seconds["measured curves and result"] = time.perf_counter() - searched
             progress.say(spent(at_work.seconds, time.perf_counter() - began))
             return result
 
@@ -106,19 +109,27 @@ def _remarks(found: Discovery) -> list[tuple[Any, str]]:
     return remarks
 
 
-def _result(problem: Problem, found: Discovery, key: str, path: Path, began: float) -> DiscoveryResult:
+def _result(
+    at_work: Workers, problem: Problem, found: Discovery, key: str, path: Path, began: float
+) -> DiscoveryResult:
+    """Curves and measured modes are found in other processes beside all else."""
     first, final, at = found.first, found.final, acting(problem, found)
+    curves = at_work.each(curve_of, wanted(problem, found, at))
+    modes = at_work.each(modes_of, [m.name for m in problem.measurements])
     after = with_effects(problem, final.task.effects, {})
     values = {p.name: final.values[p.name] for p in after.parameters[: after.size]}
     text = config_text(problem.file, _remarks(found), values, path.parent)
-    measured = measured_modes(problem)
+    bands = band_limits(problem)
+    map_before = gap_map(problem, problem.at(first.values), bands)
+    map_after = gap_map(after, after.at(final.values), bands)
+    steps = {str(number): _step(problem, found, number, bands) for number in range(len(found.steps))}
+    measured = dict(zip((m.name for m in problem.measurements), modes, strict=True))
     fitted = evaluate(
         replace(after, file=after.file.model_copy(update={"text": text})),
         _as_fit(after, final),
         key,
         measured=measured,
     )
-    bands = band_limits(problem)
     validated = any(m.settings.use == "validate" for m in problem.measurements)
     return DiscoveryResult(
         key=key,
@@ -133,13 +144,13 @@ def _result(problem: Problem, found: Discovery, key: str, path: Path, began: flo
         if validated
         else "a third of the response channels, left out of one more fit",
         added=_added(after, found, fitted),
-        steps={str(number): _step(problem, found, number, bands) for number in range(len(found.steps))},
-        map_before=gap_map(problem, problem.at(first.values), bands),
-        map_after=gap_map(after, after.at(final.values), bands),
+        steps=steps,
+        map_before=map_before,
+        map_after=map_after,
         before=evaluate(problem, _as_fit(problem, first), key, measured=measured),
         after=fitted,
         provenance=provenance_of(problem.file),
-        curves=curves(problem, found, at),
+        curves={str(number): table for number, table in enumerate(curves)},
         marks=marks(after, [option.effect for option in found.added]),
         written=path.with_suffix(".yaml").name if found.added else "",
     )

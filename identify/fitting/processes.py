@@ -11,6 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
 from multiprocessing.synchronize import Event
+from multiprocessing.util import Finalize
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -23,24 +24,39 @@ _LOOK_S = 0.2
 
 
 class Processes(AbstractContextManager["Processes"]):
-    """So many processes, each of which calls `begin` with what is given once, before any work."""
+    """So many processes, each of which calls `begin` once, before any work.
 
-    def __init__(self, count: int, begin: Callable[..., None], *given: Any) -> None:
+    They start at once and side by side, importing what `begin` needs while their parent reads.  What is large
+    is not given to them here but in a file: a process that has it sent takes it only when it has imported
+    everything, and the next would not start before.
+    """
+
+    def __init__(self, count: int, begin: Callable[[], object]) -> None:
         context = multiprocessing.get_context("spawn")  # the engine's threads do not survive a fork
         self.count, self._end = count, context.Event()
-        self._pool = ProcessPoolExecutor(count, context, _start, (self._end, begin, given))
+        self._pool = ProcessPoolExecutor(count, context, _start, (self._end, begin))
+        with children_unasked():
+            for _ in range(count):
+                self._pool.submit(_nothing)
 
     def run(self, work: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
         """The number of each task with what `work` makes of it, as they come.
 
         Interrupted where the user asked for the end; InputError where a process was killed.
         """
-        with children_unasked():
-            left = {self._pool.submit(work, *task): number for number, task in enumerate(tasks)}
+        left = {future: number for number, future in enumerate(self._submitted(work, tasks))}
         while left:
             check()
             for future in wait(left, timeout=_LOOK_S, return_when=FIRST_COMPLETED).done:
                 yield left.pop(future), _result(future)
+
+    def ordered(self, work: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> Iterator[T]:
+        """What `work` makes of each task, in their order; it has begun when this returns."""
+        return map(_awaited, self._submitted(work, tasks))
+
+    def _submitted(self, work: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> list[Future[T]]:
+        with children_unasked():
+            return [self._pool.submit(work, *task) for task in tasks]
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -48,6 +64,13 @@ class Processes(AbstractContextManager["Processes"]):
         if kind is not None:
             self._end.set()
         self._pool.shutdown(cancel_futures=True)
+
+
+def _awaited(future: Future[T]) -> T:
+    """Its result; Interrupted where the user asked for the end before it came."""
+    while not wait([future], timeout=_LOOK_S).done:
+        check()
+    return _result(future)
 
 
 def _result(future: Future[T]) -> T:
@@ -59,13 +82,19 @@ def _result(future: Future[T]) -> T:
         raise InputError("--workers", "a process that tried a model was killed", fix=fix) from error
 
 
-def _start(end: Event, begin: Callable[..., None], given: tuple[Any, ...]) -> None:
+def _nothing() -> None:
+    """Work for which a process is started."""
+
+
+def _start(end: Event, begin: Callable[[], object]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to a whole terminal; the parent decides
     threading.Thread(target=_end_with_parent, daemon=True).start()
     threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
     one_thread()
     beside_others()
-    begin(*given)
+    begin()
+    # At the end nothing is left to write, and to take down all libraries takes half a second.
+    Finalize(None, os._exit, (0,), exitpriority=-1)
 
 
 def _end_with_parent() -> None:

@@ -9,7 +9,7 @@ from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import analyse
 from identify.modal.settings import ESTIMATORS
 from identify.vibration.costs.target import ModalTarget
-from identify.vibration.problem import Measurement, Problem
+from identify.vibration.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,12 @@ class MeasuredModes:
 
 def measured_modes(problem: Problem) -> dict[str, MeasuredModes | None]:
     """Of each measurement, by name; None where an analysis is not possible."""
-    return {m.name: _of(problem, m) for m in problem.measurements}
+    return {m.name: modes_of(problem, m.name) for m in problem.measurements}
 
 
-def _of(problem: Problem, m: Measurement) -> MeasuredModes | None:
+def modes_of(problem: Problem, name: str) -> MeasuredModes | None:
+    """Of the measurement of that name."""
+    m = next(one for one in problem.measurements if one.name == name)
     if isinstance(m.target, ModalTarget):
         return MeasuredModes(m.target.data, f"modal table {m.settings.source.name}")
     settings = problem.file.study.modal

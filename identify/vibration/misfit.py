@@ -18,7 +18,7 @@ not measured.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
@@ -81,7 +81,7 @@ def _scored(power: Array, mean: Array, columns: Array, fitted: int) -> Array:
         # the normal equations have as many rows as there are components
         product, score = rows.T @ rows, rows.T @ (power / left / mean)
         root = np.linalg.cholesky(product + _LEAST * np.trace(product) * np.eye(len(product)))
-        found = nnls(root.T, np.linalg.solve(root, score))[0] / size
+        found = scipy.optimize.nnls(root.T, np.linalg.solve(root, score))[0] / size
         mean = columns @ found + least
     return np.asarray(found)
 

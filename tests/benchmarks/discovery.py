@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.parameters import Scale
-from identify.discovery.curves import acting, curves
+from identify.discovery.curves import acting, curve_of, wanted
 from identify.discovery.loop import Discovery, discover
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
@@ -113,7 +113,7 @@ def _inside(problem: Problem, found: Discovery, effects: list[dict[str, Any]]) -
     if hidden is None:
         return None
     name = _coordinate(problem, hidden)
-    for table in curves(problem, found).values():
+    for table in (curve_of(problem, one) for one in wanted(problem, found)):
         if name in table.entries:
             n = table.entries.index(name)
             std = table.std_real[:, n] + 1j * table.std_imag[:, n]

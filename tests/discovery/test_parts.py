@@ -24,6 +24,7 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
 from identify.fitting.selection.gain import Gain
 from identify.model.effects.base import Effect, Term, parse_effect
+from identify.vibration.measured_modes import modes_of
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import StudyFile, read_study
 
@@ -205,8 +206,16 @@ class TestTrials:
     def test_processes_find_what_one_finds(self, problem: Problem) -> None:
         known = tuple(problem.file.study.effects)
         tasks = [Task(known, (effect,), {}, "brief") for effect in (ROCKING, TILT)]
+        names = [m.name for m in problem.measurements]
         with Workers(problem, 1) as one, Workers(problem, 2) as two:
             assert [t.squares for t in one.run(tasks)] == [t.squares for t in two.run(tasks)]
+            assert list(one.each(_first_hz, names)) == list(two.each(_first_hz, names))
+
+
+def _first_hz(problem: Problem, name: str) -> float:
+    found = modes_of(problem, name)
+    assert found is not None
+    return float(found.table.frequency_hz[0])
 
 
 class TestWhere:

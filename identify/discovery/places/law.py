@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from identify.core.arrays import Array, Complex
 from identify.discovery.places.semiparametric import SemiParametricFit
@@ -90,7 +90,10 @@ def fit_law(
     few = len(lower) <= _SMALL or evaluations is not None
     order = np.argsort([float(np.sum(left(q) ** 2)) for q in starts])[: _TRIED if few else 1]
     budget = evaluations or (_EVALUATIONS if few else _EVALUATIONS // 2)
-    ends = [least_squares(left, starts[n], bounds=(lower, upper), max_nfev=budget, ftol=1e-3) for n in order]
+    ends = [
+        scipy.optimize.least_squares(left, starts[n], bounds=(lower, upper), max_nfev=budget, ftol=1e-3)
+        for n in order
+    ]
     best = min(ends, key=lambda end: float(end.cost))
     return LawFit(best.x, whitened.change(law(best.x)), 2 * float(best.cost))
 

@@ -11,11 +11,13 @@ from identify.core.arrays import Array
 from identify.reports.compare.pick import Shared
 from identify.reports.fit import pick
 from identify.reports.kit.cells import NONE
-from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, plain_decades
+from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, Room, head, plain_decades, wide
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison
 
 _MARKERS = "oDs^vX"
+_IN_ROW = 4
+"""Runs in a row of a legend."""
 
 
 def ratios(comparison: Comparison) -> tuple[list[str], dict[str, Array]]:
@@ -40,8 +42,8 @@ def ratios(comparison: Comparison) -> tuple[list[str], dict[str, Array]]:
 def parameters(comparison: Comparison) -> Figure:
     """Values with their intervals over those of the first run."""
     names, found = ratios(comparison)
-    figure = Figure((WIDTH_IN, 0.8 + (0.13 + 0.06 * len(found)) * len(names)), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure((WIDTH_IN, 0.8 + (0.13 + 0.06 * len(found)) * len(names)))
+    [axes] = Room(0.15 + wide(names), top=0.12 + 0.18 * -(-len(found) // _IN_ROW)).axes(figure)
     rows = np.arange(len(names))
     for number, (label, values) in enumerate(found.items()):
         at, color = rows + 0.6 * ((number + 0.5) / len(found) - 0.5), PALETTE[number % len(PALETTE)]
@@ -57,7 +59,7 @@ def parameters(comparison: Comparison) -> Figure:
     )
     axes.set_xlabel(f"Value over that of {next(iter(found))} ({NONE})")
     axes.set_yticklabels(names)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=4)
+    head(figure, axes, _IN_ROW)
     return figure
 
 
@@ -79,8 +81,8 @@ def band_gaps(frf: FrfComparison) -> tuple[Array, Array]:
 
 def residuals(one: Shared) -> Figure:
     """The residual of every run over frequency, all common FRFs together."""
-    figure = Figure((WIDTH_IN, 2.0), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure((WIDTH_IN, 2.0))
+    [axes] = Room(0.55).axes(figure)
     for number, (label, frf) in enumerate(one.frfs.items()):
         edges, values = band_gaps(frf)
         axes.stairs(

@@ -137,8 +137,10 @@ def chosen(curve: CurveTable) -> list[int]:
 def figure(curve: CurveTable) -> Figure:
     """Real and imaginary part over frequency, a row for each coordinate."""
     entries = chosen(curve)
-    drawn = Figure((WIDTH_IN, 0.5 + 1.5 * len(entries)), layout="constrained")
+    high = 0.5 + 1.5 * len(entries)
+    drawn = Figure((WIDTH_IN, high))
     grid = drawn.subplots(len(entries), 2, squeeze=False, sharex=True)
+    drawn.subplots_adjust(0.9 / WIDTH_IN, 0.42 / high, 1 - 0.08 / WIDTH_IN, 1 - 0.32 / high, 0.22, 0.15)
     for row, entry in enumerate(entries):
         for column, (part, std) in enumerate((("real", curve.std_real), ("imag", curve.std_imag))):
             axes, value = grid[row][column], getattr(curve.value[:, entry], part)

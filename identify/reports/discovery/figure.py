@@ -27,7 +27,19 @@ from identify.reports.discovery.pick import (
 )
 from identify.reports.kit import robot_figure
 from identify.reports.kit.cells import NONE, number
-from identify.reports.kit.figures import BLUE, DIVERGING, GRID, INK, MUTED, PALETTE, WIDTH_IN, decades_beside
+from identify.reports.kit.figures import (
+    BLUE,
+    DIVERGING,
+    GRID,
+    INK,
+    MUTED,
+    PALETTE,
+    WIDTH_IN,
+    Room,
+    decades_beside,
+    head,
+    wide,
+)
 from identify.results.discovery import DiscoveryResult, StepResult
 
 GAP = "Gap: residual / noise (1 = noise)"
@@ -111,8 +123,8 @@ def options(step: StepResult) -> Figure:
     )
     rows, labels = np.arange(len(names)), [fill(name, _LABEL) for name in names]
     lines = 1 + max((label.count("\n") for label in labels), default=0)
-    figure = Figure((WIDTH_IN, 0.85 + (0.06 + 0.11 * lines) * len(rows)), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+    figure = Figure((WIDTH_IN, 0.85 + (0.06 + 0.11 * lines) * len(rows)))
+    left, right = Room(0.15 + wide(labels, 7), top=0.28).axes(figure, (3, 2))
     left.hlines(rows, np.minimum(gap, step.gap), np.maximum(gap, step.gap), color=GRID, lw=3, zorder=1)
     known = np.flatnonzero(np.isfinite(evidence))
     worth = np.maximum(evidence[known], 1.0)
@@ -132,7 +144,7 @@ def options(step: StepResult) -> Figure:
     left.grid(False, axis="y")
     _gap_axis(left, np.concatenate([gap, other, [step.gap, 1.0]]))
     _evidence_axis(right, evidence)
-    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=5)
+    head(figure, left, 5)
     return figure
 
 
@@ -164,8 +176,9 @@ def _gap_axis(axes: Axes, values: Array) -> None:
 
 def falls(rows: list[Fall]) -> Figure:
     """The gap of each model from noise up, and what every addition does to it."""
-    figure = Figure((WIDTH_IN, 0.85 + 0.36 * len(rows)), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure((WIDTH_IN, 0.85 + 0.36 * len(rows)))
+    labels = [fill(row.label, _LABEL) for row in rows]
+    [axes] = Room(0.15 + wide(labels), top=0.28).axes(figure)
     begin, end = (np.array([getattr(row, side) for row in rows]) for side in ("begin", "end"))
     for side, (name, color) in enumerate((("fitted data", PALETTE[0]), ("other data", PALETTE[1]))):
         for row, one in enumerate(rows):
@@ -200,10 +213,10 @@ def falls(rows: list[Fall]) -> Figure:
     axes.set_xlim(low / 1.25 if is_wide(end.ravel()) else low - 0.08 * (high - low), high)
     axes.axvline(1.0, color=INK, lw=0.7, ls=":")
     axes.set(ylim=(len(rows) - 0.5, -0.5))
-    axes.set_yticks(range(len(rows)), [fill(row.label, _LABEL) for row in rows])
+    axes.set_yticks(range(len(rows)), labels)
     axes.tick_params(length=0, axis="y")
     axes.grid(False, axis="y")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    head(figure, axes, 2)
     return figure
 
 
@@ -214,8 +227,8 @@ def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
     title, panels = gap_maps(result)[number_of]
     channels, bands = result.map_before.channels, result.map_before.bands_hz
     most = reach(result)
-    figure = Figure((WIDTH_IN, float(np.clip(0.85 + 0.075 * len(channels), 1.8, 5.2))), layout="constrained")
-    several = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    figure = Figure((WIDTH_IN, float(np.clip(0.85 + 0.075 * len(channels), 1.8, 5.2))))
+    several, beside = Room(0.35 + wide(channels, 5), top=0.42).with_bar(figure, len(panels))
     every = -(-len(channels) // _MOST_CHANNELS)
     for axes, (label, gap) in zip(several, panels, strict=True):
         rows = np.arange(len(channels) + 1)
@@ -241,6 +254,6 @@ def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
     several[0].set_ylabel("Response channel")
     several[0].set_yticks(np.arange(0, len(channels), every) + 0.5, channels[::every], fontsize=5)
     several[0].tick_params(length=0, axis="y")
-    decades_beside(figure.colorbar(mesh, ax=list(several), pad=0.01, aspect=30), GAP, (1 / most, most))
-    figure.suptitle(title, fontsize=8.5, x=0.01, ha="left")
+    decades_beside(figure.colorbar(mesh, cax=beside), GAP, (1 / most, most))
+    figure.suptitle(title, fontsize=8.5, x=0.01, y=1.0, ha="left")
     return figure

@@ -66,7 +66,7 @@ def correlation(result: FitResult) -> Figure:
     small = min(6.5, 260 / max(len(names), 1))
     long = wide(names, small)
     figure = Figure((size + 1.1, size))
-    axes, beside = Room(long + 0.1, bottom=_TILTED * long + 0.12, top=0.08).with_bar(figure)
+    [axes], beside = Room(long + 0.1, bottom=_TILTED * long + 0.12, top=0.08).with_bar(figure)
     mesh = axes.pcolormesh(
         result.correlation, vmin=-1, vmax=1, cmap=DIVERGING, edgecolors="white", linewidth=0.4
     )

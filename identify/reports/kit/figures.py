@@ -146,7 +146,7 @@ def gap_map(name: str, frf: FrfComparison) -> Figure:
     figure = Figure((WIDTH_IN, float(np.clip(0.9 + 0.026 * len(order), 2.2, 4.2))))
     ticks = _first_of_inputs(frf, order)
     labels = [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks]
-    axes, beside = Room(0.42 + wide(labels)).with_bar(figure)
+    [axes], beside = Room(0.42 + wide(labels)).with_bar(figure)
     top = float(np.nanmax(values))
     reach = float(np.clip(top, 4.0, 100.0))
     low, high = (1 / reach, reach) if found.in_noise else (1e-3, float(np.clip(top, 1.0, 10.0)))
@@ -197,18 +197,18 @@ class Room:
             axes.tick_params(labelleft=False)
         return found
 
-    def with_bar(self, figure: Figure) -> tuple[Axes, Axes]:
-        """Axes of a map, and of its bar of colours to their right."""
+    def with_bar(self, figure: Figure, count: int = 1) -> tuple[list[Axes], Axes]:
+        """Axes of so many maps, and of their bar of colours to their right."""
         width, height = figure.get_size_inches()
-        [axes] = Room(self.left, self.right + 0.72, self.bottom, self.top).axes(figure)
+        maps = Room(self.left, self.right + 0.72, self.bottom, self.top).axes(figure, (1.0,) * count)
         high = (height - self.bottom - self.top) / height
         bar = ((width - self.right - 0.66) / width, self.bottom / height, 0.1 / width, high)
-        return axes, figure.add_axes(bar)
+        return maps, figure.add_axes(bar)
 
 
 def wide(labels: Sequence[str], size: float = 8.0) -> float:
-    """About how wide the widest label is, inches, in letters of a size in points."""
-    return 0.5 * size / 72 * max(map(len, labels), default=0)
+    """About how wide the widest line of labels is, inches, in letters of a size in points."""
+    return 0.5 * size / 72 * max((len(line) for label in labels for line in label.splitlines()), default=0)
 
 
 def _first_of_inputs(frf: FrfComparison, order: NDArray[np.intp]) -> list[int]:
