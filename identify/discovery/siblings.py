@@ -11,7 +11,7 @@ import numpy as np
 from identify.core.thresholds import QUIET
 from identify.discovery.neighbours import siblings
 from identify.discovery.screen import likeliest_first, thorough
-from identify.discovery.strut import strut_task
+from identify.discovery.strut import springs_of, strut_task
 from identify.discovery.task import Task, Trial, near_enough, solved
 from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
@@ -49,8 +49,12 @@ def with_siblings(
 
 def with_struts(workers: Workers, problem: Problem, groups: Sequence[list[Trial]]) -> list[list[Trial]]:
     """Springs in any direction that leave about as little as the best candidate also as a single strut."""
-    best, thin = min((trial.gap for group in groups for trial in group), default=np.inf), thinned(problem)
-    near = [[t for t in group if t.gap - 1 <= _NEARLY * max(best - 1, _NOISE)] for group in groups]
+    best = min((trial.gap for group in groups for trial in group), default=np.inf)
+    most = 1 + _NEARLY * max(best - 1, _NOISE)
+    near = [[t for t in group if t.gap <= most and springs_of(t)] for group in groups]
+    if not any(near):
+        return list(groups)
+    thin = thinned(problem)
     tasks = [[task for t in group if (task := strut_task(thin, t))] for group in near]
     return [
         [*group, *(t for t in workers.run(own) if solved(t))]

@@ -32,16 +32,25 @@ _DAMPING = (1e-6, 1.0)
 """Damping over stiffness of a strut, s: it is searched on a logarithmic scale."""
 
 
-def strut_task(problem: Problem, trial: Trial) -> Task | None:
-    """A strut in the place of springs in any direction, to be refitted; None where a trial has none, or
-    leaves more than noise: what else is missing would turn the strut.
-
-    problem has the lines that the direction is fitted to.
+def springs_of(trial: Trial) -> SpringToGround | None:
+    """The springs in any direction that a trial adds; None where it has none, or leaves more than noise: what
+    else is missing would turn a strut.
     """
     [spring] = trial.task.new
     if not isinstance(spring, SpringToGround) or not spring.cross_coupling or len(spring.axes) < 3:
         return None
     if trial.gap > QUIET or any(effect.of_amplitude for effect in trial.task.effects):
+        return None
+    return spring
+
+
+def strut_task(problem: Problem, trial: Trial) -> Task | None:
+    """A strut in the place of the springs of a trial, to be refitted; None where it has none that can be one.
+
+    problem has the lines that the direction is fitted to.
+    """
+    spring = springs_of(trial)
+    if spring is None:
         return None
     model = with_effects(problem, trial.task.effects, trial.values)
     if not all(model.parameters[n].free for n in model.measurements[0].system.effects[-1][1]):

@@ -28,7 +28,7 @@ _BESIDES = ("pad", "fractional", "friction_springs")
 _JOINTS = ("tilt", "radial", "axial", "rotor", "friction", "hardening", *_BESIDES)
 _LINKS = ("absorber",)
 _OF_LEVELS = ("friction", "hardening", "friction_springs")
-_DIRT = {"careful": CAREFUL, "typical": ORDINARY}
+DIRT = {"careful": CAREFUL, "typical": ORDINARY}
 _STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
 """What two effects at once are drawn from."""
 
@@ -71,7 +71,7 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--dirt", choices=sorted(_DIRT))
+    parser.add_argument("--dirt", choices=sorted(DIRT))
     parser.add_argument("--outside", action="store_true", help="laws that the catalogue does not have")
     given = parser.parse_args()
     rng = np.random.default_rng([given.seed, 1])
@@ -85,7 +85,7 @@ def main() -> None:
         folder = given.out / f"{number:02d}_{case.replace('+', '_and_')}"
         test = hide(spec, case)
         if given.dirt:
-            test = soil(test, _DIRT[given.dirt])
+            test = soil(test, DIRT[given.dirt])
         generate(test, folder, given.out / f"{folder.name}.truth.json")
         print(folder.name, flush=True)
 

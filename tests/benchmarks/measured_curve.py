@@ -114,6 +114,7 @@ def drawn(names: tuple[str, ...], curves: list[tuple[str, Curve]]) -> Figure:
     figure = Figure((WIDTH_IN, 0.6 + 1.6 * size), layout="constrained")
     grid = figure.subplots(size, 2, squeeze=False, sharex=True)
     for row, entry in enumerate(diagonal):
+        unit, prefix = _prefix(names[row], [curve.values[:, entry] for _, curve in curves])
         for column, part in enumerate(("real", "imag")):
             axes = grid[row][column]
             for number, (label, curve) in enumerate(curves):
@@ -122,23 +123,32 @@ def drawn(names: tuple[str, ...], curves: list[tuple[str, Curve]]) -> Figure:
                 sure = std <= 4 * np.median(std)
                 axes.errorbar(
                     curve.frequency_hz[sure],
-                    value[sure],
-                    1.96 * std[sure],
+                    value[sure] / unit,
+                    SIGMAS_95 * std[sure] / unit,
                     fmt=".",
                     ms=3,
                     color=PALETTE[number],
-                    ecolor=MUTED,
-                    elinewidth=0.4,
+                    ecolor=(PALETTE[number], 0.4) if len(curves) > 1 else MUTED,
+                    elinewidth=0.7,
                     label=label,
                 )
             axes.axhline(0, color=INK, lw=0.4)
-            axes.set_title(("Real part", "Imaginary part")[column] if row == 0 else "", pad=12)
+            axes.set_title(("Real part", "Imaginary part")[column] if row == 0 else "")
             axes.set_xlabel("Frequency (Hz)" if row == size - 1 else "")
-        unit = "N m/rad" if names[row].rsplit(".", 1)[1].startswith("r") else "N/m"
-        grid[row][0].set_ylabel(f"{names[row]} ({unit})")
+        grid[row][0].set_ylabel(f"{names[row]} ({prefix})")
     if len(curves) > 1:
-        grid[0][1].legend(fontsize=7)
+        handles = grid[0][0].get_legend_handles_labels()
+        figure.legend(*handles, loc="outside upper center", ncols=len(curves))
     return figure
+
+
+def _prefix(name: str, values: list[Complex]) -> tuple[float, str]:
+    """What a coordinate's values are divided by so that they are short, and their unit then."""
+    own = "N m/rad" if name.rsplit(".", 1)[1].startswith("r") else "N/m"
+    typical = np.nanmedian(np.abs(np.concatenate(values)))
+    return next(
+        ((size, prefix + own) for size, prefix in ((1e6, "M"), (1e3, "k")) if typical >= size), (1.0, own)
+    )
 
 
 if __name__ == "__main__":

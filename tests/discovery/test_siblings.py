@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from identify.discovery.neighbours import siblings
-from identify.discovery.siblings import with_siblings
+from identify.discovery.siblings import with_siblings, with_struts
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import narrowed, thinned
@@ -115,8 +115,19 @@ def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     [found] = task.new
     assert isinstance(found, SpringToGround)
     assert np.allclose(found.direction or 0.0, true, atol=0.03)
-    end = runner.run(task)
+    with Workers(measured, 1) as workers:
+        [[same, end]] = with_struts(workers, measured, [[trial]])
+    assert same is trial
+    assert end.task.new == (found,)
     assert end.values[f"{link}.strut.stiffness"] == pytest.approx(3e5, rel=0.03)
     assert end.gap == pytest.approx(trial.gap, abs=0.01)
     assert trial.free - end.free == 8
     assert strut_task(measured, replace(trial, squares=4 * trial.squares)) is None
+
+
+def test_where_no_springs_are_tried_no_strut_is(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor are lines left out for it, or anything run."""
+    monkeypatch.setattr("identify.discovery.siblings.thinned", lambda _problem: pytest.fail("thinned"))
+    delay = Task(tuple(problem.file.study.effects), (parse_effect({"kind": "time-delay"}),), {})
+    groups = [[Trial(delay, {}, 1e5, 100_000, free=12)], []]
+    assert with_struts(cast(Workers, None), problem, groups) == groups
