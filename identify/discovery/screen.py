@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
 
@@ -336,11 +336,20 @@ def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> l
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
 
 
-def first_of_two(
-    workers: Workers, step: Step[Effect, Trial], quick: Sequence[Trial]
-) -> tuple[Option[Effect, Trial], float]:
-    """What the step chose, or the better of two simple ones that together would explain far more than it; and
-    the fraction that is explained then.
+@dataclass(frozen=True)
+class Two:
+    """Two effects that may hide each other: the better one, or what a step chose; the fraction that is
+    explained then; quick trials of all pairs, the best first; refits of one of the best pair each.
+    """
+
+    best: Option[Effect, Trial]
+    explained: float
+    pairs: Sequence[Trial] = ()
+    single: Sequence[Trial] = ()
+
+
+def first_of_two(workers: Workers, step: Step[Effect, Trial], quick: Sequence[Trial]) -> Two:
+    """What the step chose, or the better of two simple ones that together would explain far more than it.
 
     Two effects hide each other, and what stands for both of them at once, with many parameters, is not
     either.
@@ -348,12 +357,12 @@ def first_of_two(
     before, best = step.before, step.found[0]
     known, pairs = before.task.effects, _pairs(workers, step.before, quick)
     if not pairs:
-        return best, best.gain.explained
-    together = _together(workers, known, pairs)
-    at_first, by_one, by_two = _above_noise(workers, step, quick, together)
+        return Two(best, best.gain.explained)
+    tried = _together(workers, known, pairs)
+    at_first, by_one, by_two = _above_noise(workers, step, quick, tried[0])
     if by_two > _FAR_MORE * by_one:
-        return best, best.gain.explained
-    two = together.task.new
+        return Two(best, best.gain.explained, tried)
+    two = tried[0].task.new
     pair = next(p for p in pairs if two == (*p[0].task.new, *p[1].task.new))
     if workers.with_errors:
         single = further(workers, further(workers, pair, "likely"), "onward")
@@ -363,7 +372,7 @@ def first_of_two(
     alone = as_options(step.criterion, before, [attempt(before, trial) for trial in single])
     either += sorted((o for o in alone if o.gain.confirmed), key=lambda option: -option.gain.log_odds)
     chosen = max(either, key=lambda option: option.gain.log_odds, default=best)
-    return chosen, 1.0 - max(by_two, 0.0) / max(at_first, 1e-9)
+    return Two(chosen, 1.0 - max(by_two, 0.0) / max(at_first, 1e-9), tried, single)
 
 
 def _above_noise(
@@ -387,13 +396,15 @@ def _pairs(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[tupl
     return [pair for pair in pairs if min(map(squares_of, pair)) < _IDLE * present.squares]
 
 
-def _together(workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple[Trial, Trial]]) -> Trial:
-    """The best of quick trials of pairs; only of those that are the best after a few steps."""
+def _together(
+    workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple[Trial, Trial]]
+) -> list[Trial]:
+    """Quick trials of pairs, the best first; only of those that are the best after a few steps."""
     tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, "brief") for a, b in pairs]
     near = sorted(workers.run(tasks), key=squares_of)[:_PAIRS]
     if workers.with_errors:
         near = further(workers, near, "led")
-    return further(workers, near, "quick")[0]
+    return further(workers, near, "quick")
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import QUIET
+from identify.discovery.evidence import CLOSED
 from identify.discovery.neighbours import moved, siblings
 from identify.discovery.promote import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -30,6 +31,8 @@ _WORTH, _NEARLY = 2.5, 1.5
 followed; and how many times its squares, to be fitted to the likelihood."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
+_TIMES = 2.0
+"""How many times the best one's gap above noise a candidate may leave at the likelihood, and still win."""
 _SMALL, _FEW = 1.5, 3
 """Gap below which candidates are also looked at from the present model, and how many of them go on."""
 
@@ -131,6 +134,23 @@ def further(
     return sorted(workers.run(tasks, done), key=squares_of)
 
 
+def second_of_two(workers: Workers, model: Trial, pairs: Sequence[Trial]) -> list[Trial]:
+    """Quick trials of what may be missing beside an effect that was found in one of some pairs, best first;
+    none where the best of them leaves more than noise, so that all candidates are to be looked at.
+    """
+    known = model.task.effects
+    own = [pair for pair in pairs if (*pair.task.known, pair.task.new[0]) == known]
+    own += [pair for pair in pairs if (*pair.task.known, pair.task.new[1]) == known]
+    quick = [
+        replace(pair, task=replace(pair.task, known=known, new=(other,)))
+        for pair in own
+        for other in pair.task.new
+        if other not in known
+    ]
+    quick.sort(key=squares_of)
+    return quick if any(end.gap < CLOSED for end in further(workers, quick[:1], "likely")) else []
+
+
 def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
     """Those that may win: what leaves far more than the best one does not."""
     quick = [trial for trial in screened if trial.task.how == "quick"]
@@ -150,7 +170,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
     ends = sorted([*ends, *workers.run(beside)], key=squares_of)
     if ends and ends[0].gap > QUIET:
         ends = _afresh(workers, ends)
-    whole = further(workers, near_enough(ends, ends[0].gap) if ends else [], "onward")
+    whole = further(workers, _near_enough(ends), "onward")
     varied = [
         replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
     ]
@@ -162,10 +182,15 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
     ]
 
 
+def _near_enough(ends: Sequence[Trial]) -> list[Trial]:
+    """Those that may win on all lines, and the second: what is best is told with a rival."""
+    return [end for n, end in enumerate(ends) if n < _VARIED or end in near_enough(ends, ends[0].gap, _TIMES)]
+
+
 def varied_softly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more than the best gap on few."""
     ends = workers.run([replace(task, how="likely") for task in tasks])
-    return further(workers, near_enough(ends, best), "onward")
+    return further(workers, near_enough(ends, best, _TIMES), "onward")
 
 
 def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:

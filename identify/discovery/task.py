@@ -107,9 +107,9 @@ def solved(trial: Trial) -> bool:
     return bool(np.isfinite(trial.squares))
 
 
-def near_enough(trials: Sequence[Trial], best: float) -> list[Trial]:
+def near_enough(trials: Sequence[Trial], best: float, times: float = _NEAR) -> list[Trial]:
     """Those on few lines that may come as near as the best gap when fitted thoroughly."""
-    return [trial for trial in trials if trial.gap - 1 <= _NEAR * max(best - 1, _LEAST)]
+    return [trial for trial in trials if trial.gap - 1 <= times * max(best - 1, _LEAST)]
 
 
 def once(trials: Sequence[Trial]) -> list[Trial]:

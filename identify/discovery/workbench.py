@@ -14,7 +14,12 @@ from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.screen_softly import faults_beside, further, promising_softly
+from identify.discovery.screen_softly import (
+    faults_beside,
+    further,
+    promising_softly,
+    second_of_two,
+)
 from identify.discovery.siblings import with_siblings, with_struts
 from identify.discovery.task import Task, Trial, squares_of
 from identify.discovery.workers import Workers
@@ -35,6 +40,7 @@ class ImpactWorkbench:
         self.problem, self.workers = problem, workers
         self._places: list[tuple[tuple[Effect, ...], list[PlaceFit]]] = []
         self._looked_at: Sequence[Effect] = ()
+        self._pairs: Sequence[Trial] = ()
         self._models: dict[frozenset[str], Trial] = {}
         self._refitted: dict[frozenset[str], Trial] = {}
 
@@ -88,6 +94,8 @@ class ImpactWorkbench:
         """Trials on few lines, best first."""
         self.came_through(model)
         self._looked_at = effects
+        if paired := second_of_two(self.workers, model, self._pairs):
+            return [screen.attempt(model, trial) for trial in paired]
         places, trials = screen.screened(self.workers, self.problem, effects, model, story)
         self._places.append((model.task.effects, places))
         return [screen.attempt(model, trial) for trial in trials]
@@ -144,8 +152,8 @@ class ImpactWorkbench:
             return self._pair_softly(step, quick)
         if step.best is None:
             return None
-        best, explained = screen.first_of_two(self.workers, step, quick)
-        return (best,), explained
+        two = screen.first_of_two(self.workers, step, quick)
+        return (two.best,), two.explained
 
     def _pair_softly(
         self, step: Step[Effect, Trial], quick: Sequence[Trial]
@@ -155,10 +163,12 @@ class ImpactWorkbench:
             return None
         faults = faults_beside(self.workers, self.problem, quick[0], self._looked_at)
         asked = step if step.found else replace(step, found=step.options[:1])
-        best, explained = screen.first_of_two(self.workers, asked, [*quick, *faults])
-        if not step.found and best == asked.found[0] and explained == best.gain.explained:
+        two = screen.first_of_two(self.workers, asked, [*quick, *faults])
+        self._pairs = two.pairs
+        self._refitted.update((_key(trial.task.effects), trial) for trial in two.single)
+        if not step.found and two.best == asked.found[0] and two.explained == two.best.gain.explained:
             return None
-        return (best,), explained
+        return (two.best,), two.explained
 
     def settled(self, model: Trial) -> Trial:
         """The trial itself, which was thorough."""
@@ -173,6 +183,8 @@ class ImpactWorkbench:
         tasks = [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
         there = [self._models.get(_key(task.known)) for task in tasks]
         if self.workers.with_errors:  # whose candidates start afresh, and whose refits take long
+            keys = [_key(task.known) for task in tasks]
+            there = [one or self._refitted.get(key) for one, key in zip(there, keys, strict=True)]
             new = iter(
                 self.workers.run([task for task, one in zip(tasks, there, strict=True) if one is None])
             )

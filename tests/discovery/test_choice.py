@@ -109,13 +109,13 @@ def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() ->
     chosen = choice(POLICY, options)
     assert chosen == (options[0],)
     step = workbench_types.Step(before, tuple(options), chosen, (), criterion, chosen[0].gain.explained)
-    best, explained = screen.first_of_two(_workers(world), step, quick)
-    assert best == options[1]
-    assert explained == pytest.approx(1 - 0.02 / 39)
+    two = screen.first_of_two(_workers(world), step, quick)
+    assert two.best == options[1]
+    assert two.explained == pytest.approx(1 - 0.02 / 39)
     alone = World(lambda kinds: min(gaps.get(k, 40.0) for k in kinds | {""}))
-    best, explained = screen.first_of_two(_workers(alone), step, quick)
-    assert best == options[0]
-    assert explained == pytest.approx(1 - 7 / 39)
+    two = screen.first_of_two(_workers(alone), step, quick)
+    assert two.best == options[0]
+    assert two.explained == pytest.approx(1 - 7 / 39)
 
 
 def test_few_of_a_kind_are_tried_in_pairs() -> None:
