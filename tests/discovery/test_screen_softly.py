@@ -1,0 +1,125 @@
+"""Which candidates go on where errors of what was told are stated, in a world where every gap is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from identify.discovery.neighbours import moved
+from identify.discovery.screen_softly import promising_softly, screened_softly, second_of_two
+from identify.discovery.task import Task, Trial
+from identify.discovery.workers import Workers
+from identify.model.effects.appended_resonator import AppendedResonator
+from identify.model.effects.base import Effect, parse_effect
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
+TILT = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
+BASE, DELAY = parse_effect({"kind": "base-compliance"}), parse_effect({"kind": "time-delay"})
+COUNT = 10_000
+
+
+class _World:
+    """Workers that know the gap of every model, by its new effects and how it is tried."""
+
+    with_errors = True
+
+    def __init__(self, gap: Callable[[Task], float]) -> None:
+        self.gap, self.tasks = gap, list[Task]()
+
+    def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
+        """The trials of all tasks."""
+        self.tasks += tasks
+        return [Trial(task, task.values, COUNT * self.gap(task) ** 2, COUNT) for task in tasks]
+
+
+def _workers(world: _World) -> Workers:
+    return cast(Workers, world)
+
+
+def _trial(task: Task, gap: float) -> Trial:
+    return Trial(task, task.values, COUNT * gap**2, COUNT)
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """The shipped example with its data."""
+    return load_problem(read_study(CONFIG))
+
+
+@pytest.mark.parametrize(("left", "enough"), [(1.03, True), (1.4, False)])
+def test_the_second_of_two_comes_from_pairs_where_one_closes_the_gap(left: float, enough: bool) -> None:
+    pairs = [_trial(Task((), two, {"a": 1.0}), gap) for two, gap in (((BASE, TILT), 0.1), ((TILT, DELAY), 2))]
+    pairs.append(_trial(Task((), (BASE, DELAY), {}), 0.05))
+    world = _World(lambda task: left)
+    found = second_of_two(_workers(world), _trial(Task((), (TILT,), {}), 14.0), pairs)
+    assert [task.how for task in world.tasks] == ["likely"]
+    assert world.tasks[0].effects == (TILT, BASE)
+    assert [trial.task.effects for trial in found] == ([(TILT, BASE), (TILT, DELAY)] if enough else [])
+
+
+def test_nothing_comes_from_pairs_without_the_effect_that_was_found() -> None:
+    world = _World(lambda task: 1.0)
+    pairs = [_trial(Task((), (BASE, DELAY), {}), 0.05)]
+    assert not second_of_two(_workers(world), _trial(Task((), (TILT,), {}), 14.0), pairs)
+    assert not world.tasks
+
+
+def _resonators(problem: Problem) -> list[Effect]:
+    return list(AppendedResonator.instances(problem.robot, problem.points))
+
+
+def test_what_moves_to_another_place_keeps_its_size(problem: Problem) -> None:
+    first, second = _resonators(problem)[:2]
+    known = tuple(problem.file.study.effects)
+    names = [f"{first.link}.resonator_x.{one}" for one in ("mass", "stiffness", "damping")]  # type: ignore[attr-defined]
+    model = AppendedResonator.model_validate(first.model_dump() | {"extent": "point"})
+    other = AppendedResonator.model_validate(second.model_dump() | {"extent": "point"})
+    trial = _trial(
+        Task(known, (model,), {"stays": 4.0, **dict(zip(names, (1.0, 2.0, 3.0), strict=True))}), 2.0
+    )
+    values = moved(problem, trial, other)
+    assert values == {"stays": 4.0} | {name.replace("_x", "_y"): trial.values[name] for name in names}
+
+
+def _gap_of(task: Task) -> float:
+    """The right resonator is on link 4 along x, which only a start beside it shows."""
+    new = task.new[0] if task.new else None
+    if isinstance(new, AppendedResonator) and (new.link, new.axis) == ("link4", "x"):
+        return 0.1 if f"{new.link}.resonator_x.mass" in task.values else 0.9
+    return 0.5 if isinstance(new, AppendedResonator) and (new.link, new.axis) == ("link4", "z") else 1.2
+
+
+def test_resonators_beside_the_best_one_start_from_where_it_ended(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def beside(_: Problem, __: Trial, effect: Effect) -> dict[str, float]:
+        assert isinstance(effect, AppendedResonator)
+        return {f"{effect.link}.resonator_{effect.axis}.mass": 1.0}
+
+    monkeypatch.setattr("identify.discovery.screen_softly.moved", beside)
+    before = _trial(Task(tuple(problem.file.study.effects), (), {}), 2.0)
+    screened = screened_softly(_workers(_World(_gap_of)), problem, [*_resonators(problem), TILT], before)
+    quick = [trial for trial in screened if trial.task.how == "quick"]
+    [best] = quick[0].task.new
+    assert isinstance(best, AppendedResonator)
+    assert (best.link, best.axis) == ("link4", "x")
+    effects = [trial.task.new[0] for trial in screened]
+    assert all(effect not in effects[:number] for number, effect in enumerate(effects))
+
+
+@pytest.mark.parametrize(("gap", "looked_at"), [(1.2, 3), (2.0, 0)])
+def test_small_gaps_are_looked_at_from_the_present_model_too(
+    problem: Problem, gap: float, looked_at: int
+) -> None:
+    before = _trial(Task(tuple(problem.file.study.effects), (), {}), gap)
+    world = _World(lambda task: 1.1 if task.how == "beside" and task.new != (BASE,) else 1.15)
+    effects = [BASE, TILT, *_resonators(problem)[:4]]
+    screened = screened_softly(_workers(world), problem, effects, before)
+    beside = [trial for trial in promising_softly(screened) if trial.task.how == "beside"]
+    assert sum(trial.task.how == "beside" for trial in screened) == looked_at
+    assert all(trial.task.new != (BASE,) for trial in beside)
