@@ -75,9 +75,10 @@ def _with_siblings(
     result, tried = list(quick), list[Effect]()
     while result and isinstance(best := result[0].task.new[0], AppendedResonator) and best not in tried:
         tried.append(best)
-        alike = [one for one in siblings(problem, best, found) if one != best]
+        alike = [best, *(one for one in siblings(problem, best, found) if one != best)]
         tasks = [Task(result[0].task.known, (one,), moved(problem, result[0], one), "led") for one in alike]
-        near = [trial for trial in workers.run(tasks) if trial.gap <= _LEVEL * result[0].gap]
+        own, *others = workers.run(tasks)
+        near = [trial for trial in others if trial.gap <= _LEVEL * own.gap]
         result = sorted([*result, *further(workers, near, "quick")], key=squares_of)
     return once(result)
 

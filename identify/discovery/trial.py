@@ -47,6 +47,8 @@ _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _ONE_STEP = LevenbergMarquardt(steps=1)
 _TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
 _ON_ALL_LINES = LevenbergMarquardt(steps=10, tolerance=1e-6)
+_SOFTNESS = {"start": SOFT, "glance": LEADING[0], "brief": LEADING[0], "led": LEADING[1], "quick": SOFT}
+"""By how much less residuals count in each way to try a model with errors of what was told."""
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
 
@@ -96,6 +98,10 @@ class TrialRunner:
         else:
             values, cost = _best(problem, _descend(fewer_channels(problem, task), starts, _QUICK)[0][None])
         count = count_of(problem, "fit")
+        if problem.nuisances.entries:
+            cost *= _SOFTNESS.get(
+                task.how, 1.0
+            )  # so that gaps are those of the noise, whatever it counted for
         return Trial(
             task, {**task.values, **_named(problem, values)}, cost**2 * count, count, free=free_of(problem)
         )

@@ -159,26 +159,39 @@ def joint_uncertainty(
     each in units of its standard deviation.  noise gives, for some combinations (c, u) of the scores J'e,
     their variance (c, c).  scale, values: those of the parameters.
     """
-    whole = information.copy()
-    own = np.flatnonzero(~errors)
-    whole[own, own] += scale.prior_information()
-    whole[errors, errors] += 1.0
-    bread = np.asarray(np.linalg.inv(whole), dtype=np.float64)
+    known, own = np.ones(len(errors)), np.flatnonzero(~errors)
+    known[own] = scale.prior_information()
+    root = _root_of_inverse(information, known)
+    bread = root @ root.T
     from_noise, stated = noise(bread[own]), bread[np.ix_(own, np.flatnonzero(errors))]
-    reduced = np.asarray(np.linalg.inv(bread[np.ix_(own, own)]), dtype=np.float64)
+    directions, sizes, _ = np.linalg.svd(root[own], full_matrices=False)  # the root is far from singular
+    reduced = (directions / sizes**2) @ directions.T
     found = _uncertainty(
         reduced, from_noise + stated @ stated.T, bread[np.ix_(own, own)], count, scale, values, notes
     )
     widening = np.ones(len(errors))
     widening[own] = found.std / found.independent_std
     joint = Joint(
-        widening[:, None] * np.linalg.cholesky(bread),
+        widening[:, None] * root,
         from_noise,
         stated,
         np.sqrt(np.diag(bread)[errors]),
-        whole,
+        information + np.diag(known),
     )
     return replace(found, joint=joint)
+
+
+def _root_of_inverse(information: Array, known: Array) -> Array:
+    """A root R of the inverse R R' of information (u, u) of data and what is known (u,) of each without them.
+
+    Of what data tell less than rounding errors are, only the latter counts: the inverse itself need not be
+    positive definite.
+    """
+    size = np.sqrt(np.diag(information) + known)
+    squares, directions = np.linalg.eigh((information + np.diag(known)) / np.outer(size, size))
+    alone = (known / size**2) @ directions**2
+    squares = np.where(squares > len(size) * np.finfo(float).eps * squares[-1], squares, alone)
+    return np.asarray(directions / np.sqrt(squares) / size[:, None])
 
 
 def inseparable(trusted: Uncertainty, names: list[str]) -> list[tuple[str, ...]]:

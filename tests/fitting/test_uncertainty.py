@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.core.parameters import Parameter, Scale
-from identify.fitting.uncertainty import inseparable, sandwich, statuses
+from identify.fitting.uncertainty import Uncertainty, inseparable, joint_uncertainty, sandwich, statuses
 
 LOG = Scale((Parameter("k", "N m/rad", 1e5, 1e-3, 1e13),))
 LINE = Scale(tuple(Parameter(name, "", 0.0, -1e4, 1e4, log=False) for name in ("offset", "slope")))
@@ -82,3 +82,33 @@ def test_where_the_data_say_nothing_the_bounds_do(log: bool) -> None:
     assert known.low == pytest.approx(parameter.lower, rel=0.1)
     assert known.high == pytest.approx(parameter.upper, rel=0.1)
     assert known.status == ("not determined",)
+
+
+def _jointly(rows: np.ndarray) -> Uncertainty:
+    """Of an offset and a slope beside one error of what was told, with noise as stated."""
+    errors = np.array([False, False, True])
+    return joint_uncertainty(
+        rows.T @ rows, lambda c: c @ rows.T @ rows @ c.T, errors, len(rows), LINE, np.array([1.0, 2.0])
+    )
+
+
+def test_an_error_that_data_do_not_tell_from_an_offset_widens_it_by_its_own_size() -> None:
+    rows = np.column_stack([np.full(40, 1e3), np.linspace(-1e3, 1e3, 40), np.full(40, 5e3)])
+    known = _jointly(rows)
+    prior = LINE.prior_information()[0]
+    assert known.std[0] == pytest.approx(1 / np.sqrt(prior + 1 / 5**2), rel=1e-4)
+    assert known.std[1] == pytest.approx(1 / np.linalg.norm(rows[:, 1]), rel=1e-6)
+    assert known.joint is not None
+    covariance = np.linalg.inv(rows.T @ rows + np.diag([*LINE.prior_information(), 1.0]))
+    assert known.joint.root @ known.joint.root.T == pytest.approx(covariance, rel=1e-6, abs=1e-12)
+
+
+def test_what_only_rounding_tells_apart_is_known_as_far_as_bounds_say() -> None:
+    """The inverse of such information is not positive definite."""
+    rows = np.random.default_rng(0).normal(size=(40, 3)) * 1e9
+    rows[:, 1] = rows[:, 0] * (1 + 1e-12)
+    information = rows.T @ rows + np.diag([*LINE.prior_information(), 1.0])
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(np.linalg.inv(information))
+    known = _jointly(rows)
+    assert known.std[:2] == pytest.approx(1 / np.sqrt(2 * LINE.prior_information()), rel=0.01)
