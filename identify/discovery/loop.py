@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.discovery.candidates import candidates
-from identify.discovery.evidence import CLOSED, EvidenceCriterion, variance_inflation
+from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, variance_inflation
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.promote import alike, beyond_belief, causes, log_chance, without_errors_at
 from identify.discovery.screen_softly import promising_softly, screened_softly, thorough_softly
@@ -99,13 +99,16 @@ class Promotion:
         """Effects that stand for errors beyond belief, each with where it starts."""
         return beyond_belief(self.problem.nuisances, self.model.values, self.problem.robot)
 
-    def log_odds(self, after: Trial) -> float:
+    def log_odds(self, after: Trial, rival: Trial | None = None) -> float:
         """Minus the logarithm of the chance that any of the causes of errors would gain so much.
 
-        Residuals count for less, as in all evidence; errors of what was told are independent.
+        Residuals count for less, as in all evidence; errors of what was told are independent.  Beside a rival
+        whose gap is the same but for what noise models get wrong, they count as that one's: a spring under a
+        body fits a little of that.
         """
         errors = self._errors(self.model) - self._errors(after)
-        residuals = self.model.squares - after.squares - errors
+        like = rival if rival and abs(rival.gap - after.gap) < MATERIAL else after
+        residuals = self.model.squares - like.squares - self._errors(self.model) + self._errors(like)
         chance = log_chance(errors + residuals / self._inflation, after.free - self.model.free)
         return -chance - float(np.log(causes(self.problem.nuisances)))
 
@@ -154,7 +157,7 @@ def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
         ]
         screened = screened_softly(workers, problem, structure, model)
         groups = thorough_softly(workers, promising_softly(screened))
-        return max([trial, *chain.from_iterable(groups)], key=judge.log_odds)
+        return max([trial, *chain.from_iterable(groups)], key=lambda one: judge.log_odds(one, trial))
     rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     clean = without_errors_at(effect, problem.nuisances, model.values)
     tasks = [

@@ -34,7 +34,8 @@ _SEEN = 0.9
 _TIMES = 2.0
 """How many times the best one's gap above noise a candidate may leave at the likelihood, and still win."""
 _SMALL, _FEW = 1.5, 3
-"""Gap below which candidates are also looked at from the present model, and how many of them go on."""
+"""Gap up to which what is left above noise is also looked for from the present model, and how many of its
+candidates go on."""
 
 
 def screened_softly(
@@ -60,7 +61,7 @@ def screened_softly(
     led = further(workers, workers.run(tasks, done), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    seen = quick if before.gap > _SMALL else [*quick, *_beside(workers, before, others, done)]
+    seen = [*quick, *_beside(workers, before, others, done)] if QUIET < before.gap < _SMALL else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in led if trial.task.new not in tried)]
 
