@@ -144,6 +144,24 @@ def test_residuals_count_for_less_where_they_are_correlated() -> None:
     assert correlated.log_odds(after) == pytest.approx(-log_chance(5.0, 1) - np.log(causes(_STATED)))
 
 
+@pytest.mark.parametrize(("squares", "counted"), [(9_990.0, False), (9_500.0, True)])
+def test_what_noise_models_get_wrong_makes_no_larger_effect_of_a_wrong_link(
+    squares: float, counted: bool
+) -> None:
+    """Of a body and a spring under it, only the latter's fall of the gap by 0.015 and more counts."""
+    believed = dict.fromkeys((one.name for one in _ENTRIES), 0.0)
+    task = Task((), (), {})
+    before, body, sprung = (
+        Trial(task, believed, size, 10_000, free=n)
+        for size, n in ((10_100.0, 0), (10_000.0, 10), (squares, 12))
+    )
+    judge = _judge(before)
+    assert judge.log_odds(sprung, body) == pytest.approx(
+        -log_chance(10_100.0 - (squares if counted else 10_000.0), 12) - np.log(causes(_STATED))
+    )
+    assert (judge.log_odds(sprung, body) > judge.log_odds(body, body)) == counted
+
+
 def test_the_logarithm_of_a_chance_goes_on_where_the_chance_itself_is_too_small() -> None:
     assert log_chance(0.0, 3) == 0.0
     assert log_chance(11.345, 3) == pytest.approx(np.log(0.01), abs=1e-3)  # tables of chi-square
