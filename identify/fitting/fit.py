@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -192,23 +193,10 @@ def starting_points(parameters: tuple[Parameter, ...], starts: int, factor: floa
         np.where(log, np.maximum(lower, first - reach), lower),
         np.where(log, np.minimum(upper, first + reach), upper),
     )
-    hypercube = _latin_hypercube(starts - 1, int(drawn.sum()), np.random.default_rng([seed, 0x5747]))
+    sampler = scipy.stats.qmc.LatinHypercube(int(drawn.sum()), rng=np.random.default_rng([seed, 0x5747]))
     points = np.tile(first, (starts - 1, 1))
-    points[:, drawn] = low[drawn] + hypercube * (high - low)[drawn]
+    points[:, drawn] = low[drawn] + sampler.random(starts - 1) * (high - low)[drawn]
     return [first, *points]
-
-
-def _latin_hypercube(count: int, size: int, rng: np.random.Generator) -> Array:
-    """Points (count, size) between 0 and 1, of which each coordinate has one in every part of a count-th.
-
-    The numbers are those of `scipy.stats.qmc.LatinHypercube`, whose import takes half a second.
-    """
-    [rng] = rng.spawn(1)
-    inside = rng.random((count, size))
-    parts = np.tile(np.arange(1, count + 1), (size, 1))
-    for row in parts:
-        rng.shuffle(row)
-    return np.asarray((parts.T - inside) / count)
 
 
 def check_moves(parameters: tuple[Parameter, ...], objective: Objective) -> None:
