@@ -39,6 +39,8 @@ def _of(problem: Problem, engine: Engine, place: Place) -> Iterator[tuple[Array,
         single = place.axes[0] if len(place.axes) == 1 and place.axes[0] in "xyz" else ""
         axes = engine.axes(place.link) if place.frame == "link" else np.eye(3)
         along = axes[:, "xyz".index(single)] if single else _NOWHERE
+        if place.along is not None:
+            along = axes @ place.along
         yield engine.position(place.link, np.array(place.at_m)), along
     elif isinstance(place, Rows):
         point = problem.points[place.node]

@@ -65,10 +65,11 @@ def _laws(problem: Problem) -> list[tuple[Place, dict[str, Any]]]:
     assert isinstance(place, Attachment)
     turned = Attachment(place.link, place.at_m, place.axes, "base")
     tilt = {"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]}
-    return [(TILT, tilt), (turned, strut)]
+    askew = Attachment(place.link, place.at_m, place.axes, "base", along=(0.6, 0.0, 0.8))
+    return [(TILT, tilt), (turned, strut), (askew, strut | {"direction": [3.0, 0.0, 4.0]})]
 
 
-@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("number", [0, 1, 2])
 def test_a_place_with_a_law_is_the_model_with_the_effect(
     problem: Problem, views: list[View], number: int
 ) -> None:

@@ -72,7 +72,7 @@ def measured_curve(
 
 def _entries(model: StructuralModel) -> tuple[str, ...]:
     place = model.place
-    names = getattr(place, "coordinates", None) or tuple(f"{place.link} {axis}" for axis in place.axes)  # type: ignore[union-attr]
+    names = getattr(place, "coordinates", None) or tuple(f"{place.link} {one}" for one in place.directions)  # type: ignore[union-attr]
     return tuple(names[i] if i == j else f"{names[i]} with {names[j]}" for i, j in pairs_of(len(names)))
 
 

@@ -43,7 +43,7 @@ def start_of(
     view = model.views[0]
     site = _site(effect, view, problem)
     terms = effect.terms(problem.robot, site, f"effects.{len(problem.file.study.effects)}")
-    if len(model.place.axes if isinstance(model.place, Attachment) else ()) == 3:
+    if len(model.place.directions if isinstance(model.place, Attachment) else ()) == 3:
         terms = [
             t if t.parameter.initial else _held(t) for t in terms
         ]  # levers turn, which forces do not show

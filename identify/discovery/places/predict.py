@@ -111,7 +111,7 @@ class StructuralModel:
 
     def __init__(self, place: Release | Attachment | Beside, views: Sequence[View]) -> None:
         self.views, self.place = views, place
-        self.size = len(place.axes) if isinstance(place, Attachment) else len(place.coordinates)
+        self.size = len(place.directions) if isinstance(place, Attachment) else len(place.coordinates)
         self.sign = 1.0 if isinstance(place, Release) else -1.0
         self._parts = [_Part(place, view, self.size) for view in views]
 

@@ -127,8 +127,11 @@ class View:
         if place.frame == "base" and place.link not in site.detached:
             turn = site.engine.axes(place.link)
             motion = np.concatenate([turn @ motion[:3], turn @ motion[3:]])
-        rows = ["x", "y", "z", "rx", "ry", "rz"]
-        chosen = motion[[rows.index(axis) for axis in place.axes]]
+        if place.along is not None:
+            chosen = np.asarray(place.along)[None] @ motion[:3]
+        else:
+            rows = ["x", "y", "z", "rx", "ry", "rz"]
+            chosen = motion[[rows.index(axis) for axis in place.axes]]
         return np.asarray(chosen[:, self.system.free][:, self.known])
 
 

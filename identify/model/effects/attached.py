@@ -35,10 +35,12 @@ class Attached(Effect, ABC):
             return np.asarray(self.at_m)
         return np.zeros(3) if self.link in robot.frames else robot.link(self.link, self.where).centre
 
-    def attachment(self, robot: Robot, frame: Literal["link", "base"]) -> Place:
-        """Forces at its point."""
+    def attachment(
+        self, robot: Robot, frame: Literal["link", "base"], along: tuple[float, float, float] | None = None
+    ) -> Place:
+        """Forces at its point; along: of one, its direction."""
         x, y, z = (float(value) for value in self.position(robot))
-        return Attachment(self.link, (x, y, z), ("x", "y", "z"), frame)
+        return Attachment(self.link, (x, y, z), ("x", "y", "z"), frame, along=along)
 
     def body_places(self, robot: Robot, extent: str) -> list[Place]:
         """Forces at its point, and of a body forces and moments."""

@@ -44,7 +44,8 @@ class Attachment:
     """Something fixed to a point of a link: forces along axes (x, y, z), then moments about axes (rx, ry,
     rz), of the link or of the base.
 
-    at_m: the point in the link's frame.
+    at_m: the point in the link's frame.  along: of a single force, its direction, of unit length, in place of
+    axes.
     """
 
     link: str
@@ -52,11 +53,19 @@ class Attachment:
     axes: tuple[str, ...] = ("x", "y", "z")
     frame: Axes = "link"
     name: str = field(default="", compare=False)
+    along: tuple[float, float, float] | None = None
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """In words, of each of its forces and moments."""
+        if self.along is None:
+            return self.axes
+        return ("along [" + ", ".join(f"{x:.2f}" for x in self.along) + "]",)
 
     def sentence(self) -> str:
         """For example: something on link3 at its centre of mass (x, y, z of the link)."""
         point = self.name or "at [" + ", ".join(f"{x:.3f}" for x in self.at_m) + "] m"
-        return f"something on {self.link} {point} ({', '.join(self.axes)} of the {self.frame})"
+        return f"something on {self.link} {point} ({', '.join(self.directions)} of the {self.frame})"
 
 
 @dataclass(frozen=True)

@@ -82,8 +82,11 @@ class SpringToGround(Attached):
         return [self.model_copy(update={"cross_coupling": False})]
 
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
-        """A point of the link, along axes of the base."""
-        return [self.attachment(robot, "base")]
+        """A point of the link, along axes of the base, or along a strut."""
+        if self.direction is None:
+            return [self.attachment(robot, "base")]
+        x, y, z = (float(one) for one in self._unit)
+        return [self.attachment(robot, "base", (x, y, z))]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """A stiffness and a damping per direction, J' J of the point's motion; then the couplings."""
