@@ -17,6 +17,7 @@ from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, var
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.promote import alike, beyond_belief, causes, log_chance, without_errors_at
 from identify.discovery.screen_softly import promising_softly, screened_softly, thorough_softly
+from identify.discovery.siblings import with_springs_beside, with_struts
 from identify.discovery.task import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
@@ -157,6 +158,7 @@ def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
         ]
         screened = screened_softly(workers, problem, structure, model)
         groups = thorough_softly(workers, promising_softly(screened))
+        groups = with_struts(workers, with_springs_beside(workers, problem, screened, groups))
         return max([trial, *chain.from_iterable(groups)], key=lambda one: judge.log_odds(one, trial))
     rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     clean = without_errors_at(effect, problem.nuisances, model.values)

@@ -11,8 +11,9 @@ import numpy as np
 from identify.core.thresholds import QUIET
 from identify.discovery.neighbours import siblings
 from identify.discovery.screen import likeliest_first, thorough
+from identify.discovery.screen_softly import further
 from identify.discovery.strut import springs_of, strut_task
-from identify.discovery.task import Task, Trial, near_enough, solved
+from identify.discovery.task import Task, Trial, near_enough, solved, squares_of
 from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect
@@ -47,16 +48,39 @@ def with_siblings(
     return result
 
 
-def with_struts(workers: Workers, problem: Problem, groups: Sequence[list[Trial]]) -> list[list[Trial]]:
+def with_springs_beside(
+    workers: Workers, problem: Problem, quick: Sequence[Trial], groups: Sequence[list[Trial]]
+) -> list[list[Trial]]:
+    """The refitted candidates where errors of what was told are fitted along and springs in any direction
+    leave least, with those on the same link and on the links beside it, from their quick trials: which of
+    them is right, struts in their place tell.
+    """
+    trials = [trial for group in groups for trial in group]
+    best = min(trials, key=squares_of, default=None)
+    if best is None or springs_of(best) is None:
+        return list(groups)
+    tried = [trial.task.new[0] for trial in trials]
+    alike = siblings(problem, best.task.new[0], [trial.task.new[0] for trial in quick])
+    left = [t for t in quick if t.task.new[0] in alike and t.task.new[0] not in tried]
+    near = near_enough(further(workers, left, "likely"), best.gap, _NEARLY)
+    return [*groups, *([trial] for trial in further(workers, near, "onward"))]
+
+
+def with_struts(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[Trial]]:
     """Springs in any direction that leave about as little as the best candidate also as a single strut."""
     best = min((trial.gap for group in groups for trial in group), default=np.inf)
     most = 1 + _NEARLY * max(best - 1, _NOISE)
-    near = [[t for t in group if t.gap <= most and springs_of(t)] for group in groups]
-    if not any(near):
-        return list(groups)
-    thin = thinned(problem)
-    tasks = [[task for t in group if (task := strut_task(thin, t))] for group in near]
-    return [
-        [*group, *(t for t in workers.run(own) if solved(t))]
-        for group, own in zip(groups, tasks, strict=True)
-    ]
+    near = [(n, t) for n, group in enumerate(groups) for t in group if t.gap <= most and springs_of(t)]
+    result = [list(group) for group in groups]
+    if not near:
+        return result
+    found = zip(near, workers.each(_strut_task, [trial for _, trial in near]), strict=True)
+    tasks = [(number, task) for (number, _), task in found if task]
+    for (number, _), trial in zip(tasks, workers.run([task for _, task in tasks]), strict=True):
+        if solved(trial):
+            result[number].append(trial)
+    return result
+
+
+def _strut_task(problem: Problem, trial: Trial) -> Task | None:
+    return strut_task(thinned(problem), trial)

@@ -8,6 +8,7 @@ slopes of the springs, and is a setting of the effect from then on.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -151,10 +152,13 @@ def _direction(strut: _Strut) -> tuple[Array, float]:
 
 def _followed(strut: _Strut, start: Array, steps: int) -> tuple[float, Array]:
     """Half the sum of squares, and y."""
+    rows = lru_cache(1)(
+        lambda key: strut.rows(np.frombuffer(key))
+    )  # slopes are asked for where residuals were
     end = scipy.optimize.least_squares(
-        lambda y: strut.rows(y)[0],
+        lambda y: rows(y.tobytes())[0],
         start,
-        lambda y: strut.rows(y)[1],
+        lambda y: rows(y.tobytes())[1],
         bounds=strut.bounds(),
         x_scale="jac",
         ftol=_TOLERANCE,

@@ -20,7 +20,7 @@ from identify.discovery.screen_softly import (
     promising_softly,
     second_of_two,
 )
-from identify.discovery.siblings import with_siblings, with_struts
+from identify.discovery.siblings import with_siblings, with_springs_beside, with_struts
 from identify.discovery.task import Task, Trial, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
@@ -41,6 +41,7 @@ class ImpactWorkbench:
         self._places: list[tuple[tuple[Effect, ...], list[PlaceFit]]] = []
         self._looked_at: Sequence[Effect] = ()
         self._pairs: Sequence[Trial] = ()
+        self._screened: Sequence[Trial] = ()
         self._models: dict[frozenset[str], Trial] = {}
         self._refitted: dict[frozenset[str], Trial] = {}
 
@@ -95,8 +96,10 @@ class ImpactWorkbench:
         self.came_through(model)
         self._looked_at = effects
         if paired := second_of_two(self.workers, model, self._pairs):
+            self._screened = paired
             return [screen.attempt(model, trial) for trial in paired]
         places, trials = screen.screened(self.workers, self.problem, effects, model, story)
+        self._screened = trials
         self._places.append((model.task.effects, places))
         return [screen.attempt(model, trial) for trial in trials]
 
@@ -124,9 +127,12 @@ class ImpactWorkbench:
     ) -> list[list[Attempt[Effect, Trial]]]:
         """Each on all lines and from several starts, the best of them in their other variants too."""
         groups = screen.thorough(self.workers, [one.model for one in promising])
-        if not (self.problem.nuisances.entries or screen.anchor_of(model)):
+        if self.problem.nuisances.entries:
+            groups = with_springs_beside(self.workers, self.problem, self._screened, groups)
+        elif not screen.anchor_of(model):
             groups = with_siblings(self.workers, self.problem, model, self._looked_at, groups)
-            groups = with_struts(self.workers, self.problem, groups)
+        if not screen.anchor_of(model):
+            groups = with_struts(self.workers, groups)
         self._refitted.update((_key(t.task.effects), t) for group in groups for t in group)
         return [[screen.attempt(model, trial) for trial in trials] for trials in groups]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from identify.discovery.neighbours import siblings
-from identify.discovery.siblings import with_siblings, with_struts
+from identify.discovery.siblings import with_siblings, with_springs_beside, with_struts
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import narrowed, thinned
@@ -116,7 +116,7 @@ def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     assert isinstance(found, SpringToGround)
     assert np.allclose(found.direction or 0.0, true, atol=0.03)
     with Workers(measured, 1) as workers:
-        [[same, end]] = with_struts(workers, measured, [[trial]])
+        [[same, end]] = with_struts(workers, [[trial]])
     assert same is trial
     assert end.task.new == (found,)
     assert end.values[f"{link}.strut.stiffness"] == pytest.approx(3e5, rel=0.03)
@@ -128,6 +128,36 @@ def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
 def test_where_no_springs_are_tried_no_strut_is(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor are lines left out for it, or anything run."""
     monkeypatch.setattr("identify.discovery.siblings.thinned", lambda _problem: pytest.fail("thinned"))
+    workers = Workers(problem, 1)
     delay = Task(tuple(problem.file.study.effects), (parse_effect({"kind": "time-delay"}),), {})
     groups = [[Trial(delay, {}, 1e5, 100_000, free=12)], []]
-    assert with_struts(cast(Workers, None), problem, groups) == groups
+    assert with_struts(workers, groups) == groups
+
+
+class _Level(_Sloping):
+    """Workers that leave the same wherever springs are, and remember what they tried."""
+
+    def __init__(self, problem: Problem, least: float) -> None:
+        super().__init__(problem, least)
+        self.tasks: list[Task] = []
+
+    def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
+        """As told."""
+        self.tasks += tasks
+        return [Trial(task, {}, 1e5 * self.least**2, 100_000, free=12) for task in tasks]
+
+
+@pytest.mark.parametrize(("least", "beside"), [(1.02, True), (1.5, False)])
+def test_springs_on_the_links_beside_the_best_ones_are_refitted(
+    problem: Problem, least: float, beside: bool
+) -> None:
+    """From their quick trials, where errors of what was told are fitted along; not where much is left."""
+    springs, known = _springs(problem), tuple(problem.file.study.effects)
+    workers = _Level(problem, least)
+    quick = workers.run([Task(known, (one,), {"far": 1.0}) for one in springs])
+    best = next(n for n, one in enumerate(springs) if getattr(one, "link", "") == problem.robot.links[2].name)
+    workers.tasks.clear()
+    groups = with_springs_beside(cast(Workers, workers), problem, quick, [[quick[best]]])
+    links = {one.link for [trial] in groups[1:] for one in trial.task.new if isinstance(one, SpringToGround)}
+    assert links == ({problem.robot.links[n].name for n in (1, 2, 3)} if beside else set())
+    assert {task.how for task in workers.tasks} == ({"likely", "onward"} if beside else set())
