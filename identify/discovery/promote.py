@@ -66,7 +66,10 @@ def causes(nuisances: Nuisances) -> int:
 
 
 def log_chance(squares: float, freedom: int) -> float:
-    """Logarithm of the chance of so many squares of normal errors of so many degrees of freedom."""
+    """Logarithm of the chance of so many squares of normal errors of so many degrees of freedom; that of one
+    where there is none: a reversed channel has no parameter but is one choice.
+    """
+    freedom = max(freedom, 1)
     if squares <= 0:
         return 0.0
     tail = float(scipy.special.chdtrc(freedom, squares))

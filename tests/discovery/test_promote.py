@@ -167,6 +167,7 @@ def test_the_logarithm_of_a_chance_goes_on_where_the_chance_itself_is_too_small(
     assert log_chance(11.345, 3) == pytest.approx(np.log(0.01), abs=1e-3)  # tables of chi-square
     assert log_chance(1400.0, 1) == pytest.approx(log_chance(1500.0, 1) + 50, abs=0.1)
     assert np.isfinite(log_chance(1e6, 12))
+    assert log_chance(20.0, 0) == log_chance(20.0, 1)  # a reversed channel, which has no parameter
 
 
 def test_a_sensor_that_is_turned_may_have_exchanged_axes() -> None:
