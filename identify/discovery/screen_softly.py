@@ -141,13 +141,11 @@ def second_of_two(workers: Workers, model: Trial, pairs: Sequence[Trial]) -> lis
     none where the best of them leaves more than noise, so that all candidates are to be looked at.
     """
     known = model.task.effects
-    own = [pair for pair in pairs if (*pair.task.known, pair.task.new[0]) == known]
-    own += [pair for pair in pairs if (*pair.task.known, pair.task.new[1]) == known]
     quick = [
         replace(pair, task=replace(pair.task, known=known, new=(other,)))
-        for pair in own
-        for other in pair.task.new
-        if other not in known
+        for pair in pairs
+        for one, other in (pair.task.new, pair.task.new[::-1])
+        if (*pair.task.known, one) == known
     ]
     quick.sort(key=squares_of)
     return quick if any(end.gap < CLOSED for end in further(workers, quick[:1], "likely")) else []
@@ -184,9 +182,10 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
     ]
 
 
-def _near_enough(ends: Sequence[Trial]) -> list[Trial]:
-    """Those that may win on all lines, and the second: what is best is told with a rival."""
-    return [end for n, end in enumerate(ends) if n < _VARIED or end in near_enough(ends, ends[0].gap, _TIMES)]
+def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
+    """Those, the best first, that may win on all lines, and the second: what is best is told with a rival."""
+    near = near_enough(ends, min((end.gap for end in ends), default=np.inf), _TIMES)
+    return ends[: max(_VARIED, len(near))]
 
 
 def varied_softly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:

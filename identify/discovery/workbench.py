@@ -95,12 +95,11 @@ class ImpactWorkbench:
         """Trials on few lines, best first."""
         self.came_through(model)
         self._looked_at = effects
-        if paired := second_of_two(self.workers, model, self._pairs):
-            self._screened = paired
-            return [screen.attempt(model, trial) for trial in paired]
-        places, trials = screen.screened(self.workers, self.problem, effects, model, story)
+        trials = second_of_two(self.workers, model, self._pairs)
+        if not trials:
+            places, trials = screen.screened(self.workers, self.problem, effects, model, story)
+            self._places.append((model.task.effects, places))
         self._screened = trials
-        self._places.append((model.task.effects, places))
         return [screen.attempt(model, trial) for trial in trials]
 
     def came_through(self, model: Trial) -> None:
@@ -131,8 +130,7 @@ class ImpactWorkbench:
             groups = with_springs_beside(self.workers, self.problem, self._screened, groups)
         elif not screen.anchor_of(model):
             groups = with_siblings(self.workers, self.problem, model, self._looked_at, groups)
-        if not screen.anchor_of(model):
-            groups = with_struts(self.workers, groups)
+        groups = with_struts(self.workers, groups)
         self._refitted.update((_key(t.task.effects), t) for group in groups for t in group)
         return [[screen.attempt(model, trial) for trial in trials] for trials in groups]
 
@@ -187,9 +185,9 @@ class ImpactWorkbench:
         was added to it.
         """
         tasks = [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
-        there = [self._models.get(_key(task.known)) for task in tasks]
+        keys = [_key(task.known) for task in tasks]
+        there = [self._models.get(key) for key in keys]
         if self.workers.with_errors:  # whose candidates start afresh, and whose refits take long
-            keys = [_key(task.known) for task in tasks]
             there = [one or self._refitted.get(key) for one, key in zip(there, keys, strict=True)]
             new = iter(
                 self.workers.run([task for task, one in zip(tasks, there, strict=True) if one is None])

@@ -151,7 +151,6 @@ class Workers(AbstractContextManager["Workers"]):
 def _begin() -> None:
     """Load what every trial needs while there is nothing to try yet."""
     import_module("scipy.optimize")
-    _runner.clear()
 
 
 def _on(path: Path) -> TrialRunner:
