@@ -12,6 +12,7 @@ from ruamel.yaml import YAML
 from identify.core.parameters import Parameter
 from identify.core.thresholds import CONVINCING
 from identify.discovery import sentences as told
+from identify.core.threads import one_thread
 from identify.discovery.candidates import candidates
 from identify.discovery.evidence import POLICY, EvidenceCriterion, confirmed, removed
 from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
@@ -207,7 +208,7 @@ class TestTrials:
         known = tuple(problem.file.study.effects)
         tasks = [Task(known, (effect,), {}, "brief") for effect in (ROCKING, TILT)]
         names = [m.name for m in problem.measurements]
-        with Workers(problem, 1) as one, Workers(problem, 2) as two:
+        with one_thread(), Workers(problem, 1) as one, Workers(problem, 2) as two:  # as a discovery runs
             assert [t.squares for t in one.run(tasks)] == [t.squares for t in two.run(tasks)]
             assert list(one.each(_first_hz, names)) == list(two.each(_first_hz, names))
 
