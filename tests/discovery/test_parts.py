@@ -10,9 +10,9 @@ import pytest
 from ruamel.yaml import YAML
 
 from identify.core.parameters import Parameter
+from identify.core.threads import one_thread
 from identify.core.thresholds import CONVINCING
 from identify.discovery import sentences as told
-from identify.core.threads import one_thread
 from identify.discovery.candidates import candidates
 from identify.discovery.evidence import POLICY, EvidenceCriterion, confirmed, removed
 from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
