@@ -142,21 +142,20 @@ class TrialRunner:
         return likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD)
 
     def _first_start(self, few: Problem, starts: Array, task: Task) -> Array:
-        """Where a first look starts with errors of what was told: with what is known afresh and no errors,
-        because those of the present model make up for what it lacks.
+        """Where a first look starts with errors of what was told: without them, because those of the present
+        model make up for what it lacks, where a few steps by logarithmic residuals lead, whose valley is
+        wide, with what is known afresh or as it is.
 
         A resonance of its own is as narrow as its peak: it needs the present values beside it, and each
         frequency followed.
         """
         site = few.measurements[0].system.site
         terms = [{term.quantity for term in effect.terms(few.robot, site, "")} for effect in task.new]
+        held, present = without_errors(few), starts.copy()
+        present[:, few.size :] = 0.0
         if any({"mass", "stiffness"} <= quantities for quantities in terms):
-            starts = starts.copy()
-            starts[:, few.size :] = 0.0
-            return from_each(without_errors(few), starts, _FOLLOWED)
-        fresh = self._afresh(few, starts)
-        best = int(np.argmin(_logarithmic(few).costs(fresh)))
-        return np.asarray(fresh[best])
+            return from_each(held, present, _FOLLOWED)
+        return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts, on some of the channels.
