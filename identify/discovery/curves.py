@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Complex
-from identify.core.parameters import Scale
+from identify.core.arrays import Array, Complex
 from identify.core.thresholds import QUIET
 from identify.discovery.amplitude import acting_at
 from identify.discovery.loop import Discovery
+from identify.discovery.places.catalogue import leaning
 from identify.discovery.places.curve import measured_curve
 from identify.discovery.places.effect_law import law_of
 from identify.discovery.places.laws import rank_laws
@@ -120,16 +120,17 @@ def curve_of(problem: Problem, one: Wanted) -> CurveTable:
 
 
 def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float) -> CurveTable:
-    fitter = PlaceFitter(problem)
-    model = fitter.model(place)
+    fitter, place = PlaceFitter(problem), leaning(place, problem)
+    model, scale = fitter.model(place), fitter.scale(place)
     assert isinstance(model, StructuralModel)
-    s = model.lines(problem.initial)
+    began = np.array([p.initial for p in scale.parameters])
+    s = model.lines(began)
     said = None
     if effect is not None and not effect.of_amplitude:
         said = law_of(effect, model, problem, final.values, s)
-    [fit] = fitter.fit([Job(place, problem.initial, _begin(model, problem, said))], _STEPS)
+    [fit] = fitter.fit([Job(place, began, _begin(model, began, said))], _STEPS)
     assert fit is not None
-    scale, others = Scale(problem.parameters), views_of(problem, "validate")
+    others = views_of(problem, "validate")
     beyond = model_of(place, others) if others else None
     curve = measured_curve(model, fit, scale, beyond if isinstance(beyond, StructuralModel) else None)
     law = np.full(curve.pooled.values.shape, np.nan + 0j)
@@ -157,11 +158,11 @@ def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, 
     )
 
 
-def _begin(model: StructuralModel, problem: Problem, law: Complex | None) -> Unknown | None:
+def _begin(model: StructuralModel, values: Array, law: Complex | None) -> Unknown | None:
     """What a law says as an unknown to begin with; None where there is no law."""
     if law is None:
         return None
-    reference = model.start(problem.initial).reference
+    reference = model.start(values).reference
     return Unknown(triangle(a_of(law, reference, model.sign)), reference)
 
 

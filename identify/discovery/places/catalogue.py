@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from identify.core.arrays import Array
 from identify.model.effects.base import Effect
@@ -10,6 +11,7 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
 from identify.model.system import free_coordinates
 from identify.robot.description import Robot
+from identify.robot.posture import AXES
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
@@ -27,6 +29,20 @@ def places_of(problem: Problem, candidates: Sequence[Effect] = ()) -> list[Place
     ]
     own = [place for effect in candidates for place in effect.places(problem.robot, problem.points)]
     return list(dict.fromkeys([*found, *own]))
+
+
+def leaning(place: Place, problem: Problem) -> Place:
+    """A constraint of a single coordinate, about or along an axis of its own direction; others as they are.
+
+    Only towards what is locked: what is free moves along with it anyway.
+    """
+    if not isinstance(place, Release) or len(place.coordinates) > 1:
+        return place
+    [name] = place.coordinates
+    free = free_coordinates(problem.robot, problem.file.study.effects)
+    body, _, axis = name.partition(".")
+    around = [f"{body}.{other}" for other in AXES if axis in AXES and other[0] == axis[0]]
+    return replace(place, towards=tuple(other for other in around if other not in (name, *free)))
 
 
 def _constraints(robot: Robot, free: set[str]) -> Iterator[Place]:

@@ -111,7 +111,7 @@ def _alone(
     H is linear in A at the set's own zeta, so that one step is exact.
     """
     view = model.views[number]
-    own, s = view.target.s_at(fit.values), fitted.lines(fit.values)
+    own, s = model.lines_of(number, fit.values), fitted.lines(fit.values)
     where = [int(np.argmin(np.abs(s - line))) for line in own]
     reference = model.zeta(number, fit.values)
     a = a_of(fitted.stiffness(fit.unknown)[where], reference, model.sign)

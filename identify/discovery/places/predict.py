@@ -5,13 +5,15 @@ there line by line and by the known parameters.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+import scipy
 
 from identify.core.arrays import Array, Complex, Index, real_product
 from identify.core.errors import InputError
+from identify.core.parameters import Parameter
 from identify.discovery.places.update import (
     Base,
     attached,
@@ -29,6 +31,8 @@ from identify.model.system import System
 
 _RIDGE = 1e-12
 """Keeps apart powers of s that the lines do not tell apart."""
+_LEAN = 1.0
+"""How far an axis may lean towards another coordinate, which is then as near."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +110,16 @@ def model_of(place: Place, views: Sequence[View]) -> PlaceModel:
     return StructuralModel(place, views)
 
 
+def leanings(place: Place) -> tuple[Parameter, ...]:
+    """How far the axis of a place leans towards others: their values follow those of the problem's
+    parameters.
+    """
+    if not isinstance(place, Release):
+        return ()
+    names = [f"{place.coordinates[0]} towards {name}" for name in place.towards]
+    return tuple(Parameter(name, "", 0.0, -_LEAN, _LEAN, log=False) for name in names)
+
+
 class StructuralModel:
     """A constraint that gives way or something attached."""
 
@@ -156,7 +170,7 @@ class StructuralModel:
     def predict_one(self, number: int, unknown: Unknown, values: Array, free: Index) -> Predicted:
         """One of the sets alone, the unknown and its reference by its own lines."""
         part, a = self._parts[number], symmetric(unknown.values, self.size)
-        rest = part.rest(values, self._law(part.view.target.s_at(values), a, unknown.reference))
+        rest = part.rest(values, self._law(part.s_at(values), a, unknown.reference))
         return part.predict(a, unknown.reference, values, free, rest)
 
     def rests(self, unknown: Unknown, values: Array) -> list[Complex]:
@@ -184,9 +198,13 @@ class StructuralModel:
     def lines(self, values: Array) -> Complex:
         """s of the lines that the sets share."""
         s = np.zeros(count_of(self.views), dtype=complex)
-        for view in self.views:
-            s[view.lines] = view.target.s_at(values)
+        for number, view in enumerate(self.views):
+            s[view.lines] = self.lines_of(number, values)
         return s
+
+    def lines_of(self, number: int, values: Array) -> Complex:
+        """s of the lines of one of the sets."""
+        return self._parts[number].s_at(values)
 
 
 class _Part:
@@ -196,8 +214,9 @@ class _Part:
 
     def __init__(self, place: Release | Attachment | Beside, view: View, size: int) -> None:
         self.view, released_too = view, isinstance(place, Release)
-        extra = view.numbers(place.coordinates) if isinstance(place, Release) else np.zeros(0, dtype=int)
-        if released_too and len(extra) < size:
+        names = (*place.coordinates, *place.towards) if isinstance(place, Release) else ()
+        extra = view.numbers(names)
+        if released_too and len(extra) < len(names):
             raise InputError("place", f"{place.sentence()}, where a link is detached", "all of its links")
         self.system, self.out, self.force = view.over(np.concatenate([view.known, extra]))
         self.directions = None if isinstance(place, Release) else view.directions(place)
@@ -205,10 +224,32 @@ class _Part:
         if view.plain:
             self._compressed = view.compressed(np.concatenate([view.known, extra]))
             self.out = np.eye(len(self.force))
+        self._size, self._leaning = size, len(leanings(place))
         self._last: tuple[bytes, Base] | None = None
+
+    def s_at(self, values: Array) -> Complex:
+        """s of its lines."""
+        return self.view.target.s_at(self._own(values))
+
+    def _own(self, values: Array) -> Array:
+        """Those of the problem's parameters."""
+        return values[: len(values) - self._leaning]
+
+    def _axis(self, values: Array) -> Array:
+        """(d + towards, d): what moves with a unit of each coordinate of the place."""
+        lean = values[len(values) - self._leaning :]
+        return np.concatenate([np.eye(self._size), np.outer(lean, np.ones(self._size))])
 
     def base(self, values: Array) -> Base:
         """The model as it is, at its lines."""
+        whole = self._whole(self._own(values))
+        if not self._leaning:
+            return whole
+        axis = self._axis(values)
+        return replace(whole, columns=whole.columns @ axis, zeta=axis.T @ whole.zeta @ axis)
+
+    def _whole(self, values: Array) -> Base:
+        """With what the axis leans towards as columns of its own."""
         key = values.tobytes()
         if self._last is None or self._last[0] != key:
             self._last = key, self._base(values)
@@ -222,12 +263,16 @@ class _Part:
 
     def predict(self, a: Complex, reference: Complex, values: Array, free: Index, rest: Complex) -> Predicted:
         """With A (lines, d, d) of a reference zeta."""
-        s = self.view.target.s_at(values)
+        s, own = self.s_at(values), self._own(values)
         new, scale = updated(self.base(values), a, reference), (s**self.view.power)[:, None, None]
-        gradient = _gradient(self.system, scale * new.moved, new.to_out, s, free)
+        gradient = _gradient(self.system, scale * new.moved, new.to_out, s, free[free < len(own)])
+        leaning = free[free >= len(own)] - len(own)
+        if leaning.size:
+            lean = scale[..., None] * self._by_lean(a, reference, values)[..., leaning]
+            gradient = np.concatenate([gradient, lean], axis=3)
         h = scale * (self.out @ new.moved) + rest
         if self._compressed is None:
-            return compared(self.view, values, h, scale[..., None] * new.slopes, gradient)
+            return compared(self.view, own, h, scale[..., None] * new.slopes, gradient)
         every = np.concatenate([h[..., None], scale[..., None] * new.slopes, gradient], axis=3)
         factor, wanted, _ = self._compressed
         turned = real_product(factor, np.moveaxis(every, 2, 1))
@@ -235,12 +280,24 @@ class _Part:
         slopes = turned[..., 1 : 1 + unknowns]
         return Predicted(turned[..., 0] - wanted, slopes, turned[..., 1 + unknowns :], turned[..., 0], True)
 
+    def _by_lean(self, a: Complex, reference: Complex, values: Array) -> Complex:
+        """(lines, outputs, inputs, towards): derivatives of S X B by how far the axis leans: its own
+        motion and what the model opposes change.
+        """
+        whole, axis, first = self._whole(self._own(values)), self._axis(values), self._size
+        at = recharted(a, reference, self.base(values).zeta)
+        outwards, inwards = whole.out @ whole.columns, np.swapaxes(whole.columns, 1, 2) @ whole.force
+        left, right = (outwards @ axis @ at)[..., None], (at @ axis.T @ inwards)[..., None]
+        opposed = 2 * (whole.zeta[:, first:] @ axis)[:, None, None, :, 0]
+        along = outwards[:, :, None, first:] * right
+        return np.asarray(along + left * np.swapaxes(inwards[:, first:], 1, 2)[:, None] - left * right * opposed)
+
     def squares(self, a: Complex, reference: Complex, values: Array, rest: Complex) -> float:
         """Sum of |residual / noise|^2."""
-        base, s = self.base(values), self.view.target.s_at(values)
+        base, s, own = self.base(values), self.s_at(values), self._own(values)
         h = (s**self.view.power)[:, None, None] * (self.out @ moved_by(base, a, reference)) + rest
         if self._compressed is None:
-            read = self.view.target.read(h[..., None], values)[..., 0]
+            read = self.view.target.read(h[..., None], own)[..., 0]
             return float(np.sum(np.abs(whitened(self.view, read - self.view.target.data.frf)) ** 2))
         factor, wanted, left = self._compressed
         turned = real_product(factor, np.swapaxes(h, 1, 2)[..., None])[..., 0]
@@ -248,14 +305,19 @@ class _Part:
 
     def rest(self, values: Array, law: tuple[Array, Array, Array] | None) -> Complex:
         """What the end of the record adds, with stiffness, damping and mass (d, d) at the place."""
-        known = np.arange(len(self.view.known))
+        own, known = self._own(values), np.arange(len(self.view.known))
         if law is None:
             chosen = restricted(self.system, known)
-            return end_of(self.view, chosen.matrices(values), self.out[:, known], self.force[known], values)
-        mass, damping, stiffness = self.system.matrices(values)
-        spread = np.eye(len(mass))[len(known) :] if self.directions is None else self.directions
+            return end_of(self.view, chosen.matrices(own), self.out[:, known], self.force[known], own)
+        matrices, out, force = self.system.matrices(own), self.out, self.force
+        spread = self.directions
+        if spread is None:
+            moves = scipy.linalg.block_diag(np.eye(len(known)), self._axis(values))
+            matrices, out, force = tuple(moves.T @ x @ moves for x in matrices), out @ moves, moves.T @ force
+            spread = np.eye(moves.shape[1])[len(known) :]
         k, c, m = (spread.T @ part @ spread for part in law)
-        return end_of(self.view, (mass + m, damping + c, stiffness + k), self.out, self.force, values)
+        mass, damping, stiffness = matrices
+        return end_of(self.view, (mass + m, damping + c, stiffness + k), out, force, own)
 
 
 class ReadingModel:

@@ -13,7 +13,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.discovery.places.predict import PlaceModel, ReadingModel, Unknown, model_of
+from identify.discovery.places.predict import PlaceModel, ReadingModel, Unknown, leanings, model_of
 from identify.discovery.places.semiparametric import SemiParametricFit, fit_place
 from identify.discovery.places.views import views_of
 from identify.model.effects.place import Column, Place, Rows
@@ -85,7 +85,11 @@ class PlaceFitter:
         model = self.model(job.place)
         if model is None:
             return None
-        return fit_place(model, Scale(self.problem.parameters), job.values, steps, job.unknown)
+        return fit_place(model, self.scale(job.place), job.values, steps, job.unknown)
+
+    def scale(self, place: Place) -> Scale:
+        """Of the parameters, then of how far the axis of a place leans."""
+        return Scale((*self.problem.parameters, *leanings(place)))
 
 
 def screen_places(

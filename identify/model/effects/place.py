@@ -12,9 +12,14 @@ Axes = Literal["link", "base"]
 
 @dataclass(frozen=True)
 class Release:
-    """A constraint that may give way: coordinates, such as joint2.rx, that nothing in the model frees."""
+    """A constraint that may give way: coordinates, such as joint2.rx, that nothing in the model frees.
+
+    towards: of a single one, those that may move along with it, in proportions that are fitted: the axis may
+    have a direction of its own.
+    """
 
     coordinates: tuple[str, ...]
+    towards: tuple[str, ...] = ()
 
     def sentence(self) -> str:
         """For example: joint2 (rx, ry) giving way; link3 bending or twisting."""
