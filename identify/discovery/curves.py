@@ -9,17 +9,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex
-from identify.core.thresholds import QUIET
+from identify.core.arrays import Array
+from identify.core.thresholds import QUIET, SIGMAS_95
 from identify.discovery.amplitude import acting_at
 from identify.discovery.loop import Discovery
-from identify.discovery.places.catalogue import leaning
 from identify.discovery.places.curve import measured_curve
-from identify.discovery.places.effect_law import law_of
 from identify.discovery.places.laws import rank_laws
-from identify.discovery.places.predict import StructuralModel, Unknown, model_of
-from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
-from identify.discovery.places.update import a_of, triangle
+from identify.discovery.places.predict import StructuralModel, model_of
+from identify.discovery.places.screen import PlaceFit
+from identify.discovery.places.settled import settled
+from identify.discovery.places.update import triangle
 from identify.discovery.places.views import views_of
 from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
@@ -27,7 +26,6 @@ from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.results.curves import CurveTable, PlaceTable
 from identify.vibration.problem import Measurement, Problem, with_effects
 
-_STEPS = 10
 _LISTED = 15
 
 
@@ -120,19 +118,11 @@ def curve_of(problem: Problem, one: Wanted) -> CurveTable:
 
 
 def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float) -> CurveTable:
-    fitter, place = PlaceFitter(problem), leaning(place, problem)
-    model, scale = fitter.model(place), fitter.scale(place)
-    assert isinstance(model, StructuralModel)
-    began = np.array([p.initial for p in scale.parameters])
-    s = model.lines(began)
-    said = None
-    if effect is not None and not effect.of_amplitude:
-        said = law_of(effect, model, problem, final.values, s)
-    [fit] = fitter.fit([Job(place, began, _begin(model, began, said))], _STEPS)
-    assert fit is not None
-    others = views_of(problem, "validate")
-    beyond = model_of(place, others) if others else None
-    curve = measured_curve(model, fit, scale, beyond if isinstance(beyond, StructuralModel) else None)
+    found, others = settled(problem, place, effect, final.values), views_of(problem, "validate")
+    model, fit, said = found.model, found.fit, found.law
+    beyond = model_of(model.place, others) if others else None
+    curve = measured_curve(model, fit, found.scale, beyond if isinstance(beyond, StructuralModel) else None)
+    s = model.lines(fit.values)
     law = np.full(curve.pooled.values.shape, np.nan + 0j)
     if said is not None:
         law = triangle(said)[np.argsort(s.imag, kind="stable")]
@@ -155,15 +145,23 @@ def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, 
         law_gap=np.array([one.gap for one in ranked]),
         law_log_odds=np.array([one.log_odds for one in ranked]),
         peak_n=peak_n,
+        axis=_axis(model.place, curve.lean),
     )
 
 
-def _begin(model: StructuralModel, values: Array, law: Complex | None) -> Unknown | None:
-    """What a law says as an unknown to begin with; None where there is no law."""
-    if law is None:
-        return None
-    reference = model.start(values).reference
-    return Unknown(triangle(a_of(law, reference, model.sign)), reference)
+def _axis(place: Place, lean: Array) -> str:
+    """How its direction was found to differ from its coordinate, and how surely; empty where that is not
+    seen.
+    """
+    if not isinstance(place, Release):
+        return ""
+    degrees = np.degrees(np.arctan(lean))
+    seen = [
+        f"{by:.2f} ± {SIGMAS_95 * std:.2f}° towards {name}"
+        for name, (by, std) in zip(place.towards, degrees, strict=True)
+        if abs(by) > SIGMAS_95 * std
+    ]
+    return f"the axis is turned from {place.coordinates[0]} by {', '.join(seen)}" if seen else ""
 
 
 def _unit(place: Place) -> str:

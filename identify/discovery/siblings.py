@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identify.core.thresholds import QUIET
+from identify.discovery.lean import leaning_task, may_lean
 from identify.discovery.neighbours import siblings
 from identify.discovery.screen import likeliest_first, thorough
 from identify.discovery.screen_softly import further
@@ -79,6 +80,23 @@ def with_struts(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[Tr
     for (number, _), trial in zip(tasks, workers.run([task for _, task in tasks]), strict=True):
         if solved(trial):
             result[number].append(trial)
+    return result
+
+
+def with_leaning(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[Trial]]:
+    """The best measured law on a single coordinate, if it leaves about as little as the best candidate, also
+    about an axis of its own direction; not beside errors of what was told, which turn axes themselves.
+    """
+    result = [list(group) for group in groups]
+    best = min((trial.gap for group in groups for trial in group), default=np.inf)
+    laws = [(t.squares, n, t) for n, group in enumerate(groups) for t in group if may_lean(t.task.new[0])]
+    if not laws or workers.with_errors:
+        return result
+    _, number, law = min(laws, key=lambda one: one[0])
+    if not near_enough([law], best, _NEARLY):
+        return result
+    [task] = workers.each(leaning_task, [law])
+    result[number] += filter(solved, workers.run([task])) if task else []
     return result
 
 

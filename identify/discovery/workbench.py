@@ -20,7 +20,12 @@ from identify.discovery.screen_softly import (
     promising_softly,
     second_of_two,
 )
-from identify.discovery.siblings import with_siblings, with_springs_beside, with_struts
+from identify.discovery.siblings import (
+    with_leaning,
+    with_siblings,
+    with_springs_beside,
+    with_struts,
+)
 from identify.discovery.task import Task, Trial, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
@@ -130,7 +135,7 @@ class ImpactWorkbench:
             groups = with_springs_beside(self.workers, self.problem, self._screened, groups)
         elif not screen.anchor_of(model):
             groups = with_siblings(self.workers, self.problem, model, self._looked_at, groups)
-        groups = with_struts(self.workers, groups)
+        groups = with_leaning(self.workers, with_struts(self.workers, groups))
         self._refitted.update((_key(t.task.effects), t) for group in groups for t in group)
         return [[screen.attempt(model, trial) for trial in trials] for trials in groups]
 

@@ -147,17 +147,15 @@ def build_site(
     gone |= {one.name for one in added if one.link in gone}
     kept = [one for one in added if one.name not in gone]
     own = mechanism.coordinates
-    shapes = np.eye(len(own), len(own) + len(kept))
-    for column, one in enumerate(kept, start=len(own)):
+    names = (*own, *(one.name for one in kept if one.name not in own))
+    shapes = np.eye(len(own), len(names))
+    for one in kept:
         for name, amount in one.engine.items():
             if name not in gone:
-                shapes[mechanism.coordinate(name, "effects"), column] = amount
-    deformations = {
-        n: (one.link, one.deformation) for n, one in enumerate(kept, start=len(own)) if one.deformation
-    }
+                shapes[mechanism.coordinate(name, "effects"), names.index(one.name)] = amount
+    deformations = {names.index(one.name): (one.link, one.deformation) for one in kept if one.deformation}
     mass = shapes.T @ engine.mass_matrix() @ shapes
     there = _points_left(points or {}, gone)
-    names = (*own, *(one.name for one in kept))
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
     return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects)], axis=0))
 

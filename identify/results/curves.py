@@ -19,7 +19,7 @@ class CurveTable:
     says, NaN where there is none; sets (p): measurements, with agreement (p,), RMS difference from the pooled
     curve over its standard deviation, and whether they were fitted; laws (n): simple laws, likeliest first,
     with the gap that each leaves and log odds (of the first over the second, of the others over the first);
-    peak_n: strength of the impacts, NaN where all are alike.
+    peak_n: strength of the impacts, NaN where all are alike; axis: how its direction was found to differ.
     """
 
     place: str
@@ -39,6 +39,7 @@ class CurveTable:
     law_gap: Array
     law_log_odds: Array
     peak_n: float = float("nan")
+    axis: str = ""
 
 
 @dataclass(frozen=True)

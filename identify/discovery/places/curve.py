@@ -17,7 +17,7 @@ from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
 from identify.core.thresholds import SIGMAS_95
 from identify.discovery.places.normal import Normal, normal_equations
-from identify.discovery.places.predict import StructuralModel, Unknown
+from identify.discovery.places.predict import StructuralModel, Unknown, leanings
 from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.places.update import a_of, pairs_of, stiffness_of, symmetric, triangle
 from identify.discovery.places.weighted import WeightedFit, force_noise, weighted_fit
@@ -43,13 +43,14 @@ class Curve:
 class MeasuredCurve:
     """pooled: of all fitted sets; postures: of each set alone, then of sets that were not fitted; agreement:
     RMS difference of each from the pooled one, over its standard deviation; entries: which coordinates each
-    column is of.
+    column is of; lean (towards, 2): how far its axis leans, with the standard deviation.
     """
 
     entries: tuple[str, ...]
     pooled: Curve
     postures: tuple[Curve, ...]
     agreement: Array
+    lean: Array
 
 
 def measured_curve(
@@ -67,7 +68,10 @@ def measured_curve(
             curve, rms = _alone(one, number, model, end, shared)
             curves.append(curve)
             agreement.append(rms)
-    return MeasuredCurve(_entries(model), pooled, tuple(curves), np.array(agreement))
+    lean = np.column_stack([end.values, np.zeros(len(end.values))])
+    lean[scale.free, 1] = np.sqrt(np.diag(end.known)) * scale.slope(scale.to_x(end.values))
+    own = lean[len(lean) - len(leanings(model.place)) :]
+    return MeasuredCurve(_entries(model), pooled, tuple(curves), np.array(agreement), own)
 
 
 def _entries(model: StructuralModel) -> tuple[str, ...]:

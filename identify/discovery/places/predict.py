@@ -290,7 +290,9 @@ class _Part:
         left, right = (outwards @ axis @ at)[..., None], (at @ axis.T @ inwards)[..., None]
         opposed = 2 * (whole.zeta[:, first:] @ axis)[:, None, None, :, 0]
         along = outwards[:, :, None, first:] * right
-        return np.asarray(along + left * np.swapaxes(inwards[:, first:], 1, 2)[:, None] - left * right * opposed)
+        return np.asarray(
+            along + left * np.swapaxes(inwards[:, first:], 1, 2)[:, None] - left * right * opposed
+        )
 
     def squares(self, a: Complex, reference: Complex, values: Array, rest: Complex) -> float:
         """Sum of |residual / noise|^2."""

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from identify.core.arrays import Array
 from identify.core.parameters import Parameter, Values, parameter
@@ -52,12 +52,31 @@ class MeasuredImpedance(Effect):
     )
     released: bool = Field(True, description="false: another effect frees them already")
     branches: int = Field(1, ge=0, le=4, description="Maxwell branches on each coordinate")
+    lean: dict[str, float] = Field(
+        {},
+        description="what moves with a unit of a single coordinate, whose axis it turns: {joint4.rx: 0.01}",
+    )
     stiffness: Values = Field(Values(), description="k, N/m or N m/rad")
     damping: Values = Field(Values(), description="c, N s/m or N m s/rad")
     branch_stiffness: Values = Field(
         Values(), description="k_i, branch by branch for each coordinate in turn"
     )
     branch_damping: Values = Field(Values(), description="c_i, likewise")
+
+    @model_validator(mode="after")
+    def _one_axis(self) -> Self:
+        body, _, axis = self.at[0].partition(".")
+        if self.lean and (len(self.at) > 1 or not self.released):
+            raise ValueError("lean: turns the axis of a single coordinate that is released here")
+        alike = [f"{body}.{axis[:1]}{other}" for other in "xyz"]
+        if not set(self.lean) <= set(alike) - {self.at[0]}:
+            raise ValueError(f"lean: expected some of {', '.join(alike)} but not {self.at[0]} itself")
+        return self
+
+    @property
+    def settings_found(self) -> int:
+        """How far it leans."""
+        return len(self.lean)
 
     def sentence(self) -> str:
         """For example: measured dynamic stiffness of joint 4 (rx, ry), 2 relaxation times."""
@@ -67,7 +86,8 @@ class MeasuredImpedance(Effect):
             f"{body.replace('joint', 'joint ')} ({own})" for body, own in zip(bodies, axes, strict=True)
         )
         times = f"{self.branches} relaxation time{'s' if self.branches != 1 else ''}"
-        return f"measured dynamic stiffness of {names}, {times}"
+        turned = f" about an axis turned by {leaning(self.lean)}" if self.lean else ""
+        return f"measured dynamic stiffness of {names}{turned}, {times}"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -88,8 +108,9 @@ class MeasuredImpedance(Effect):
         return f"{name}.branch_{number + 1}"
 
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
-        """What joins spring and damper of each branch."""
-        return [
+        """What joins spring and damper of each branch; an axis that leans takes others along."""
+        turned = [Added(name, _link(robot, name), self.lean) for name in self.at if self.lean]
+        return turned + [
             Added(self._branch(name, number), _link(robot, name))
             for name in self.at
             for number in range(self.branches)
@@ -152,6 +173,11 @@ class MeasuredImpedance(Effect):
             force, _, length = unit.partition("/")
             unit = f"{force} s/{length}"
         return parameter(name, unit, start, values, f"{where}.{what}")
+
+
+def leaning(lean: Mapping[str, float]) -> str:
+    """For example: 0.27° towards joint4.rx."""
+    return ", ".join(f"{np.degrees(np.arctan(by)):.2f}° towards {name}" for name, by in lean.items())
 
 
 def _damper(stiffness: float, ratio: float) -> float:

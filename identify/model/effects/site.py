@@ -19,7 +19,8 @@ Deformation = Callable[[Array], Array]
 
 @dataclass(frozen=True)
 class Added:
-    """A coordinate that an effect brings, and what one unit of it moves.
+    """A coordinate that an effect brings, and what one unit of it moves; or one of the engine's own, and what
+    else moves along with it.
 
     link: the link it belongs to; it is gone where that link was taken off for a test. engine: the engine's
     coordinates that follow it, and how far each; those of links taken off do not count. deformation:

@@ -78,6 +78,7 @@ def sentences(curve: CurveTable) -> str:
     if len(curve.laws) > 1:
         law += f" (log odds {curve.law_log_odds[0]:.0f} over {curve.laws[1]})"
     said = [f"{capital(curve.place)}: without any law the gap left is {curve.gap:.2f}."]
+    said += [f"{capital(curve.axis)}."] if curve.axis else []
     said += [law + "."] if law else []
     apart = [name for name, rms in zip(curve.sets, curve.agreement, strict=True) if rms > AGREE]
     if len(curve.sets) > 1:
