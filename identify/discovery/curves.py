@@ -157,9 +157,9 @@ def _axis(place: Place, lean: Array) -> str:
         return ""
     degrees = np.degrees(np.arctan(lean))
     seen = [
-        f"{by:.2f} ± {SIGMAS_95 * std:.2f}° towards {name}"
+        f"{abs(by):.2f} ± {SIGMAS_95 * std:.2f}° {'towards' if by > 0 else 'away from'} {name}"
         for name, (by, std) in zip(place.towards, degrees, strict=True)
-        if abs(by) > SIGMAS_95 * std
+        if abs(by) > SIGMAS_95 * std  # as for a law that leans
     ]
     return f"the axis is turned from {place.coordinates[0]} by {', '.join(seen)}" if seen else ""
 

@@ -6,7 +6,10 @@ here, with the dynamic stiffness of the place without a law, and is a setting of
 
 from __future__ import annotations
 
-from identify.core.thresholds import QUIET
+import numpy as np
+
+from identify.core.thresholds import QUIET, SIGMAS_95
+from identify.discovery.places.curve import lean_of
 from identify.discovery.places.settled import settled
 from identify.discovery.places.weighted import weighted_fit
 from identify.discovery.task import Task, Trial
@@ -23,8 +26,8 @@ def may_lean(effect: Effect) -> bool:
 
 
 def leaning_task(problem: Problem, trial: Trial) -> Task | None:
-    """The law of a trial with the direction of its axis, to be refitted; None where that has none of its own,
-    or where without a law more than noise is left: what else is missing would turn it.
+    """The law of a trial about the axis that its curve has, to be refitted; None where no other direction is
+    seen, or where without a law more than noise is left: what else is missing would turn it.
     """
     [law] = trial.task.new
     assert isinstance(law, MeasuredImpedance)
@@ -34,6 +37,9 @@ def leaning_task(problem: Problem, trial: Trial) -> Task | None:
     towards = found.model.place.towards if isinstance(found.model.place, Release) else ()
     if not towards or found.fit.gap > QUIET:
         return None
-    by = weighted_fit(found.model, found.fit, found.scale).values[-len(towards) :]
+    end = weighted_fit(found.model, found.fit, found.scale)
+    by, std = lean_of(found.model, end, found.scale).T
+    if not np.any(np.abs(by) > SIGMAS_95 * std):
+        return None
     lean = {name: round(float(one), 6) for name, one in zip(towards, by, strict=True)}
     return Task(trial.task.known, (law.model_copy(update={"lean": lean}),), trial.values, "onward")

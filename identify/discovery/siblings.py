@@ -84,8 +84,8 @@ def with_struts(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[Tr
 
 
 def with_leaning(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[Trial]]:
-    """The best measured law on a single coordinate, if it leaves about as little as the best candidate, also
-    about an axis of its own direction; not beside errors of what was told, which turn axes themselves.
+    """The best measured law on a single coordinate, if it leaves about as little as the best candidate, about
+    an axis of its own direction where the data show one; not beside errors of what was told.
     """
     result = [list(group) for group in groups]
     best = min((trial.gap for group in groups for trial in group), default=np.inf)
@@ -96,7 +96,9 @@ def with_leaning(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[T
     if not near_enough([law], best, _NEARLY):
         return result
     [task] = workers.each(leaning_task, [law])
-    result[number] += filter(solved, workers.run([task])) if task else []
+    for turned in workers.run([task]) if task else []:
+        if turned.squares < law.squares:
+            result[number] = [turned if trial is law else trial for trial in groups[number]]
     return result
 
 

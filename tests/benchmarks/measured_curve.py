@@ -21,10 +21,10 @@ from matplotlib.figure import Figure
 from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array, Complex
-from identify.core.parameters import Scale
 from identify.core.thresholds import SIGMAS_95
+from identify.discovery.places.catalogue import leaning
 from identify.discovery.places.curve import Curve, measured_curve
-from identify.discovery.places.predict import StructuralModel
+from identify.discovery.places.predict import StructuralModel, leanings
 from identify.discovery.places.screen import Job, PlaceFitter
 from identify.model.effects.place import Beside, Release
 from identify.reports.kit.figures import INK, MUTED, PALETTE, WIDTH_IN, style
@@ -81,12 +81,12 @@ def curves_of(folder: Path, names: tuple[str, ...]) -> Iterator[tuple[str, Curve
     free = {name for m in problem.measurements for name in m.system.coordinates}
     place = Beside(names) if set(names) <= free else Release(names)
     for label, part in _levels(problem):
-        fitter = PlaceFitter(part)
-        model = fitter.model(place)
+        fitter, own = PlaceFitter(part), leaning(place, part)
+        model, straight = fitter.model(own), [p.initial for p in leanings(own)]
         assert isinstance(model, StructuralModel)
-        [fit] = fitter.fit([Job(place, values)], 40)
+        [fit] = fitter.fit([Job(own, np.array([*values, *straight]))], 40)
         assert fit is not None
-        curve = measured_curve(model, fit, Scale(part.parameters)).pooled
+        curve = measured_curve(model, fit, fitter.scale(own)).pooled
         print(f"{label or 'all impacts'}: gap {present.gap:.2f}, with the place {fit.gap:.2f}")
         if isinstance(place, Beside):
             found = dict(zip((p.name for p in part.parameters), fit.values, strict=True))

@@ -16,7 +16,7 @@ from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
 from identify.discovery.places.job import Known, Start
 from identify.discovery.places.look import candidates_at
-from identify.discovery.places.predict import ReadingModel, StructuralModel, Unknown, model_of
+from identify.discovery.places.predict import ReadingModel, StructuralModel, Unknown, leanings, model_of
 from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
 from identify.discovery.places.semiparametric import fit_place
 from identify.discovery.places.update import a_of, recharted, symmetric, triangle
@@ -31,6 +31,7 @@ from tests.hidden import truth, write_config
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 TILT = Release(("joint2.rx", "joint2.ry"))
+TURNED = Release(("joint2.rx",), ("joint2.ry",))
 
 
 @pytest.fixture(scope="module")
@@ -66,10 +67,11 @@ def _laws(problem: Problem) -> list[tuple[Place, dict[str, Any]]]:
     turned = Attachment(place.link, place.at_m, place.axes, "base")
     tilt = {"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]}
     askew = Attachment(place.link, place.at_m, place.axes, "base", along=(0.6, 0.0, 0.8))
-    return [(TILT, tilt), (turned, strut), (askew, strut | {"direction": [3.0, 0.0, 4.0]})]
+    lean = {"kind": "measured-impedance", "at": ["joint2.rx"], "branches": 0, "lean": {"joint2.ry": 0.2}}
+    return [(TILT, tilt), (turned, strut), (askew, strut | {"direction": [3.0, 0.0, 4.0]}), (TURNED, lean)]
 
 
-@pytest.mark.parametrize("number", [0, 1, 2])
+@pytest.mark.parametrize("number", [0, 1, 2, 3])
 def test_a_place_with_a_law_is_the_model_with_the_effect(
     problem: Problem, views: list[View], number: int
 ) -> None:
@@ -78,11 +80,12 @@ def test_a_place_with_a_law_is_the_model_with_the_effect(
     full = with_effects(problem, [*problem.file.study.effects, parse_effect(effect)], {})
     known, own = len(problem.initial), full.initial[len(problem.initial) :]
     model = StructuralModel(place, views)  # type: ignore[arg-type]
-    s = model.lines(problem.initial)
+    values = np.array([*problem.initial, *effect.get("lean", {}).values()])
+    s = model.lines(values)
     stiffness = np.array([np.diag(own[0::2] + line * own[1::2]) for line in s])
-    unknown = _at(model, problem.initial, stiffness)
-    parts = model.predict(unknown, problem.initial, np.arange(known), model.rests(unknown, problem.initial))
-    squares = model.squares(unknown, problem.initial, model.rests(unknown, problem.initial))
+    unknown = _at(model, values, stiffness)
+    parts = model.predict(unknown, values, np.arange(known), model.rests(unknown, values))
+    squares = model.squares(unknown, values, model.rests(unknown, values))
     wanted = sum(
         float(np.sum(np.abs((m.target.predict(full.initial) - m.target.data.frf) / m.target.noise) ** 2))  # type: ignore[union-attr,operator]
         for m in full.measurements
@@ -96,13 +99,18 @@ def test_a_place_with_a_law_is_the_model_with_the_effect(
 
 
 @pytest.mark.parametrize(
-    "place", [TILT, Beside(("joint3.rz",)), Column(), Rows(1, (1, 2, 3))], ids=lambda place: place.sentence()
+    "place",
+    [TILT, TURNED, Beside(("joint3.rz",)), Column(), Rows(1, (1, 2, 3))],
+    ids=lambda place: place.sentence(),
 )
 def test_derivatives_are_those_of_differences(problem: Problem, views: list[View], place: Place) -> None:
-    """By each unknown of a line and by each parameter, where something is missing already."""
+    """By each unknown of a line, by parameters and by how far an axis leans, where something is missing
+    already.
+    """
     node = views[0].target.data.outputs[-1].node
     model = model_of(Rows(node, (1, 2, 3)) if isinstance(place, Rows) else place, views)
-    values, free = problem.initial, np.arange(len(problem.initial))
+    values = np.array([*problem.initial, *(0.1 for _ in leanings(place))])
+    free = np.arange(len(values))
     start = model.start(values)
     rng = np.random.default_rng(1)
     size = 0.1 if isinstance(model, ReadingModel) else 0.3 / np.median(np.abs(start.reference))
@@ -116,7 +124,7 @@ def test_derivatives_are_those_of_differences(problem: Problem, views: list[View
         other = model.predict(Unknown(moved, start.reference), values, free, rests)[0]
         difference = (other.residual - one.residual) / (1e-6 * size)
         assert np.abs(difference - one.by_unknown[..., number]).max() < 1e-4 * np.abs(difference).max()
-    for number in (2, 3):
+    for number in (2, 3, len(values) - 1):
         changed = values.copy()
         changed[number] *= 1 + 1e-6
         other = model.predict(unknown, changed, free, rests)[0]

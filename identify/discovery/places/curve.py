@@ -68,10 +68,15 @@ def measured_curve(
             curve, rms = _alone(one, number, model, end, shared)
             curves.append(curve)
             agreement.append(rms)
-    lean = np.column_stack([end.values, np.zeros(len(end.values))])
-    lean[scale.free, 1] = np.sqrt(np.diag(end.known)) * scale.slope(scale.to_x(end.values))
-    own = lean[len(lean) - len(leanings(model.place)) :]
-    return MeasuredCurve(_entries(model), pooled, tuple(curves), np.array(agreement), own)
+    return MeasuredCurve(
+        _entries(model), pooled, tuple(curves), np.array(agreement), lean_of(model, end, scale)
+    )
+
+
+def lean_of(model: StructuralModel, end: WeightedFit, scale: Scale) -> Array:
+    """(towards, 2): how far the axis of a place leans, and the standard deviation of that."""
+    last, std = len(leanings(model.place)), np.sqrt(np.diag(end.known)) * scale.slope(scale.to_x(end.values))
+    return np.column_stack([end.values[len(end.values) - last :], std[len(std) - last :]])
 
 
 def _entries(model: StructuralModel) -> tuple[str, ...]:

@@ -177,7 +177,10 @@ class MeasuredImpedance(Effect):
 
 def leaning(lean: Mapping[str, float]) -> str:
     """For example: 0.27° towards joint4.rx."""
-    return ", ".join(f"{np.degrees(np.arctan(by)):.2f}° towards {name}" for name, by in lean.items())
+    ways = {name: "towards" if by > 0 else "away from" for name, by in lean.items()}
+    return ", ".join(
+        f"{np.degrees(np.arctan(abs(by))):.2f}° {ways[name]} {name}" for name, by in lean.items()
+    )
 
 
 def _damper(stiffness: float, ratio: float) -> float:
