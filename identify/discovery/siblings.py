@@ -98,7 +98,8 @@ def with_leaning(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[T
     [task] = workers.each(leaning_task, [law])
     for turned in workers.run([task]) if task else []:
         if turned.squares < law.squares:
-            result[number] = [turned if trial is law else trial for trial in groups[number]]
+            [own] = thorough(workers, [turned])  # with its variants: fewer or more relaxation times
+            result[number] = [*own, *(trial for trial in groups[number] if trial is not law)]
     return result
 
 
