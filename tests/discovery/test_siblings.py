@@ -10,8 +10,9 @@ from typing import cast
 import numpy as np
 import pytest
 
+from identify.discovery.lean import leaning_task, may_lean
 from identify.discovery.neighbours import siblings
-from identify.discovery.siblings import with_siblings, with_springs_beside, with_struts
+from identify.discovery.siblings import with_leaning, with_siblings, with_springs_beside, with_struts
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import narrowed, thinned
@@ -19,6 +20,7 @@ from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect, parse_effect
 from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.spring_to_ground import SpringToGround
 from identify.vibration.problem import Given, Measurement, Problem, load_problem, with_effects
 from identify.vibration.study import read_study
@@ -123,6 +125,44 @@ def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     assert end.gap == pytest.approx(trial.gap, abs=0.01)
     assert trial.free - end.free == 8
     assert strut_task(measured, replace(trial, squares=4 * trial.squares)) is None
+
+
+@pytest.mark.parametrize("lean", [0.03, 0.0])
+def test_a_measured_law_leans_where_the_data_show_it(problem: Problem, lean: float) -> None:
+    """And only there: a law about the coordinate stays as it is."""
+    known, thin = tuple(problem.file.study.effects), thinned(problem)
+    straight = {"kind": "measured-impedance", "at": ["joint2.rx"], "branches": 0}
+    own = {"joint2.rx.stiffness": 1e6, "joint2.rx.damping": 1e3}
+    turned = straight | ({"lean": {"joint2.ry": lean}} if lean else {})
+    measured = _measured(thin, with_effects(thin, (*known, parse_effect(turned)), own))
+    law, runner = parse_effect(straight), TrialRunner(measured)
+    values = {**{p.name: p.initial for p in measured.parameters}, **own}
+    trial = runner.run(Task(known, (law,), values, "onward"))
+    task = leaning_task(measured, trial)
+    if not lean:
+        assert task is None
+        return
+    assert task is not None
+    [found] = task.new
+    assert isinstance(found, MeasuredImpedance)
+    assert found.lean["joint2.ry"] == pytest.approx(lean, rel=0.1)
+    with Workers(measured, 1) as workers:
+        [[end, *_]] = with_leaning(workers, [[trial]])
+    assert end.task.new == (found,)
+    assert end.gap < 1.05 < trial.gap
+    assert end.values["joint2.rx.stiffness"] == pytest.approx(1e6, rel=0.02)
+    assert end.free == trial.free + 1
+
+
+def test_what_an_axis_may_lean_towards() -> None:
+    """The other coordinates of its kind, and only of a single one."""
+    one = {"kind": "measured-impedance", "at": ["joint2.rx"]}
+    assert may_lean(parse_effect(one))
+    assert not may_lean(parse_effect(one | {"at": ["joint2.rx", "joint2.ry"]}))
+    assert not may_lean(parse_effect(one | {"lean": {"joint2.ry": 0.1}}))
+    for lean in ({"joint2.tx": 0.1}, {"joint3.ry": 0.1}, {"joint2.rx": 0.1}):
+        with pytest.raises(ValueError, match="lean"):
+            parse_effect(one | {"lean": lean})
 
 
 def test_where_no_springs_are_tried_no_strut_is(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
