@@ -1,12 +1,12 @@
-"""A cantilever in space: how its points move with five coordinates at its end, its stiffness, and a rigid
-body cut into slices along it.
+"""A cantilever in space: how its points move with five coordinates at its end, and at the ends of its parts
+if it has several; its stiffness, and a rigid body cut into slices along it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from functools import partial
 
 import numpy as np
 
@@ -14,34 +14,41 @@ from identify.core.arrays import Array
 from identify.model.effects.site import Deformation
 from identify.robot.description import Link
 
+_NAMES = ("deflection_1", "slope_1", "deflection_2", "slope_2", "twist")
 _SLICES = 6
-"""Gauss points along the link: exact for products of cubic shapes."""
+"""Gauss points along the link for each part: exact for products of cubic shapes."""
 
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform beam from start to end (3,), m, in a link's frame, that bends about the unit axes across (2,
-    3), at right angles to it.
+    """A beam from start to end (3,), m, in a link's frame, that bends about the unit axes across (2, 3), at
+    right angles to it; of so many parts of equal length, each of them uniform.
 
-    The coordinates, in the order of NAMES: deflection (m) of the end along `across x axis` and slope (rad)
-    about across, for the two planes; twist (rad) of the end.  Before its start nothing moves; what is beyond
-    its end goes with it as a rigid body.
+    The coordinates, in the order of names: deflection (m) of the end along `across x axis` and slope (rad)
+    about across, for the two planes; twist (rad) of the end; the same first for the ends of the other parts.
+    Before its start nothing moves; what is beyond its end goes with it as a rigid body.
     """
 
     start: Array
     end: Array
     across: Array
-    NAMES: ClassVar[tuple[str, ...]] = ("deflection_1", "slope_1", "deflection_2", "slope_2", "twist")
+    parts: int = 1
 
     @classmethod
-    def between(cls, start: Array, end: Array, about: Array) -> Beam:
+    def between(cls, start: Array, end: Array, about: Array, parts: int = 1) -> Beam:
         """The beam from start to end, which must differ; it bends first about what of `about` (3,) is across
         it.
         """
         axis = (end - start) / np.linalg.norm(end - start)
         first = about - (about @ axis) * axis
         first /= np.linalg.norm(first)
-        return cls(start, end, np.array([first, np.cross(axis, first)]))
+        return cls(start, end, np.array([first, np.cross(axis, first)]), parts)
+
+    @staticmethod
+    def names(parts: int) -> list[str]:
+        """Of the coordinates of a beam of so many parts."""
+        inner = [f"{name}_at_{number}_of_{parts}" for number in range(1, parts) for name in _NAMES]
+        return [*inner, *_NAMES]
 
     @property
     def length(self) -> float:
@@ -55,46 +62,55 @@ class Beam:
 
     def deformations(self) -> list[Deformation]:
         """Displacement and rotation (6,) of a point (3,) for a unit of each coordinate."""
-        bending = [self._bending(axis, turns=turns) for axis in self.across for turns in (False, True)]
-        return [*bending, self._twist]
+        every = range(len(_NAMES))
+        return [partial(self._moved, node, one) for node in range(1, self.parts + 1) for one in every]
 
     def stiffness(self) -> Array:
-        """K (3, 5, 5) per unit of EI in each plane and per unit of GJ."""
-        length = self.length
-        plane = np.array([[12.0, -6 * length], [-6 * length, 4 * length**2]]) / length**3
-        matrices = np.zeros((3, 5, 5))
-        matrices[0, :2, :2] = matrices[1, 2:4, 2:4] = plane
-        matrices[2, 4, 4] = 1 / length
-        return matrices
+        """K (3, parts, n, n) of each part per unit of its EI in either plane and per unit of its GJ."""
+        size, one = self.length / self.parts, len(_NAMES)
+        # By deflection and slope of both ends of a part; the start of the beam is held.
+        far = np.array([[12.0, -6 * size], [-6 * size, 4 * size**2]]) / size**3
+        near = far * [[1, -1], [-1, 1]]
+        between = np.array([[-12.0, 6 * size], [-6 * size, 2 * size**2]]) / size**3
+        plane, twist = (
+            np.block([[near, between], [between.T, far]]),
+            np.array([[1.0, -1.0], [-1.0, 1.0]]) / size,
+        )
+        matrices = np.zeros((3, self.parts, one * (self.parts + 1), one * (self.parts + 1)))
+        for part in range(self.parts):
+            for kind, (own, matrix) in enumerate((([0, 1], plane), ([2, 3], plane), ([4], twist))):
+                ends = [one * node + number for node in (part, part + 1) for number in own]
+                matrices[kind, part][np.ix_(ends, ends)] = matrix
+        return matrices[:, :, one:, one:]
 
     def _station(self, point: Array) -> tuple[float, Array]:
         """Where along the beam, 0 to 1, and the lever (3,) from there."""
         along = float(np.clip((point - self.start) @ self.axis / self.length, 0.0, 1.0))
         return along, point - self.start - along * self.length * self.axis
 
-    def _bending(self, about: Array, *, turns: bool) -> Deformation:
-        """Cubic shapes of a unit slope of the end without deflection, or of a unit deflection without
-        slope.
+    def _moved(self, node: int, coordinate: int, point: Array) -> Array:
+        """Cubic shapes of a unit slope of a node without deflection, or of a unit deflection without slope,
+        or a linear one of its twist; nothing beyond the nodes beside it.
         """
+        along, lever = self._station(point)
+        x, size = along * self.parts - node + 1, self.length / self.parts
+        side = 1 if x <= 1 else -1  # as seen from the part's other end
+        x = x if x <= 1 else 2 - x
+        if not 0 <= x <= 1:
+            return np.zeros(6)
+        plane, turns = divmod(coordinate, 2)
+        deflection = np.zeros(3)
+        if coordinate == len(_NAMES) - 1:
+            rotation = x * self.axis
+        else:
+            bent = side * size * (x**3 - x**2) if turns else 3 * x**2 - 2 * x**3
+            slope = 3 * x**2 - 2 * x if turns else side * (6 * x - 6 * x**2) / size
+            rotation = slope * self.across[plane]
+            deflection = bent * np.cross(self.across[plane], self.axis)
+        return np.concatenate([deflection + np.cross(rotation, lever), rotation])
 
-        def moved(point: Array) -> Array:
-            x, lever = self._station(point)
-            deflection = self.length * (x**3 - x**2) if turns else 3 * x**2 - 2 * x**3
-            slope = 3 * x**2 - 2 * x if turns else (6 * x - 6 * x**2) / self.length
-            rotation = slope * about
-            return np.concatenate(
-                [deflection * np.cross(about, self.axis) + np.cross(rotation, lever), rotation]
-            )
 
-        return moved
-
-    def _twist(self, point: Array) -> Array:
-        x, lever = self._station(point)
-        rotation = x * self.axis
-        return np.concatenate([np.cross(rotation, lever), rotation])
-
-
-def slices(body: Link, axis: Array) -> Iterator[tuple[float, Array, Array]]:
+def slices(body: Link, axis: Array, parts: int = 1) -> Iterator[tuple[float, Array, Array]]:
     """Mass, centre (3,) and inertia (3, 3) about it of slices of a body along an axis (3,), which together
     are the body.
 
@@ -108,7 +124,12 @@ def slices(body: Link, axis: Array) -> Iterator[tuple[float, Array, Array]]:
         return
     line = second @ axis / along
     rest = second - along * np.outer(line, line)
-    stations, weights = np.polynomial.legendre.leggauss(_SLICES)
-    for station, weight in zip(stations, weights / 2, strict=True):
-        offset = station * np.sqrt(3 * along / body.mass)
+    for station, weight in evenly(parts):
+        offset = (2 * station - 1) * np.sqrt(3 * along / body.mass)
         yield body.mass * weight, body.centre + offset * line, weight * (np.trace(rest) * np.eye(3) - rest)
+
+
+def evenly(parts: int) -> list[tuple[float, float]]:
+    """Stations along a length, 0 to 1, and the share of each, as many as so many parts need."""
+    stations, weights = np.polynomial.legendre.leggauss(_SLICES * parts)
+    return list(zip(((1 + stations) / 2).tolist(), (weights / 2).tolist(), strict=True))

@@ -4,8 +4,7 @@ the arm.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from itertools import product
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -15,7 +14,7 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import DampingValues, Parameter, Values, parameter
 from identify.model.effects.base import Effect, Term
-from identify.model.effects.beam import Beam, slices
+from identify.model.effects.beam import Beam, evenly, slices
 from identify.model.effects.rigid_body import MOMENTS, rigid_body
 from identify.model.effects.site import Added, Site
 from identify.model.effects.springs import spring_terms
@@ -23,8 +22,10 @@ from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import AXES, Mechanism
 
-_REACH = 3.0
-_ENDS = tuple(product((0, 1), ("deflection", "slope")))
+_PARTS = 3
+"""Of a nonuniform link: three stiffnesses say all that loads at an end ask of a plane."""
+_REACH = 10.0
+_STIFFNESSES = ("bending_1", "bending_2", "torsion")
 _SHORT = 0.05
 """Links shorter than this share of the arm are stubs, not beams: no place for discovery."""
 
@@ -41,9 +42,11 @@ class LinkFlexibility(Effect):
     The first plane is that in which the joint swings the link, or, where the link lies along its joint's
     axis, the next one.
 
-    A nonuniform link has in each plane two more stiffnesses, of deflection and slope alone, and a body
-    that sits at the end and is missing elsewhere on the link, so that the rigid link stays as it was: a rib,
-    a thinner half, a motor at one end.
+    A nonuniform link has three parts of equal length, with coordinates at the end of each; in each plane and
+    in torsion the first and the last are stiffer or softer than the middle: a rib, a flange, a thinner half.
+    Its mass does not only move with the section where it sits, because motors and housings overhang: a share
+    of all of it goes evenly with all sections, and a mass that is missing elsewhere on the link goes with the
+    end, so that the rigid link stays as it was.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"uneven": "nonuniform"}
@@ -58,7 +61,7 @@ class LinkFlexibility(Effect):
         ),
     )
     nonuniform: bool = Field(
-        False, description="stiffness and mass are not spread evenly over the length: 14 more parameters"
+        False, description="stiffness and mass are not spread evenly over the length: 11 more parameters"
     )
     bending: Values = Field(
         Values(),
@@ -104,10 +107,14 @@ class LinkFlexibility(Effect):
                 self._where, f"{self.link} has no length: the joints at its ends meet", "a longer link"
             )
         rigid = (1 - self.flexible_share) / 2 * (end - start)
-        return Beam.between(start + rigid, end - rigid, _swing(robot, number, end - start))
+        return Beam.between(start + rigid, end - rigid, _swing(robot, number, end - start), self._parts)
+
+    @property
+    def _parts(self) -> int:
+        return _PARTS if self.nonuniform else 1
 
     def _names(self) -> list[str]:
-        return [f"{self.link}.{name}" for name in Beam.NAMES]
+        return [f"{self.link}.{name}" for name in Beam.names(self._parts)]
 
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
         """Deflections and slopes of the end in two planes, and its twist; the next joint's frame goes with
@@ -134,10 +141,18 @@ class LinkFlexibility(Effect):
         """
         if self.link in site.detached:
             return None
+        parts = slices(robot.link(self.link), self._beam(robot).axis, self._parts)
+        return self._moving(site, [(centre, *part) for part in parts for _, centre, _ in [part]])
+
+    def _moving(self, site: Site, bodies: Iterable[tuple[Array, float, Array, Array]]) -> Array:
+        """Mass matrix of bodies that move with the sections at some points (3,), each with its mass, centre
+        and inertia about it, less that of the same bodies on the rigid link.
+        """
         own = [site.number(name) for name in self._names()]
         total = np.zeros((len(site.coordinates),) * 2)
-        for mass, centre, inertia in slices(robot.link(self.link), self._beam(robot).axis):
-            moving = site.jacobian(self.link, centre, "effects")
+        for at, mass, centre, inertia in bodies:
+            moving = site.jacobian(self.link, at, self._where)
+            moving[:3] += np.cross(moving[3:].T, centre - at).T
             rigid = moving.copy()
             rigid[:, own] = 0.0
             for sign, jacobian in ((1.0, moving), (-1.0, rigid)):
@@ -147,49 +162,58 @@ class LinkFlexibility(Effect):
         return total
 
     def free_coordinates(self, robot: Robot) -> list[str]:
-        """All five coordinates."""
+        """All coordinates of its beam."""
         return self._names()
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
-        """EI and EI' of the two planes, GJ, GJ', with the beam's matrices as stiffness and as damping; of an
-        nonuniform link then what is more or less at its end.
+        """EI and EI' of the two planes, GJ, GJ', with the beam's matrices as stiffness and as damping; of a
+        nonuniform link then what its first and last part have more, and where its mass is.
         """
         names, beam = self._names(), self._beam(robot).stiffness()
         motion = np.array([site.vector(name) for name in names])
         numbers = [site.reference.number(name) for name in names]
         mass = site.reference.mass[np.ix_(numbers, numbers)]
         # The slowest motion of each group on its own has w^2 = k / moved, k the stiffness to be identified.
-        moved = np.array([_largest(matrix, mass) for matrix in beam])
+        moved = np.array([_largest(matrix, mass) for matrix in beam.sum(axis=1)])
+        parts = motion.T @ beam @ motion
         places = [
-            (f"{self.link}.{name}", "N m^2", motion.T @ matrix @ motion)
-            for name, matrix in zip(("bending_1", "bending_2", "torsion"), beam, strict=True)
+            (f"{self.link}.{name}", "N m^2", matrix)
+            for name, matrix in zip(_STIFFNESSES, parts.sum(axis=1), strict=True)
         ]
         bending, torsion = ((f"{where}.{what}", f"{where}.{what}_damping") for what in ("bending", "torsion"))
         even = [
             *spring_terms(places[:2], moved[:2], self.bending, self.bending_damping, bending),
             *spring_terms(places[2:], moved[2:], self.torsion, self.torsion_damping, torsion),
         ]
-        return even + (self._nonuniformity(robot, site, even, where) if self.nonuniform else [])
+        if not self.nonuniform:
+            return even
+        starts = [term.parameter.initial for term in even[::2]]
+        return [*even, *_further(self.link, parts, starts, where), *self._masses(robot, site, where)]
 
-    def _nonuniformity(self, robot: Robot, site: Site, even: list[Term], where: str) -> list[Term]:
-        """Further stiffness within some multiple of EI, and moments of a body no heavier and no longer than
-        the link.
+    def _masses(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """The share of the link that moves evenly with all sections, and what a body no heavier and no longer
+        than it has at its end.
         """
+        link, beam = robot.link(self.link), self._beam(robot)
+        reaches = (1.0, link.mass, *[link.mass * beam.length] * 3)
+        names, units = ("even_share", *(f"end_{name}" for name in MOMENTS)), ("1", "kg", *["kg m"] * 3)
+        inertias = [self._spread(robot, site), *self._end_body(robot, site)]
+        return [
+            Term(_within(f"{self.link}.{name}", unit, reach, where), mass=inertia)
+            for name, unit, reach, inertia in zip(names, units, reaches, inertias, strict=False)
+        ]
 
-        def within(name: str, unit: str, reach: float) -> Parameter:
-            return parameter(name, unit, 0.0, Values(initial=0.0, bounds=(-reach, reach)), where, log=False)
-
-        beam, terms = self._beam(robot), []
-        for plane, what in _ENDS:
-            own, number = even[2 * plane].parameter, 2 * plane + (what == "slope")
-            alone = beam.stiffness()[plane][number, number] * site.unit(self._names()[number])
-            name = f"{own.name.removesuffix('stiffness')}{what}_stiffness"
-            terms.append(Term(within(name, "N m^2", _REACH * own.initial), stiffness=alone))
-        link, powers = robot.link(self.link), (0, *[1] * 3, *[2] * 6)
-        for power, name, inertia in zip(powers, MOMENTS, self._end_body(robot, site), strict=True):
-            unit, reach = ("kg", "kg m", "kg m^2")[power], link.mass * beam.length**power
-            terms.append(Term(within(f"{self.link}.end_{name}", unit, reach), mass=inertia))
-        return terms
+    def _spread(self, robot: Robot, site: Site) -> Array:
+        """Inertia of the link's mass where it moves evenly with all sections, less where each moves with its
+        own.
+        """
+        own = self.consistent_mass(robot, site)
+        if own is None:
+            return np.zeros((len(site.coordinates),) * 2)
+        link, beam = robot.link(self.link), self._beam(robot)
+        stations = [(beam.start + x * (beam.end - beam.start), share) for x, share in evenly(self._parts)]
+        bodies = [(at, share * link.mass, link.centre, share * link.inertia) for at, share in stations]
+        return self._moving(site, bodies) - own
 
     def _end_body(self, robot: Robot, site: Site) -> list[Array]:
         """Per unit of each moment of a body at the end: its inertia as the end moves, less that on the rigid
@@ -201,6 +225,21 @@ class LinkFlexibility(Effect):
             rigid[:, [site.number(name) for name in self._names()]] = 0.0
         bodies = (rigid_body(jacobian[:3], jacobian[3:]) for jacobian in (moving, rigid))
         return [there - here for there, here in zip(*bodies, strict=True)]
+
+
+def _within(name: str, unit: str, reach: float, where: str) -> Parameter:
+    return parameter(name, unit, 0.0, Values(initial=0.0, bounds=(-reach, reach)), where, log=False)
+
+
+def _further(link: str, parts: Array, starts: Sequence[float], where: str) -> list[Term]:
+    """What the first and the last part (3, parts, n, n) have more in each plane and in torsion, within some
+    multiple of the start.
+    """
+    return [
+        Term(_within(f"{link}.{name}.{end}_stiffness", "N m^2", _REACH * start, where), stiffness=own[part])
+        for name, own, start in zip(_STIFFNESSES, parts, starts, strict=True)
+        for end, part in (("near", 0), ("far", -1))
+    ]
 
 
 def _ends(robot: Robot, number: int) -> tuple[Array, Array]:

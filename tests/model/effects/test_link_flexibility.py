@@ -238,29 +238,82 @@ def test_stiff_link_is_a_rigid_link(tmp_path: Path) -> None:
     assert _frequencies(robot, [JOINTS, stiff])[:2] == pytest.approx(_frequencies(robot, [JOINTS]), rel=1e-5)
 
 
-def test_a_body_at_the_end_of_a_nonuniform_link_moves_with_the_end_alone(tmp_path: Path) -> None:
-    """All further parameters at zero: the uniform link.  A body at the end: sqrt(3 EI / (m L^3)), and the
-    rigid link as it was.
-    """
-    robot = _robot(tmp_path, rod=1e-3, load=1e-4, centre=(0.0, 0.0, 0.0))
+NONUNIFORM = {**FLEXIBLE, "nonuniform": True}
+
+
+def _nonuniform(robot: Robot, **further: float) -> tuple[System, dict[str, int], np.ndarray]:
+    """A nonuniform beam, the numbers of its coordinates by name, and its values with some of them given."""
+    model, values = _model(robot, [JOINTS, NONUNIFORM])
+    names = [p.name for p in model.parameters]
+    for name, value in further.items():
+        values[names.index(f"beam.{name.replace('__', '.')}")] = value
+    own = {name.removeprefix("beam."): n for n, name in enumerate(model.coordinates) if "beam." in name}
+    return model, own, values
+
+
+def test_a_nonuniform_link_starts_as_the_uniform_one(tmp_path: Path) -> None:
+    """All further parameters at zero: the same names and values, and the same low frequencies."""
+    robot = _robot(tmp_path)
     even, values = _model(robot, [JOINTS, FLEXIBLE])
-    nonuniform, more = _model(robot, [JOINTS, {**FLEXIBLE, "nonuniform": True}])
-    assert np.array_equal(more[: len(values)], values) and not more[len(values) :].any()
-    for one, other in zip(even.matrices(values), nonuniform.matrices(more), strict=True):
-        assert np.array_equal(one, other)
-    names = [
-        p.name
-        for p in list_parameters(robot, nonuniform.site, [parse_effect({**FLEXIBLE, "nonuniform": True})])
-    ]
-    more[names.index("beam.end_mass") - len(names)] = 50.0
-    mass, _, stiffness = nonuniform.matrices(more)
-    joints = [n for n, name in enumerate(nonuniform.coordinates) if name.startswith("joint")]
-    assert np.array_equal(mass[np.ix_(joints, joints)], even.mass[np.ix_(joints, joints)])
-    flexible = [n for n in range(len(mass)) if n not in joints]
-    found = undamped_modes(mass[np.ix_(flexible, flexible)], stiffness[np.ix_(flexible, flexible)])[0]
+    nonuniform, _, more = _nonuniform(robot)
+    assert [p.name for p in nonuniform.parameters[: len(values)]] == [p.name for p in even.parameters]
+    assert more[: len(values)] == pytest.approx(values, rel=0.05), "starts of damping, scaled by inertia"
+    assert not more[len(values) :].any()
+    low = _frequencies(robot, [JOINTS, FLEXIBLE])[:4]
+    assert _frequencies(robot, [JOINTS, NONUNIFORM])[:4] == pytest.approx(low, rel=2e-3)
+
+
+def test_a_nonuniform_link_gives_way_by_the_integral_of_moment_over_stiffness(tmp_path: Path) -> None:
+    """Under a force and a moment at its end: int r r' / EI dx, r = (L - x, 1), part by part."""
+    more = {"bending_1__near_stiffness": 2 * EI, "bending_1__far_stiffness": -0.5 * EI}
+    model, own, values = _nonuniform(_robot(tmp_path), **more, torsion__far_stiffness=GJ)
+    stiffness = model.matrices(values)[2]
+    every = list(own.values())
+    compliance = np.linalg.inv(stiffness[np.ix_(every, every)])
+    ends = [list(own).index(name) for name in ("deflection_1", "slope_1", "twist")]
+    edges, expected = np.linspace(0, LENGTH, 4), np.zeros((2, 2))
+    for begin, end, inverse in zip(edges[:-1], edges[1:], 1 / (EI * np.array([3, 1, 0.5])), strict=True):
+        powers = [((LENGTH - begin) ** n - (LENGTH - end) ** n) / n for n in (3, 2, 1)]
+        expected += inverse * np.array([powers[:2], powers[1:]])
+    assert compliance[np.ix_(ends[:2], ends[:2])] == pytest.approx(expected)
+    assert compliance[ends[2], ends[2]] == pytest.approx(LENGTH / 3 * (1 + 1 + 0.5) / GJ)
+
+
+def test_a_body_at_the_end_of_a_nonuniform_link_moves_with_the_end_alone(tmp_path: Path) -> None:
+    """sqrt(3 EI / (m L^3)), and the rigid link as it was."""
+    robot = _robot(tmp_path, rod=1e-3, load=1e-4, centre=(0.0, 0.0, 0.0))
+    even, _ = _model(robot, [JOINTS, FLEXIBLE])
+    model, own, values = _nonuniform(robot, end_mass=50.0)
+    mass, _, stiffness = model.matrices(values)
+    joints = [n for n in range(len(mass)) if n not in own.values()]
+    assert mass[np.ix_(joints, joints)] == pytest.approx(even.mass[np.ix_([0, 1], [0, 1])])
+    every = list(own.values())
+    found = undamped_modes(mass[np.ix_(every, every)], stiffness[np.ix_(every, every)])[0]
     assert found[:2] == pytest.approx(
         np.sqrt(3 * np.array([EI, EI2]) / (50.0 * LENGTH**3)) / (2 * np.pi), rel=1e-3
     )
+
+
+def test_a_link_whose_mass_goes_evenly_with_its_sections(tmp_path: Path) -> None:
+    """Bent as under loads at its end, w = 3 x^2 - 2 x^3, a section at x takes its share of a body, with its
+    centre c and inertia J, along by w + (c - x) w' and w'; the rigid link stays as it was.
+    """
+    robot = _robot(tmp_path)
+    model, own, values = _nonuniform(robot, even_share=1.0)
+    before = model.matrices(np.where(np.arange(len(values)) == len(values) - 5, 0.0, values))[0]
+    mass = model.matrices(values)[0]
+    shape = np.zeros(len(mass))
+    for name, x in (("_at_1_of_3", 1 / 3), ("_at_2_of_3", 2 / 3), ("", 1.0)):
+        shape[own[f"deflection_1{name}"]] = 3 * x**2 - 2 * x**3
+        shape[own[f"slope_1{name}"]] = 6 * x - 6 * x**2
+    x = (np.arange(20_000) + 0.5) / 20_000
+    w, turn = 3 * x**2 - 2 * x**3, 6 * x - 6 * x**2
+    inertia = ROD[0] / 12 + ROD[0] * ROD[1] ** 2
+    own_way = ROD[0] * np.mean(w**2) + ROD[0] * ROD[1] ** 2 * np.mean(turn**2)
+    evenly = ROD[0] * np.mean((w + (0.5 - x) * turn) ** 2) + inertia * np.mean(turn**2)
+    assert shape @ (mass - before) @ shape == pytest.approx(evenly - own_way)
+    joints = [n for n in range(len(mass)) if n not in own.values()]
+    assert mass[np.ix_(joints, joints)] == pytest.approx(before[np.ix_(joints, joints)])
 
 
 def test_what_lies_beyond_may_be_taken_off(tmp_path: Path) -> None:
