@@ -36,6 +36,7 @@ _PROMOTED = 6
 _BEYOND_CHANCE = float(np.log(100))
 """They must be rarer than once in a hundred tests."""
 Option = selection.Option[Effect, Trial]
+Attempt = selection.Attempt[Effect, Trial]
 Step = selection.Step[Effect, Trial]
 
 
@@ -74,6 +75,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     options, final = list(found.options), found.final
     if problem.nuisances.entries:
         judge = Promotion(problem, partial(variance_inflation, problem), final)
+        if final.gap < CLOSED and judge.found():
+            judge, options = in_another_form(judge, bench.variants(final), options, story)
         options, final = promoted(judge, workers, options, story)
         found = Selection(found.first, final, tuple(options))
     added = in_turn(problem, workers, found.first, found.options, found.final)
@@ -115,6 +118,25 @@ class Promotion:
 
     def _errors(self, trial: Trial) -> float:
         return sum(trial.values[one.name] ** 2 for one in self.problem.nuisances.entries)
+
+
+def in_another_form(
+    judge: Promotion, forms: Sequence[Attempt], options: Sequence[Option], story: Story
+) -> tuple[Promotion, list[Option]]:
+    """The model and its options with an added effect in another form where that takes away errors beyond
+    chance: what a form of it cannot say must not be blamed on sensors.
+    """
+    best = max(forms, key=lambda one: judge.log_odds(one.model), default=None)
+    if best is None or judge.log_odds(best.model) <= _BEYOND_CHANCE:
+        return judge, list(options)
+    kept = [
+        replace(one, effect=best.effect, model=best.model, size=one.size + best.size)
+        if one.effect in best.effect.variants()
+        else one
+        for one in options
+    ]
+    story.say(f"{best.effect.sentence()} in place of another form of it: fewer errors of what was told.")
+    return replace(judge, model=best.model), kept
 
 
 def promoted(

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from identify.discovery import loop
-from identify.discovery.loop import Promotion, promoted
+from identify.discovery.loop import Promotion, in_another_form, promoted
 from identify.discovery.promote import alike, beyond_belief, causes, log_chance, stated_already
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
-from identify.fitting.selection.workbench import Story
-from identify.model.effects.base import parse_effect
+from identify.fitting.selection.gain import Gain
+from identify.fitting.selection.workbench import Attempt, Option, Story
+from identify.model.effects.base import Effect, parse_effect
 from identify.robot.description import Joint, Link, Robot
 from identify.robot.points import Point
 from identify.vibration.nuisances.nuisance import Nuisance, Nuisances
@@ -129,6 +130,29 @@ def test_an_error_is_an_effect_where_chance_among_all_causes_does_not_let_it_be(
     beyond = Trial(Task((), (), {}), {**believed, names[10]: shift}, 100.0 + shift**2, 150)
     kept, _ = promoted(_judge(beyond), cast(Workers, Fitting()), [], Story())
     assert bool(kept) == named
+
+
+@pytest.mark.parametrize(("left", "named"), [(1.0, True), (5.9, False)])
+def test_another_form_of_what_was_added_takes_errors_of_sensors_away(left: float, named: bool) -> None:
+    """Where it leaves the gain of a sensor as large as it was, it explains nothing."""
+    names = [one.name for one in _ENTRIES]
+    believed = dict.fromkeys(names, 0.0)
+    uniform = parse_effect({"kind": "link-flexibility", "link": "link1"})
+    [nonuniform] = uniform.variants()
+    delay = parse_effect({"kind": "time-delay"})
+
+    def trial(effect: Effect, error: float, free: int) -> Trial:
+        task = Task((delay,), (effect,), {})
+        return Trial(task, {**believed, names[10]: error}, 100.0 + error**2, 150, free=free)
+
+    before, after = trial(uniform, 6.0, 9), trial(nonuniform, left, 20)
+    gain = Gain(50.0, 0.9, True, True)
+    options = [Option(delay, before, 1, gain), Option(uniform, before, 8, gain)]
+    judge, kept = in_another_form(_judge(before), [Attempt(nonuniform, after, 11)], options, Story())
+    assert [one.effect for one in kept] == [delay, nonuniform if named else uniform]
+    assert judge.model is (after if named else before)
+    assert kept[1].size == (19 if named else 8)
+    assert in_another_form(_judge(before), [], options, Story())[1] == options
 
 
 def test_residuals_count_for_less_where_they_are_correlated() -> None:
