@@ -331,7 +331,7 @@ def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> l
     trial.
     """
     if workers.with_errors:
-        return varied_softly(workers, tasks, best)
+        return varied_softly(workers, tasks, best, ("likely", "afresh"))
     near = near_enough(workers.run(tasks), best)
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
 

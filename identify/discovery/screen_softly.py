@@ -25,7 +25,8 @@ _GLANCED, _FOLLOWED, _MOST, _VARIED = 8, 12, 4, 2
 """How many wrong channels are followed beyond a glance, and how many candidates beyond first looks; get to
 the likelihood; and of those, are tried in their other variants, and afresh where none has closed the gap."""
 _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
-"""How many are followed where they are level with the best one, leaving at most so many times its gap."""
+"""How many are followed after a few steps, and then where they are level with the best one, leaving at most so
+many times its gap."""
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
@@ -57,13 +58,13 @@ def screened_softly(
     near = sorted(glances, key=squares_of)[:_GLANCED]
     others = [effect for effect in left if effect not in of_sensors]
     tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
-    # The right one may still be under way after a few steps, so all go on.
-    led = further(workers, workers.run(tasks, done), "led", done)
+    brief = sorted(workers.run(tasks, done), key=squares_of)
+    led = further(workers, brief[:_FOLLOWED_AT_MOST], "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
     seen = [*quick, *_beside(workers, before, others, done)] if QUIET < before.gap < _SMALL else quick
     tried = [trial.task.new for trial in seen]
-    return [*seen, *(trial for trial in led if trial.task.new not in tried)]
+    return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]
 
 
 def _with_siblings(
@@ -188,10 +189,17 @@ def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
     return ends[: max(_VARIED, len(near))]
 
 
-def varied_softly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
-    """Other variants of effects on all lines, but those that leave far more than the best gap on few."""
-    ends = workers.run([replace(task, how="likely") for task in tasks])
-    return further(workers, near_enough(ends, best, _TIMES), "onward")
+def varied_softly(
+    workers: Workers,
+    tasks: Sequence[Task],
+    best: float,
+    ways: Sequence[Literal["likely", "afresh"]] = ("likely",),
+) -> list[Trial]:
+    """Other variants of effects on all lines, the better of some ways each, but those that leave far more
+    than the best gap on few.
+    """
+    ends = workers.run([replace(task, how=how) for how in ways for task in tasks])
+    return further(workers, near_enough(once(sorted(ends, key=squares_of)), best, _TIMES), "onward")
 
 
 def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:

@@ -61,7 +61,9 @@ class Beam:
         return (self.end - self.start) / self.length
 
     def deformations(self) -> list[Deformation]:
-        """Displacement and rotation (6,) of a point (3,) for a unit of each coordinate."""
+        """Displacement and rotation (6,) of a point (3,), or of several (..., 3), for a unit of each
+        coordinate.
+        """
         every = range(len(_NAMES))
         return [partial(self._moved, node, one) for node in range(1, self.parts + 1) for one in every]
 
@@ -83,31 +85,30 @@ class Beam:
                 matrices[kind, part][np.ix_(ends, ends)] = matrix
         return matrices[:, :, one:, one:]
 
-    def _station(self, point: Array) -> tuple[float, Array]:
-        """Where along the beam, 0 to 1, and the lever (3,) from there."""
-        along = float(np.clip((point - self.start) @ self.axis / self.length, 0.0, 1.0))
-        return along, point - self.start - along * self.length * self.axis
+    def _station(self, points: Array) -> tuple[Array, Array]:
+        """Where along the beam (...), 0 to 1, and the levers (..., 3) from there."""
+        along = np.clip((points - self.start) @ self.axis / self.length, 0.0, 1.0)
+        return along, points - self.start - along[..., None] * self.length * self.axis
 
-    def _moved(self, node: int, coordinate: int, point: Array) -> Array:
+    def _moved(self, node: int, coordinate: int, points: Array) -> Array:
         """Cubic shapes of a unit slope of a node without deflection, or of a unit deflection without slope,
         or a linear one of its twist; nothing beyond the nodes beside it.
         """
-        along, lever = self._station(point)
+        along, lever = self._station(points)
         x, size = along * self.parts - node + 1, self.length / self.parts
-        side = 1 if x <= 1 else -1  # as seen from the part's other end
-        x = x if x <= 1 else 2 - x
-        if not 0 <= x <= 1:
-            return np.zeros(6)
+        side = np.where(x <= 1, 1.0, -1.0)  # as seen from the part's other end
+        x = np.where(x <= 1, x, 2 - x)
+        inside = (x >= 0) & (x <= 1)
         plane, turns = divmod(coordinate, 2)
-        deflection = np.zeros(3)
         if coordinate == len(_NAMES) - 1:
-            rotation = x * self.axis
+            bent, slope, about = np.zeros_like(x), x, self.axis
         else:
+            about = self.across[plane]
             bent = side * size * (x**3 - x**2) if turns else 3 * x**2 - 2 * x**3
             slope = 3 * x**2 - 2 * x if turns else side * (6 * x - 6 * x**2) / size
-            rotation = slope * self.across[plane]
-            deflection = bent * np.cross(self.across[plane], self.axis)
-        return np.concatenate([deflection + np.cross(rotation, lever), rotation])
+        rotation = np.where(inside, slope, 0.0)[..., None] * about
+        deflection = np.where(inside, bent, 0.0)[..., None] * np.cross(about, self.axis)
+        return np.concatenate([deflection + np.cross(rotation, lever), rotation], axis=-1)
 
 
 def slices(body: Link, axis: Array, parts: int = 1) -> Iterator[tuple[float, Array, Array]]:

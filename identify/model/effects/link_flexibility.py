@@ -4,7 +4,7 @@ the arm.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -142,24 +142,29 @@ class LinkFlexibility(Effect):
         if self.link in site.detached:
             return None
         parts = slices(robot.link(self.link), self._beam(robot).axis, self._parts)
-        return self._moving(site, [(centre, *part) for part in parts for _, centre, _ in [part]])
+        return self._moving(robot, site, [(centre, *part) for part in parts for _, centre, _ in [part]])
 
-    def _moving(self, site: Site, bodies: Iterable[tuple[Array, float, Array, Array]]) -> Array:
+    def _moving(self, robot: Robot, site: Site, bodies: Sequence[tuple[Array, float, Array, Array]]) -> Array:
         """Mass matrix of bodies that move with the sections at some points (3,), each with its mass, centre
         and inertia about it, less that of the same bodies on the rigid link.
+
+        First by the motion of the link's frame, then of the beam's coordinates.
         """
-        own = [site.number(name) for name in self._names()]
-        total = np.zeros((len(site.coordinates),) * 2)
-        for at, mass, centre, inertia in bodies:
-            moving = site.jacobian(self.link, at, self._where)
-            moving[:3] += np.cross(moving[3:].T, centre - at).T
-            rigid = moving.copy()
-            rigid[:, own] = 0.0
-            for sign, jacobian in ((1.0, moving), (-1.0, rigid)):
-                total += sign * (
-                    mass * jacobian[:3].T @ jacobian[:3] + jacobian[3:].T @ inertia @ jacobian[3:]
-                )
-        return total
+        names = self._names()
+        rigid = site.jacobian(self.link, np.zeros(3), self._where)
+        rigid[:, [site.number(name) for name in names]] = 0.0
+        motion = np.vstack([rigid, [site.vector(name) for name in names]])
+        points = np.array([at for at, *_ in bodies]).reshape(-1, 3)
+        bent = np.stack([moved(points) for moved in self._beam(robot).deformations()], axis=-1)
+        total = np.zeros((len(motion),) * 2)
+        for (at, mass, centre, inertia), own in zip(bodies, bent, strict=True):
+            moving = np.hstack([np.eye(6), own])
+            moving[:3, :6] += np.cross(moving[3:, :6].T, centre).T
+            moving[:3, 6:] += np.cross(own[3:].T, centre - at).T
+            inertias = mass * moving[:3].T @ moving[:3] + moving[3:].T @ inertia @ moving[3:]
+            inertias[:6, :6] = 0.0
+            total += inertias
+        return np.asarray(motion.T @ total @ motion)
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """All coordinates of its beam."""
@@ -213,7 +218,7 @@ class LinkFlexibility(Effect):
         link, beam = robot.link(self.link), self._beam(robot)
         stations = [(beam.start + x * (beam.end - beam.start), share) for x, share in evenly(self._parts)]
         bodies = [(at, share * link.mass, link.centre, share * link.inertia) for at, share in stations]
-        return self._moving(site, bodies) - own
+        return self._moving(robot, site, bodies) - own
 
     def _end_body(self, robot: Robot, site: Site) -> list[Array]:
         """Per unit of each moment of a body at the end: its inertia as the end moves, less that on the rigid
