@@ -28,9 +28,10 @@ from identify.discovery.loop import Discovery, Step, check_cost, check_data, dis
 from identify.discovery.marks import marks
 from identify.discovery.new_config import config_text, entry_of
 from identify.discovery.task import Trial
-from identify.discovery.workers import Workers, ready
+from identify.discovery.workers import NEEDED, Workers
 from identify.fitting.fit import Fit, Start
 from identify.fitting.memory import Memory
+from identify.fitting.processes import several
 from identify.fitting.resume import override, resumable, run_key
 from identify.fitting.selection.workbench import Story
 from identify.results import fit as results
@@ -71,7 +72,7 @@ def run_discover(
     check_cost(file)
     count = workers or os.cpu_count() or 1
     # A run that is resumed may have come to its end.
-    with one_thread(), nullcontext() if resume else ready(count) as begun:
+    with one_thread(), nullcontext() if resume else several(count, *NEEDED) as begun:
         problem = load_problem(file)
         check_data(problem)
         key = run_key(provenance_of(file), file)

@@ -6,13 +6,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-import pickle
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from importlib import import_module
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cached_property, partial
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -37,15 +35,30 @@ _PHASES = {
     "nearby": "quick refits",
     "onward": "thorough refits",
 }
-_runner: list[TrialRunner] = []
-"""Of a process: on the problem that it was given."""
+NEEDED = __name__, "scipy.optimize"
+"""Modules that processes for `Workers` load while there is nothing to try yet."""
 Part = TypeVar("Part")
 Made = TypeVar("Made")
 
 
-def ready(count: int) -> AbstractContextManager[Processes | None]:
-    """Processes for `Workers`, which get ready before there is a problem; none where one is enough."""
-    return Processes(count, _begin) if count > 1 else nullcontext()
+@dataclass(frozen=True)
+class _Bench:
+    """A problem and, made in each process, what tries models of it."""
+
+    problem: Problem
+
+    @cached_property
+    def runner(self) -> TrialRunner:
+        return TrialRunner(self.problem)
+
+    def run(self, task: Task) -> Trial:
+        return self.runner.run(task)
+
+    def place(self, job: PlaceJob, known: Known) -> Any:
+        return self.runner.place(known, job)
+
+    def made(self, part: Part, work: Callable[[Problem, Part], Made]) -> Made:
+        return work(self.problem, part)
 
 
 class Workers(AbstractContextManager["Workers"]):
@@ -63,18 +76,8 @@ class Workers(AbstractContextManager["Workers"]):
         self.memory = Memory() if memory is None else memory
         self.seconds: dict[str, float] = {}
         self.with_errors = bool(problem.nuisances.entries)
-        self._problem = problem
-        self._runner = TrialRunner(problem) if count == 1 else None
-        self._pool = begun or (Processes(count, _begin) if count > 1 else None)
-        self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True) if self._pool else None
-        if self._folder is not None:
-            self._path.write_bytes(pickle.dumps(problem, pickle.HIGHEST_PROTOCOL))
-
-    @property
-    def _path(self) -> Path:
-        """Where processes find the problem."""
-        assert self._folder is not None
-        return Path(self._folder.name) / "problem.pickle"
+        self._bench = _Bench(problem)
+        self._pool = begun or (Processes(count, *NEEDED) if count > 1 else None)
 
     def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
         """The trials of all tasks in their order; `done` is called after each.  Interrupted where the user
@@ -82,15 +85,10 @@ class Workers(AbstractContextManager["Workers"]):
         """
         began, keys = time.perf_counter(), [_key(task) for task in tasks]
         new = {key: task for key, task in zip(keys, tasks, strict=True) if key not in self.memory}
-        for key, trial in self._tried(new):
-            numbers = [
-                trial.squares,
-                trial.count,
-                trial.squares_validation,
-                trial.count_validation,
-                trial.free,
-            ]
-            self.memory[key] = (dict(trial.values), [float(number) for number in numbers], trial.failure)
+        left = list(new)
+        for at, trial in self._made(_Bench.run, list(new.values())):
+            kept = [trial.squares, trial.count, trial.squares_validation, trial.count_validation, trial.free]
+            self.memory[left[at]] = (dict(trial.values), [float(number) for number in kept], trial.failure)
             done()
         self._count_time(_PHASES[tasks[0].how] if tasks else "", began)
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
@@ -102,21 +100,10 @@ class Workers(AbstractContextManager["Workers"]):
         self, known: Known, jobs: Sequence[PlaceJob], done: Callable[[], None] = lambda: None
     ) -> list[Any]:
         """What becomes of work on places, in order; `done` is called after each."""
-        found: dict[int, Any] = {}
-        began = time.perf_counter()
-        if self._runner is not None:
-            for number, job in enumerate(jobs):
-                check()
-                found[number] = self._runner.place(known, job)
-                done()
-        if self._pool is not None:
-            parts = 4 * self._pool.count
-            chunks = [chunk for n in range(parts) if (chunk := list(range(n, len(jobs), parts)))]
-            tasks = [(self._path, known, [jobs[n] for n in chunk]) for chunk in chunks]
-            for number, ends in self._pool.run(_run_places, tasks):
-                found |= dict(zip(chunks[number], ends, strict=True))
-                for _ in chunks[number]:
-                    done()
+        found, began = dict[int, Any](), time.perf_counter()
+        for number, end in self._made(partial(_Bench.place, known=known), jobs, small=True):
+            found[number] = end
+            done()
         self._count_time("places", began)
         return [found[number] for number in range(len(jobs))]
 
@@ -125,50 +112,25 @@ class Workers(AbstractContextManager["Workers"]):
         so that it goes on beside what is done before the first is asked for.
         """
         if self._pool is None:
-            return (work(self._problem, part) for part in parts)
-        return self._pool.ordered(_work, [(self._path, work, part) for part in parts])
+            return (work(self._bench.problem, part) for part in parts)
+        return self._pool.ordered(self._bench, partial(_Bench.made, work=work), parts)
 
-    def _tried(self, tasks: Mapping[str, Task]) -> Iterator[tuple[str, Trial]]:
-        """Each task's key with its trial, as they come."""
-        if self._runner is not None:
-            for key, task in tasks.items():
-                check()
-                yield key, self._runner.run(task)
+    def _made(
+        self, work: Callable[[_Bench, Part], Made], parts: Sequence[Part], *, small: bool = False
+    ) -> Iterator[tuple[int, Made]]:
+        """As `Processes.run`, in this process where there is no other."""
         if self._pool is not None:
-            keys = list(tasks)
-            for number, trial in self._pool.run(_run, [(self._path, task) for task in tasks.values()]):
-                yield keys[number], trial
+            yield from self._pool.run(self._bench, work, parts, small=small)
+            return
+        for number, part in enumerate(parts):
+            check()
+            yield number, work(self._bench, part)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._pool is not None:
             self._pool.__exit__(kind, error, trace)
-        if self._folder is not None:
-            self._folder.cleanup()
-
-
-def _begin() -> None:
-    """Load what every trial needs while there is nothing to try yet."""
-    import_module("scipy.optimize")
-
-
-def _on(path: Path) -> TrialRunner:
-    if not _runner:
-        _runner[:] = [TrialRunner(pickle.loads(path.read_bytes()))]  # written by the parent
-    return _runner[0]
-
-
-def _run(path: Path, task: Task) -> Trial:
-    return _on(path).run(task)
-
-
-def _run_places(path: Path, known: Known, jobs: list[PlaceJob]) -> list[Any]:
-    return [_on(path).place(known, job) for job in jobs]
-
-
-def _work(path: Path, work: Callable[[Problem, Part], Made], part: Part) -> Made:
-    return work(_on(path).whole, part)
 
 
 def _key(task: Task) -> str:

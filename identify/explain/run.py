@@ -41,8 +41,8 @@ from identify.explain.study import (
     read_explain_study,
 )
 from identify.explain.workbench import RecordWorkbench
-from identify.explain.workers import Workers
 from identify.fitting.memory import Memory
+from identify.fitting.processes import Processes, several
 from identify.fitting.resume import resumable, run_key
 from identify.fitting.selection.workbench import Story
 from identify.measured.conditioning import ConditionedMotion, condition, in_a_row
@@ -93,7 +93,7 @@ class _Tools:
     """What all stages share: what was computed, and who computes ahead."""
 
     memory: Memory
-    workers: Workers | None
+    workers: Processes | None
 
     def bench(
         self,
@@ -159,7 +159,7 @@ def run_explain(
         key = run_key(origin, file)
 
         def compute(part: PartFile) -> ExplainResult:
-            with Workers(workers or 1) as at_work:
+            with several(workers or 1, RecordWorkbench.__module__) as at_work:
                 targets = explained(file.study, motions, known, progress, Memory(part), at_work)
             return _result(file.study.name, treated, motions.judge.name, targets, begun, origin, key)
 
@@ -258,7 +258,7 @@ def explained(
     known: Known,
     story: Story | None = None,
     memory: Memory | None = None,
-    workers: Workers | None = None,
+    workers: Processes | None = None,
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
     story, tools = story or Story(), _Tools(Memory() if memory is None else memory, workers)

@@ -22,8 +22,9 @@ from identify.explain.effects.base import MotionEffect
 from identify.explain.gain import loses_a_direction, record_gain
 from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
 from identify.explain.screen import Screen, refine
-from identify.explain.workers import Stage, Workers
+from identify.explain.workers import Stage, ahead
 from identify.fitting.memory import Memory, digest
+from identify.fitting.processes import Processes
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
@@ -176,7 +177,7 @@ class RecordWorkbench:
     memory: Memory = field(default_factory=Memory)
     begun: Fit | None = None
     examined: frozenset[str] = frozenset()
-    workers: Workers | None = None
+    workers: Processes | None = None
 
     @cached_property
     def _stage(self) -> Stage:
@@ -186,7 +187,7 @@ class RecordWorkbench:
     def _ahead(self, jobs: Callable[[], Sequence[_Search | _Comparison]]) -> None:
         """Have it computed by the workers, where there are any."""
         if self.workers is not None:
-            self.workers.ahead(self._stage, jobs(), self.memory)
+            ahead(self.workers, self._stage, jobs(), self.memory)
 
     @property
     def policy(self) -> Policy:

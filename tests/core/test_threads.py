@@ -54,5 +54,9 @@ def test_parts_are_worked_on_in_their_order_and_an_error_comes_out() -> None:
 def test_a_process_of_a_pool_works_in_one_thread() -> None:
     """This one in as many as there are processors, up to some."""
     assert own.threads() == min(own.processors(), own._MOST)
-    with Processes(1, int) as processes:
-        assert list(processes.run(own.threads, [()])) == [(0, 1)]
+    with Processes(1) as processes:
+        assert list(processes.run(None, _threads, [0])) == [(0, 1)]
+
+
+def _threads(*_: object) -> int:
+    return own.threads()

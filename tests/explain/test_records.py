@@ -54,13 +54,13 @@ def test_several_records_to_fit_and_several_to_judge_narrow_the_intervals(tmp_pa
 
 
 def test_a_record_for_testing_is_reported_and_nothing_depends_on_it(tmp_path: Path) -> None:
-    """The third record has nothing of what the others have, so it gets worse; nothing else changes."""
+    """One that has nothing of what the others have gets worse; all else is the same, also with processes."""
     config = study(tmp_path, 2, _HIDDEN, effects=KINDS, resample_hz=50)
     record(tmp_path / "clean.csv", 41, 2, Hidden())
     tests = ", {name: C, file: c.csv, use: test}, {name: D, file: clean.csv, use: test}"
     pair = "{name: A, file: a.csv}, {name: B, file: b.csv, use: validate}"
     plain, _ = run_explain(config, tmp_path / "plain.h5")
-    tested, path = run_explain(_more(tmp_path, config, pair + tests, c=33), tmp_path / "tested.h5")
+    tested, path = run_explain(_more(tmp_path, config, pair + tests, c=33), tmp_path / "tested.h5", workers=2)
     before, after = plain.targets["torque"], tested.targets["torque"]
     assert after.effects.name == before.effects.name
     assert np.array_equal(after.values.value, before.values.value)
