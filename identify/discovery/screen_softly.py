@@ -25,7 +25,7 @@ _GLANCED, _FOLLOWED, _MOST, _VARIED = 8, 12, 4, 2
 """How many wrong channels are followed beyond a glance, and how many candidates beyond first looks; get to
 the likelihood; and of those, are tried in their other variants, and afresh where none has closed the gap."""
 _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
-"""How many are followed after a few steps, and then where they are level with the best one, leaving at most so
+"""How many are followed after a few steps, and on where they are level with the best one, leaving at most so
 many times its gap."""
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be

@@ -8,8 +8,14 @@ from typing import cast
 
 import pytest
 
+from identify.discovery.candidates import candidates
 from identify.discovery.neighbours import moved
-from identify.discovery.screen_softly import promising_softly, screened_softly, second_of_two
+from identify.discovery.screen_softly import (
+    promising_softly,
+    screened_softly,
+    second_of_two,
+    varied_softly,
+)
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.model.effects.appended_resonator import AppendedResonator
@@ -123,3 +129,27 @@ def test_small_gaps_are_looked_at_from_the_present_model_too(
     beside = [trial for trial in promising_softly(screened) if trial.task.how == "beside"]
     assert sum(trial.task.how == "beside" for trial in screened) == looked_at
     assert all(trial.task.new != (BASE,) for trial in beside)
+
+
+def test_another_form_counts_by_the_better_of_its_ways() -> None:
+    """One of them ends in a wrong valley, far behind the form that it is compared with."""
+    world = _World(lambda task: {"likely": 2.9, "afresh": 1.5, "onward": 1.4}[task.how])
+    task = Task((), (TILT,), {})
+    assert not varied_softly(_workers(world), [task], 1.9)
+    [found] = varied_softly(_workers(world), [task], 1.9, ("likely", "afresh"))
+    assert found.gap == pytest.approx(1.4)
+    assert [one.how for one in world.tasks] == ["likely", "likely", "afresh", "onward"]
+
+
+def test_only_some_of_the_first_looks_are_led_on(problem: Problem) -> None:
+    """The best of them; the others stay in the list, behind."""
+    known = tuple(problem.file.study.effects)
+    before = _trial(Task(known, (), {}), 3.0)
+    effects = [one for one in candidates(problem, known) if not one.of_measurement]
+    world = _World(lambda task: 2.0 if task.new == (effects[-1],) else 2.5)
+    screened = screened_softly(_workers(world), problem, effects, before)
+    led = [task.new[0] for task in world.tasks if task.how == "led"]
+    assert effects[-1] in led
+    assert len(led) == 30 < len(effects)
+    assert screened[0].task.new == (effects[-1],)
+    assert len(screened) == len(effects)

@@ -175,3 +175,23 @@ def test_under_stated_uncertainty_a_reversed_channel_stands_out(tmp_path: Path) 
         [{"kind": "channel-polarity", "channel": f"{channel}:+Y"} for channel in (10, 1)],
     )
     assert true < 0.2 * other
+
+
+def test_under_stated_uncertainty_a_first_look_also_begins_with_the_present_values(tmp_path: Path) -> None:
+    """Where those of the study are far from the data, so that a look from them alone ends nowhere."""
+    config = tmp_path / "study.yaml"
+    text = CONFIG.read_text(encoding="utf-8").replace("../data", str(CONFIG.parents[1] / "data"))
+    config.write_text(f"{text}\nuncertainty: careful\n", encoding="utf-8")
+    near = load_problem(read_study(config))
+    present = {p.name: p.initial for p in near.parameters}
+    known = tuple(near.file.study.effects)
+    tilt = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
+
+    def gap(problem: Problem) -> float:
+        return TrialRunner(problem).run(Task(known, (tilt,), present, "brief")).gap
+
+    far = tuple(
+        replace(p, initial=20 * p.initial, upper=100 * p.upper) if p.free and not p.nuisance else p
+        for p in near.parameters
+    )
+    assert gap(replace(near, parameters=far)) == pytest.approx(gap(near), rel=0.2)
