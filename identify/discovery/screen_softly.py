@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import QUIET
-from identify.discovery.evidence import CLOSED
+from identify.discovery.evidence import CLOSED, closed
 from identify.discovery.neighbours import moved, siblings
 from identify.discovery.promote import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -25,8 +25,7 @@ _GLANCED, _FOLLOWED, _MOST, _VARIED = 8, 12, 4, 2
 """How many wrong channels are followed beyond a glance, and how many candidates beyond first looks; get to
 the likelihood; and of those, are tried in their other variants, and afresh where none has closed the gap."""
 _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
-"""How many are followed after a few steps, and on where they are level with the best one, leaving at most so
-many times its gap."""
+"""How many are followed where they are level with the best one, leaving at most so many times its gap."""
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
@@ -58,13 +57,26 @@ def screened_softly(
     near = sorted(glances, key=squares_of)[:_GLANCED]
     others = [effect for effect in left if effect not in of_sensors]
     tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
-    brief = sorted(workers.run(tasks, done), key=squares_of)
-    led = further(workers, brief[:_FOLLOWED_AT_MOST], "led", done)
+    # The right one may still be under way after a few steps, so all go on.
+    led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    seen = [*quick, *_beside(workers, before, others, done)] if QUIET < before.gap < _SMALL else quick
+    seen = (
+        [*quick, *_beside(workers, before, others, done)]
+        if not closed(before) and before.gap < _SMALL
+        else quick
+    )
     tried = [trial.task.new for trial in seen]
-    return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]
+    return [*seen, *(trial for trial in led if trial.task.new not in tried)]
+
+
+def _found_again(workers: Workers, brief: Sequence[Trial], present: Trial) -> list[Trial]:
+    """First looks, and once more those that ended behind the present model, which every one of them has in
+    it: they went astray.
+    """
+    astray = [trial.task for trial in brief if trial.squares > present.squares]
+    again = workers.run([replace(task, how="astray") for task in astray])
+    return once(sorted([*brief, *again], key=squares_of))
 
 
 def _with_siblings(

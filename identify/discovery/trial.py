@@ -47,7 +47,8 @@ _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _ONE_STEP = LevenbergMarquardt(steps=1)
 _TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
 _ON_ALL_LINES = LevenbergMarquardt(steps=10, tolerance=1e-6)
-_SOFTNESS = {"start": SOFT, "glance": LEADING[0], "brief": LEADING[0], "led": LEADING[1], "quick": SOFT}
+_SOFTNESS = {"start": SOFT, "quick": SOFT, "led": LEADING[1]}
+_SOFTNESS |= dict.fromkeys(("glance", "brief", "astray"), LEADING[0])
 """By how much less residuals count in each way to try a model with errors of what was told."""
 _THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
 
@@ -117,7 +118,7 @@ class TrialRunner:
             return best_softly(problem, starts, LEADING[0])
         if task.how == "led":
             return led_by_links(problem, problem.initial, LEADING)
-        if task.how == "brief":
+        if task.how in ("brief", "astray"):
             start = self._first_start(fewer_channels(problem, task), starts, task)
             return led_by_links(problem, start, LEADING[:1], _FEW_STEPS)
         if task.how in ("nearby", "likely", "afresh"):
@@ -142,9 +143,9 @@ class TrialRunner:
         return likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD)
 
     def _first_start(self, few: Problem, starts: Array, task: Task) -> Array:
-        """Where a first look starts with errors of what was told: without them, because those of the present
-        model make up for what it lacks, where a few steps by logarithmic residuals lead, whose valley is
-        wide, with what is known afresh or as it is.
+        """Where a first look starts with errors of what was told: with what is known afresh and no errors,
+        because those of the present model make up for what it lacks; a look that went astray, where a few
+        steps by logarithmic residuals lead, whose valley is wide, from there or from the present values.
 
         A resonance of its own is as narrow as its peak: it needs the present values beside it, and each
         frequency followed.
@@ -155,7 +156,10 @@ class TrialRunner:
         present[:, few.size :] = 0.0
         if any({"mass", "stiffness"} <= quantities for quantities in terms):
             return from_each(held, present, _FOLLOWED)
-        return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
+        if task.how == "astray":
+            return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
+        fresh = self._afresh(few, starts)
+        return np.asarray(fresh[int(np.argmin(_logarithmic(few).costs(fresh)))])
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts, on some of the channels.

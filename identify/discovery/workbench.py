@@ -12,7 +12,7 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
-from identify.discovery.evidence import POLICY, EvidenceCriterion, variance_inflation
+from identify.discovery.evidence import POLICY, EvidenceCriterion, closed, variance_inflation
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.screen_softly import (
     faults_beside,
@@ -92,7 +92,7 @@ class ImpactWorkbench:
     def candidates(self, model: Trial) -> list[Effect]:
         """Every effect of the catalogue wherever it can sit, but those that an amplitude rules out."""
         present = with_effects(self.problem, model.task.effects, model.values)
-        if present.nuisances.entries and self.at_noise(model):
+        if present.nuisances.entries and closed(model):
             return []  # stated uncertainty and what is known suffice
         return plausible(present, model.values, candidates(self.problem, model.task.effects))
 

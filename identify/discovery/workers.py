@@ -27,6 +27,7 @@ _PHASES = {
     "glance": "first looks",
     "beside": "first looks",
     "brief": "first looks",
+    "astray": "first looks",
     "led": "first looks",
     "quick": "quick refits",
     "likely": "thorough refits",

@@ -8,7 +8,6 @@ from typing import cast
 
 import pytest
 
-from identify.discovery.candidates import candidates
 from identify.discovery.neighbours import moved
 from identify.discovery.screen_softly import (
     promising_softly,
@@ -141,15 +140,16 @@ def test_another_form_counts_by_the_better_of_its_ways() -> None:
     assert [one.how for one in world.tasks] == ["likely", "likely", "afresh", "onward"]
 
 
-def test_only_some_of_the_first_looks_are_led_on(problem: Problem) -> None:
-    """The best of them; the others stay in the list, behind."""
-    known = tuple(problem.file.study.effects)
-    before = _trial(Task(known, (), {}), 3.0)
-    effects = [one for one in candidates(problem, known) if not one.of_measurement]
-    world = _World(lambda task: 2.0 if task.new == (effects[-1],) else 2.5)
-    screened = screened_softly(_workers(world), problem, effects, before)
-    led = [task.new[0] for task in world.tasks if task.how == "led"]
-    assert effects[-1] in led
-    assert len(led) == 30 < len(effects)
-    assert screened[0].task.new == (effects[-1],)
-    assert len(screened) == len(effects)
+def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem: Problem) -> None:
+    """It has the present model in it."""
+    before = _trial(Task(tuple(problem.file.study.effects), (), {}), 3.0)
+    looks = [(TILT, 2.0), (DELAY, 2.6), (BASE, 2.7)]
+
+    def gap(task: Task) -> float:
+        again = task.how == "astray" and task.new == (BASE,)
+        return 1.5 if again else next((left for one, left in looks if task.new == (one,)), 2.5)
+
+    world = _World(gap)
+    screened = screened_softly(_workers(world), problem, [one for one, _ in looks], before)
+    assert [task.new for task in world.tasks if task.how == "astray"] == [(DELAY,), (BASE,)]
+    assert len(screened) == len(looks)
