@@ -326,12 +326,14 @@ def thorough(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
     ]
 
 
-def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
+def varied_thoroughly(
+    workers: Workers, tasks: Sequence[Task], best: float, free: float = np.inf
+) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more than the best gap does in a quick
-    trial.
+    trial; beside errors of what was told, those with more than so many free parameters also afresh.
     """
     if workers.with_errors:
-        return varied_softly(workers, tasks, best, ("likely", "afresh"))
+        return varied_softly(workers, tasks, best, free)
     near = near_enough(workers.run(tasks), best)
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
 

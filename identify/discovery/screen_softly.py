@@ -201,17 +201,15 @@ def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
     return ends[: max(_VARIED, len(near))]
 
 
-def varied_softly(
-    workers: Workers,
-    tasks: Sequence[Task],
-    best: float,
-    ways: Sequence[Literal["likely", "afresh"]] = ("likely",),
-) -> list[Trial]:
-    """Other variants of effects on all lines, the better of some ways each, but those that leave far more
-    than the best gap on few.
+def varied_softly(workers: Workers, tasks: Sequence[Task], best: float, free: float = np.inf) -> list[Trial]:
+    """Other variants of effects on all lines, but those that leave far more than the best gap on few.
+
+    Those with more than so many free parameters, which can leave less, also by another start.
     """
-    ends = workers.run([replace(task, how=how) for how in ways for task in tasks])
-    return further(workers, near_enough(once(sorted(ends, key=squares_of)), best, _TIMES), "onward")
+    ends = workers.run([replace(task, how="likely") for task in tasks])
+    again = [replace(task, how="afresh") for task, end in zip(tasks, ends, strict=True) if end.free > free]
+    every = sorted([*ends, *workers.run(again)], key=squares_of)
+    return further(workers, near_enough(once(every), best, _TIMES), "onward")
 
 
 def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:

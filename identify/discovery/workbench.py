@@ -233,7 +233,7 @@ class ImpactWorkbench:
         ]
         known = [trial for task in tasks if (trial := self._refitted.get(_key(task.effects)))]
         left = [task for task in tasks if _key(task.effects) not in self._refitted]
-        trials = [*known, *screen.varied_thoroughly(self.workers, left, model.gap)]
+        trials = [*known, *screen.varied_thoroughly(self.workers, left, model.gap, model.free)]
         return [screen.attempt(model, trial) for trial in trials if np.isfinite(trial.squares)]
 
     def at_noise(self, model: Trial) -> bool:
