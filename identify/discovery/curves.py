@@ -13,7 +13,7 @@ from identify.core.arrays import Array
 from identify.core.thresholds import QUIET, SIGMAS_95
 from identify.discovery.amplitude import acting_at
 from identify.discovery.loop import Discovery
-from identify.discovery.places.curve import measured_curve
+from identify.discovery.places.curve import measured_curve, seen
 from identify.discovery.places.laws import rank_laws
 from identify.discovery.places.predict import StructuralModel, model_of
 from identify.discovery.places.screen import PlaceFit
@@ -22,6 +22,7 @@ from identify.discovery.places.update import triangle
 from identify.discovery.places.views import views_of
 from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
+from identify.model.effects.measured_impedance import turned
 from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.results.curves import CurveTable, PlaceTable
 from identify.vibration.problem import Measurement, Problem, with_effects
@@ -155,13 +156,12 @@ def _axis(place: Place, lean: Array) -> str:
     """
     if not isinstance(place, Release):
         return ""
-    degrees = np.degrees(np.arctan(lean))
-    seen = [
-        f"{abs(by):.2f} ± {SIGMAS_95 * std:.2f}° {'towards' if by > 0 else 'away from'} {name}"
-        for name, (by, std) in zip(place.towards, degrees, strict=True)
-        if abs(by) > SIGMAS_95 * std  # as for a law that leans
-    ]
-    return f"the axis is turned from {place.coordinates[0]} by {', '.join(seen)}" if seen else ""
+    leans = ", ".join(
+        turned(name, by, f" ± {SIGMAS_95 * np.degrees(np.arctan(std)):.2f}")
+        for name, (by, std), clear in zip(place.towards, lean, seen(lean), strict=True)
+        if clear
+    )
+    return f"the axis is turned from {place.coordinates[0]} by {leans}" if leans else ""
 
 
 def _unit(place: Place) -> str:

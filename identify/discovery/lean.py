@@ -6,10 +6,8 @@ here, with the dynamic stiffness of the place without a law, and is a setting of
 
 from __future__ import annotations
 
-import numpy as np
-
-from identify.core.thresholds import QUIET, SIGMAS_95
-from identify.discovery.places.curve import lean_of
+from identify.core.thresholds import QUIET
+from identify.discovery.places.curve import lean_of, seen
 from identify.discovery.places.settled import settled
 from identify.discovery.places.weighted import weighted_fit
 from identify.discovery.task import Task, Trial
@@ -38,8 +36,8 @@ def leaning_task(problem: Problem, trial: Trial) -> Task | None:
     if not towards or found.fit.gap > QUIET:
         return None
     end = weighted_fit(found.model, found.fit, found.scale)
-    by, std = lean_of(found.model, end, found.scale).T
-    if not np.any(np.abs(by) > SIGMAS_95 * std):
+    lean = lean_of(found.model, end, found.scale)
+    if not seen(lean).any():
         return None
-    lean = {name: round(float(one), 6) for name, one in zip(towards, by, strict=True)}
-    return Task(trial.task.known, (law.model_copy(update={"lean": lean}),), trial.values, "onward")
+    by = {name: round(float(one), 6) for name, (one, _) in zip(towards, lean, strict=True)}
+    return Task(trial.task.known, (law.model_copy(update={"lean": by}),), trial.values, "onward")

@@ -61,11 +61,8 @@ def screened_softly(
     led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    seen = (
-        [*quick, *_beside(workers, before, others, done)]
-        if not closed(before) and before.gap < _SMALL
-        else quick
-    )
+    small = not closed(before) and before.gap < _SMALL
+    seen = [*quick, *_beside(workers, before, others, done)] if small else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in led if trial.task.new not in tried)]
 

@@ -21,11 +21,11 @@ class Task:
     name.
 
     how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
-    `beside`: one step from these values; `brief`: a few steps on few lines; `astray`: once more, by
-    another start; `led`: on from there, with errors
-    of links; `quick`: more of them, with all errors; `likely`: on from there to the likelihood; `afresh`: to
-    the likelihood from the study's own values; `thorough`: from several starts, on all lines; `nearby`: from
-    these values alone, with the errors they have; `onward`: the same on all lines.
+    `beside`: one step from these values; `brief`: a few steps on few lines; `astray`: once more, by another
+    start; `led`: on from there, with errors of links; `quick`: more of them, with all errors; `likely`: on
+    from there to the likelihood; `afresh`: to the likelihood from the study's own values; `thorough`: from
+    several starts, on all lines; `nearby`: from these values alone, with the errors they have; `onward`: the
+    same on all lines.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
     every impact anew takes long.

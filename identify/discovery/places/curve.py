@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
@@ -77,6 +78,11 @@ def lean_of(model: StructuralModel, end: WeightedFit, scale: Scale) -> Array:
     """(towards, 2): how far the axis of a place leans, and the standard deviation of that."""
     last, std = len(leanings(model.place)), np.sqrt(np.diag(end.known)) * scale.slope(scale.to_x(end.values))
     return np.column_stack([end.values[len(end.values) - last :], std[len(std) - last :]])
+
+
+def seen(lean: Array) -> NDArray[np.bool_]:
+    """(towards,): where an axis leans by more than its own 95 % interval, of a lean (towards, 2)."""
+    return np.asarray(np.abs(lean[:, 0]) > SIGMAS_95 * lean[:, 1])
 
 
 def _entries(model: StructuralModel) -> tuple[str, ...]:

@@ -26,6 +26,8 @@ _PARTS = 3
 """Of a nonuniform link: three stiffnesses say all that loads at an end ask of a plane."""
 _REACH = 10.0
 _STIFFNESSES = ("bending_1", "bending_2", "torsion")
+_AT_END = MOMENTS[:4]
+"""Of a body at the end: its mass and first moments."""
 _SHORT = 0.05
 """Links shorter than this share of the arm are stubs, not beams: no place for discovery."""
 
@@ -139,10 +141,12 @@ class LinkFlexibility(Effect):
         """The link's mass in slices along the beam that move as it deforms, less the same slices on the rigid
         link.
         """
-        if self.link in site.detached:
-            return None
+        return self._moving(robot, site, self._slices(robot))
+
+    def _slices(self, robot: Robot) -> list[tuple[Array, float, Array, Array]]:
+        """The link's mass, each slice to move with the section where it sits."""
         parts = slices(robot.link(self.link), self._beam(robot).axis, self._parts)
-        return self._moving(robot, site, [(centre, *part) for part in parts for _, centre, _ in [part]])
+        return [(centre, mass, centre, inertia) for mass, centre, inertia in parts]
 
     def _moving(self, robot: Robot, site: Site, bodies: Sequence[tuple[Array, float, Array, Array]]) -> Array:
         """Mass matrix of bodies that move with the sections at some points (3,), each with its mass, centre
@@ -150,6 +154,8 @@ class LinkFlexibility(Effect):
 
         First by the motion of the link's frame, then of the beam's coordinates.
         """
+        if self.link in site.detached:
+            return np.zeros((len(site.coordinates),) * 2)
         names = self._names()
         rigid = site.jacobian(self.link, np.zeros(3), self._where)
         rigid[:, [site.number(name) for name in names]] = 0.0
@@ -201,35 +207,33 @@ class LinkFlexibility(Effect):
         """
         link, beam = robot.link(self.link), self._beam(robot)
         reaches = (1.0, link.mass, *[link.mass * beam.length] * 3)
-        names, units = ("even_share", *(f"end_{name}" for name in MOMENTS)), ("1", "kg", *["kg m"] * 3)
+        names, units = ("even_share", *(f"end_{name}" for name in _AT_END)), ("1", "kg", *["kg m"] * 3)
         inertias = [self._spread(robot, site), *self._end_body(robot, site)]
         return [
             Term(_within(f"{self.link}.{name}", unit, reach, where), mass=inertia)
-            for name, unit, reach, inertia in zip(names, units, reaches, inertias, strict=False)
+            for name, unit, reach, inertia in zip(names, units, reaches, inertias, strict=True)
         ]
 
     def _spread(self, robot: Robot, site: Site) -> Array:
         """Inertia of the link's mass where it moves evenly with all sections, less where each moves with its
         own.
         """
-        own = self.consistent_mass(robot, site)
-        if own is None:
-            return np.zeros((len(site.coordinates),) * 2)
         link, beam = robot.link(self.link), self._beam(robot)
         stations = [(beam.start + x * (beam.end - beam.start), share) for x, share in evenly(self._parts)]
-        bodies = [(at, share * link.mass, link.centre, share * link.inertia) for at, share in stations]
-        return self._moving(robot, site, bodies) - own
+        even = [(at, share * link.mass, link.centre, share * link.inertia) for at, share in stations]
+        own = [(at, -mass, centre, -inertia) for at, mass, centre, inertia in self._slices(robot)]
+        return self._moving(robot, site, [*even, *own])
 
     def _end_body(self, robot: Robot, site: Site) -> list[Array]:
-        """Per unit of each moment of a body at the end: its inertia as the end moves, less that on the rigid
-        link.
+        """Per unit of mass and of first moments of a body at the end: its inertia as the end moves, less that
+        on the rigid link.
         """
         moving = site.jacobian(self.link, _ends(robot, self._number(robot))[1], self._where)
         rigid = moving.copy()
         if self.link not in site.detached:
             rigid[:, [site.number(name) for name in self._names()]] = 0.0
         bodies = (rigid_body(jacobian[:3], jacobian[3:]) for jacobian in (moving, rigid))
-        return [there - here for there, here in zip(*bodies, strict=True)]
+        return [there - here for there, here in zip(*bodies, strict=True)][: len(_AT_END)]
 
 
 def _within(name: str, unit: str, reach: float, where: str) -> Parameter:

@@ -86,8 +86,9 @@ class MeasuredImpedance(Effect):
             f"{body.replace('joint', 'joint ')} ({own})" for body, own in zip(bodies, axes, strict=True)
         )
         times = f"{self.branches} relaxation time{'s' if self.branches != 1 else ''}"
-        turned = f" about an axis turned by {leaning(self.lean)}" if self.lean else ""
-        return f"measured dynamic stiffness of {names}{turned}, {times}"
+        leans = ", ".join(turned(name, by) for name, by in self.lean.items())
+        axis = f" about an axis turned by {leans}" if self.lean else ""
+        return f"measured dynamic stiffness of {names}{axis}, {times}"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -109,8 +110,8 @@ class MeasuredImpedance(Effect):
 
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
         """What joins spring and damper of each branch; an axis that leans takes others along."""
-        turned = [Added(name, _link(robot, name), self.lean) for name in self.at if self.lean]
-        return turned + [
+        own = [Added(name, _link(robot, name), self.lean) for name in self.at if self.lean]
+        return own + [
             Added(self._branch(name, number), _link(robot, name))
             for name in self.at
             for number in range(self.branches)
@@ -175,12 +176,10 @@ class MeasuredImpedance(Effect):
         return parameter(name, unit, start, values, f"{where}.{what}")
 
 
-def leaning(lean: Mapping[str, float]) -> str:
+def turned(name: str, by: float, interval: str = "") -> str:
     """For example: 0.27° towards joint4.rx."""
-    ways = {name: "towards" if by > 0 else "away from" for name, by in lean.items()}
-    return ", ".join(
-        f"{np.degrees(np.arctan(abs(by))):.2f}° {ways[name]} {name}" for name, by in lean.items()
-    )
+    way = "towards" if by > 0 else "away from"
+    return f"{np.degrees(np.arctan(abs(by))):.2f}{interval}° {way} {name}"
 
 
 def _damper(stiffness: float, ratio: float) -> float:
