@@ -78,6 +78,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         if final.gap < CLOSED and judge.found():
             judge, options = in_another_form(judge, bench.variants(final), options, story)
         options, final = promoted(judge, workers, options, story)
+        if final is not found.final:
+            final = bench.settled(final)
         found = Selection(found.first, final, tuple(options))
     added = in_turn(problem, workers, found.first, found.options, found.final)
     places = tuple(bench.places(step.before) for step in story.steps)

@@ -20,7 +20,6 @@ from identify.discovery.screen_softly import (
     further,
     screened_softly,
     thorough_softly,
-    varied_softly,
 )
 from identify.discovery.task import Task, Trial, near_enough, once, solved, squares_of
 from identify.discovery.workers import Workers
@@ -326,14 +325,10 @@ def thorough(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
     ]
 
 
-def varied_thoroughly(
-    workers: Workers, tasks: Sequence[Task], best: float, free: float = np.inf
-) -> list[Trial]:
+def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more than the best gap does in a quick
-    trial; beside errors of what was told, those with more than so many free parameters also afresh.
+    trial.
     """
-    if workers.with_errors:
-        return varied_softly(workers, tasks, best, free)
     near = near_enough(workers.run(tasks), best)
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
 

@@ -138,7 +138,7 @@ def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
 def further(
     workers: Workers,
     trials: Sequence[Trial],
-    how: Literal["led", "quick", "likely", "onward"],
+    how: Literal["led", "quick", "likely", "onward", "settled"],
     done: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
     """Trials taken on from where they are, the best first."""
@@ -184,8 +184,8 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
     varied = [
         replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
     ]
-    best = whole[0].gap if whole else np.inf
-    others = varied_softly(workers, [_from_quick(task, trials) for task in varied], best)
+    best, free = (whole[0].gap, whole[0].free) if whole else (np.inf, 0)
+    others = varied_softly(workers, [_from_quick(task, trials) for task in varied], best, free)
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole
@@ -198,13 +198,17 @@ def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
     return ends[: max(_VARIED, len(near))]
 
 
-def varied_softly(workers: Workers, tasks: Sequence[Task], best: float, free: float = np.inf) -> list[Trial]:
+def varied_softly(workers: Workers, tasks: Sequence[Task], best: float, free: float) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more than the best gap on few.
 
     Those with more than so many free parameters, which can leave less, also by another start.
     """
     ends = workers.run([replace(task, how="likely") for task in tasks])
-    again = [replace(task, how="afresh") for task, end in zip(tasks, ends, strict=True) if end.free > free]
+    again = [
+        replace(task, how="afresh")
+        for task, end in zip(tasks, ends, strict=True)
+        if end.free > free and end.gap > QUIET
+    ]
     every = sorted([*ends, *workers.run(again)], key=squares_of)
     return further(workers, near_enough(once(every), best, _TIMES), "onward")
 

@@ -25,7 +25,7 @@ class Task:
     start; `led`: on from there, with errors of links; `quick`: more of them, with all errors; `likely`: on
     from there to the likelihood; `afresh`: to the likelihood from the study's own values; `thorough`: from
     several starts, on all lines; `nearby`: from these values alone, with the errors they have; `onward`: the
-    same on all lines.
+    same on all lines; `settled`: the same to the very end.
     far: the present model is far from the data. anchor: values of the known model where that depends on
     amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
     every impact anew takes long.
@@ -47,6 +47,7 @@ class Task:
         "thorough",
         "nearby",
         "onward",
+        "settled",
     ] = "quick"
     far: bool = False
     anchor: Mapping[str, float] = field(default_factory=dict)

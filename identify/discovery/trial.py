@@ -40,17 +40,23 @@ from identify.vibration.uncertainty import fitted_information, predictive_square
 
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
+_NEAREST = 4
+"""Starts that are followed for a few steps before one of them is."""
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _ONE_STEP = LevenbergMarquardt(steps=1)
 _TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
-_ON_ALL_LINES = LevenbergMarquardt(steps=10, tolerance=1e-6)
 _SOFTNESS = {"start": SOFT, "quick": SOFT, "led": LEADING[1]}
 _SOFTNESS |= dict.fromkeys(("glance", "brief", "astray"), LEADING[0])
 """By how much less residuals count in each way to try a model with errors of what was told."""
-_THOROUGH = GaussNewton(evaluations=30, tolerance=1e-6)
+_ON_ALL_LINES = {
+    "thorough": GaussNewton(evaluations=30, tolerance=1e-6),
+    "onward": LevenbergMarquardt(steps=10, tolerance=1e-6),
+    "settled": LevenbergMarquardt(steps=60, tolerance=1e-6),
+}
+"""By what a model is refitted on all lines."""
 
 
 class TrialRunner:
@@ -71,7 +77,7 @@ class TrialRunner:
         squares.
         """
         try:
-            return self._thorough(task) if task.how in ("thorough", "onward") else self._quick(task)
+            return self._thorough(task) if task.how in _ON_ALL_LINES else self._quick(task)
         except (InputError, InputErrors, np.linalg.LinAlgError) as error:
             return Trial(task, task.values, np.inf, 1, np.inf, 1, failure=str(error))
 
@@ -140,7 +146,7 @@ class TrialRunner:
             return minimized(problem, problem.initial, _TO_LIKELIHOOD, likelihood(problem))
         if task.how == "likely":
             return on_to_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
-        return likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD)
+        return self._likely_afresh(problem, task)
 
     def _first_start(self, few: Problem, starts: Array, task: Task) -> Array:
         """Where a first look starts with errors of what was told: with what is known afresh and no errors,
@@ -180,8 +186,8 @@ class TrialRunner:
         then on all lines.
         """
         problem = self._model("thin", task)
-        if task.how == "onward":
-            return self._on_all_lines(problem, task, [(problem.initial, 0.0)], _ON_ALL_LINES)
+        if task.how != "thorough":
+            return self._on_all_lines(problem, task, [(problem.initial, 0.0)], _ON_ALL_LINES[task.how])
         if problem.nuisances.entries:
             return self._thorough_with_errors(problem, task)
         given = problem.initial[None]
@@ -193,18 +199,27 @@ class TrialRunner:
             if simulated or min(cost for _, cost in ends) <= QUIET:
                 break
             ends.append(_descend(problem, self._robustly(problem, fresh[None], _QUICK)[None], _QUICK))
-        return self._on_all_lines(problem, task, ends, _THOROUGH)
+        return self._on_all_lines(problem, task, ends, _ON_ALL_LINES["thorough"])
 
     def _thorough_with_errors(self, problem: Problem, task: Task) -> Trial:
         """The same with errors of what was told, which are led to the likelihood from nothing."""
         ends = [likely(problem, problem.initial, _TO_LIKELIHOOD)]
         if ends[0][1] > QUIET:
-            ends.append(likely(problem, self._robustly_afresh(problem), _TO_LIKELIHOOD))
-        return self._on_all_lines(problem, task, ends, _ON_ALL_LINES)
+            ends.append(self._likely_afresh(problem, task))
+        return self._on_all_lines(problem, task, ends, _ON_ALL_LINES["onward"])
 
-    def _robustly_afresh(self, problem: Problem) -> Array:
-        """Where logarithmic residuals lead from the study's own values, without errors of what was told."""
-        return self._robustly(without_errors(problem), self._afresh(problem, problem.initial[None]), _QUICK)
+    def _likely_afresh(self, problem: Problem, task: Task) -> tuple[Array, float]:
+        """From where logarithmic residuals lead from the study's own values, without errors of what was told;
+        what is new begins where it is or at any of its starts.
+        """
+        held = without_errors(problem)
+        starts = np.vstack([problem.initial, self._starts(problem, _anew(problem, task))])
+        starts = self._afresh(problem, starts)
+        near = np.argsort(_logarithmic(held).costs(starts))[:_NEAREST]
+        ends = np.array([self._robustly(held, starts[[number]], _BRIEF) for number in near])
+        order = np.argsort(_logarithmic(held).costs(ends))[: max(effect.valleys for effect in task.effects)]
+        settled = (self._robustly(held, ends[[number]], _QUICK) for number in order)
+        return min((likely(problem, one, _TO_LIKELIHOOD) for one in settled), key=lambda end: end[1])
 
     def _on_all_lines(
         self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]], optimizer: Optimizer
@@ -324,6 +339,13 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     tried = starts[seen] if seen.any() else starts[:1]
     ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
     return min(ends, key=lambda end: end[1])[0]
+
+
+def _anew(problem: Problem, task: Task) -> Task:
+    """The task with no values of what is new."""
+    effects = problem.measurements[0].system.effects
+    own = {problem.parameters[n].name for effect, numbers in effects if effect in task.new for n in numbers}
+    return replace(task, values={name: value for name, value in task.values.items() if name not in own})
 
 
 def likelihood(problem: Problem) -> Objective:

@@ -19,6 +19,7 @@ from identify.discovery.screen_softly import (
     further,
     promising_softly,
     second_of_two,
+    varied_softly,
 )
 from identify.discovery.siblings import (
     with_leaning,
@@ -180,8 +181,10 @@ class ImpactWorkbench:
         return (two.best,), two.explained
 
     def settled(self, model: Trial) -> Trial:
-        """The trial itself, which was thorough."""
-        return model
+        """The trial itself, which was thorough; beside errors of what was told, whose valleys are long, taken
+        to their end: what the last steps would do must not be taken for the next effect's.
+        """
+        return further(self.workers, [model], "settled")[0] if self.workers.with_errors else model
 
     def leave_out(self, model: Trial, effects: Sequence[Effect]) -> list[Trial]:
         """Refitted without each of them, or models that it grew from where these are nearer to the data.
@@ -233,8 +236,11 @@ class ImpactWorkbench:
         ]
         known = [trial for task in tasks if (trial := self._refitted.get(_key(task.effects)))]
         left = [task for task in tasks if _key(task.effects) not in self._refitted]
-        trials = [*known, *screen.varied_thoroughly(self.workers, left, model.gap, model.free)]
-        return [screen.attempt(model, trial) for trial in trials if np.isfinite(trial.squares)]
+        if self.workers.with_errors:
+            trials = varied_softly(self.workers, left, model.gap, model.free)
+        else:
+            trials = screen.varied_thoroughly(self.workers, left, model.gap)
+        return [screen.attempt(model, trial) for trial in [*known, *trials] if np.isfinite(trial.squares)]
 
     def at_noise(self, model: Trial) -> bool:
         """Whether the residual passes as noise."""

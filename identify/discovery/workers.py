@@ -35,6 +35,7 @@ _PHASES = {
     "thorough": "thorough refits",
     "nearby": "quick refits",
     "onward": "thorough refits",
+    "settled": "thorough refits",
 }
 NEEDED = __name__, "scipy.optimize"
 """Modules that processes for `Workers` load while there is nothing to try yet."""

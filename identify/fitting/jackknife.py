@@ -35,16 +35,18 @@ def block_jackknife(jacobian: Array, residual: Array, blocks: Index, prior: Arra
     return np.asarray(moved.T @ moved), _freedom(left_out, parts, np.linalg.inv(whole))
 
 
-def scatter_of_blocks(parts: Array, scores: Array, variance: Array, prior: Array) -> Array:
-    """(p,): variance of values by leaving each block out, over the variance that is stated for them.
+def scatter_of_blocks(parts: Array, scores: Array, prior: Array) -> tuple[Array, Array]:
+    """(p,): variance of values by leaving each block out; the same where residuals are independent.
 
-    parts (b, p, p) and scores (b, p): J'J and J'e of each block; variance (p, p): that which is stated for
-    the scores of all blocks together.
+    parts (b, p, p) and scores (b, p): J'J and J'e of each block; prior (p,): what is known of each value
+    without data.  The scores at the values have the variance A_b - A_b W^-1 A_b, with W the sum of all parts
+    and the prior; so that leaving a block out, by (W - A_b)^-1, has in all sum (W - A_b)^-1 A_b W^-1.
     """
     whole = parts.sum(axis=0) + np.diag(prior)
-    moved = np.linalg.solve(whole - parts, scores[..., None])[..., 0]
-    bread = np.linalg.inv(whole)
-    return np.asarray(np.sum(moved**2, axis=0) / np.diag(bread @ variance @ bread))
+    bread, left = np.linalg.inv(whole), whole - parts
+    moved = np.linalg.solve(left, scores[..., None])[..., 0]
+    expected = np.einsum("bij,ji->i", np.linalg.solve(left, parts), bread)
+    return np.asarray(np.sum(moved**2, axis=0)), np.asarray(expected)
 
 
 def _freedom(left_out: Array, parts: Array, inverse: Array) -> Array:

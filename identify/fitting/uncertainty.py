@@ -152,27 +152,30 @@ def joint_uncertainty(
     scale: Scale,
     values: Array,
     notes: tuple[str, ...] = (),
+    widening: Array | float = 1.0,
 ) -> Uncertainty:
     """Uncertainty of parameters beside errors of what was told: marginal, with what is known of both.
 
     information (u, u): J'J of all free unknowns on the search scale; errors (u,): which of them are errors,
     each in units of its standard deviation.  noise gives, for some combinations (c, u) of the scores J'e,
-    their variance (c, c).  scale, values: those of the parameters.
+    their variance (c, c).  scale, values: those of the parameters, whose standard deviations by noise (f,)
+    are widened by as much.
     """
     known, own = np.ones(len(errors)), np.flatnonzero(~errors)
     known[own] = scale.prior_information()
     root = _root_of_inverse(information, known)
     bread = root @ root.T
-    from_noise, stated = noise(bread[own]), bread[np.ix_(own, np.flatnonzero(errors))]
+    from_noise = noise(bread[own]) * np.outer(widening, np.broadcast_to(widening, len(own)))
+    stated = bread[np.ix_(own, np.flatnonzero(errors))]
     directions, sizes, _ = np.linalg.svd(root[own], full_matrices=False)  # the root is far from singular
     reduced = (directions / sizes**2) @ directions.T
     found = _uncertainty(
         reduced, from_noise + stated @ stated.T, bread[np.ix_(own, own)], count, scale, values, notes
     )
-    widening = np.ones(len(errors))
-    widening[own] = found.std / found.independent_std
+    more = np.ones(len(errors))
+    more[own] = found.std / found.independent_std
     joint = Joint(
-        widening[:, None] * root,
+        more[:, None] * root,
         from_noise,
         stated,
         np.sqrt(np.diag(bread)[errors]),

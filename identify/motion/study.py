@@ -45,6 +45,8 @@ def _spring(data: Any) -> Springs:
         raise ValueError(
             f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance"
         )
+    if effect.coupled:
+        raise ValueError("coupled springs have no motion yet; leave `coupled` out")
     return effect
 
 

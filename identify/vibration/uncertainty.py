@@ -4,18 +4,19 @@ structured residuals.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, Mask
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.fitting.jackknife import scatter_of_blocks
-from identify.fitting.uncertainty import Uncertainty, joint_uncertainty, sandwich
+from identify.fitting.uncertainty import Joint, Uncertainty, joint_uncertainty, sandwich
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.vibration.costs.eigenfrequency import pair_all
-from identify.vibration.costs.information import information
+from identify.vibration.costs.information import information, information_by_force
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.problem import Problem
 
@@ -35,6 +36,8 @@ KNOWN = 100.0
 """Information of the data over that of the bounds from which on a value counts as known to them."""
 FEWEST_BLOCKS = 4
 """Forces of all postures together from which on what they disagree by says something."""
+_FAR_MORE = 2.0
+"""How many times as wide as noise makes them standard deviations must be for that to be said."""
 _STEPS, _SETTLED = 8, 0.01
 """Steps at most that a prediction takes to what new data ask for; share of their count that one more would
 take off, below which it has arrived."""
@@ -47,7 +50,7 @@ def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: 
     disagreement: widened where the forces of the postures disagree by more than their residuals say.
     """
     if targets.nuisances:
-        return _jointly(targets, scale, values)
+        return _jointly(targets, scale, values, disagreement)
     found = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
     wider = np.ones(len(scale.free))
     if disagreement and len(found.parts) >= FEWEST_BLOCKS:
@@ -77,32 +80,68 @@ def _disagreement(found: _Information, scale: Scale) -> Array:
     that the data determine counts as much.
     """
     prior = scale.prior_information()
-    ratio = scatter_of_blocks(found.parts, found.scores, found.variance, prior)
+    bread = np.linalg.inv(found.product + np.diag(prior))
+    scatter, _ = scatter_of_blocks(found.parts, found.scores, prior)
     known = np.diag(found.product) > KNOWN * prior
+    return _wider(scatter / np.diag(bread @ found.variance @ bread), known)
+
+
+def _wider(ratio: Array, known: Mask) -> Array:
+    """(f,): from variances over those stated; known (f,): the values that the data determine."""
     of_all = float(np.mean(ratio[known])) if known.any() else 1.0
     return np.asarray(np.sqrt(np.maximum(1.0, (np.where(known, ratio, of_all) + of_all) / 2)))
 
 
-def _jointly(targets: Targets, scale: Scale, values: Array) -> Uncertainty:
+def _jointly(targets: Targets, scale: Scale, values: Array, disagreement: bool) -> Uncertainty:
     """scale and values of all unknowns; the uncertainty of the parameters among them."""
     slope, free = scale.slope(scale.to_x(values)), scale.free
     found = information(targets.frf, values, free)
     errors = np.isin(free, targets.nuisances)
+    known, own = found.on_scale(slope)[0], Scale(tuple(p for p in scale.parameters if not p.nuisance))
 
     def noise(combinations: Array) -> Array:
         """Their variance, whatever correlates the residuals."""
         return _variance(targets, values, free, (slope * combinations).T)
 
-    own = Scale(tuple(p for p in scale.parameters if not p.nuisance))
-    return joint_uncertainty(
-        found.on_scale(slope)[0],
-        noise,
-        errors,
-        found.count,
-        own,
-        values[: len(own.parameters)],
-        tuple(_structure(targets, values)),
-    )
+    given, notes = (own, values[: len(own.parameters)]), tuple(_structure(targets, values))
+    plain = joint_uncertainty(known, noise, errors, found.count, *given, notes)
+    forces = information_by_force(targets.frf, values, free) if disagreement else []
+    if plain.joint is None or len(forces) < FEWEST_BLOCKS:
+        return plain
+    wider = _joint_disagreement(plain, plain.joint, [one.on_scale(slope) for one in forces], scale, own)
+    same, notes = plain.joint.noise, (*notes, *_disagreeing(plain, own, wider))
+    return joint_uncertainty(known, lambda _: same, errors, found.count, *given, notes, wider)
+
+
+def _joint_disagreement(
+    plain: Uncertainty, joint: Joint, forces: Sequence[tuple[Array, Array]], scale: Scale, own: Scale
+) -> Array:
+    """`_disagreement` of the parameters (f,) where errors of what was told are fitted along: of the part of
+    their variance that noise has.  Few forces leave much open beside so many errors, so that what independent
+    residuals would make of leaving one out is counted off.
+    """
+    count = len(plain.std)
+    parts, scores = (np.array(each) for each in zip(*forces, strict=True))
+    every = scatter_of_blocks(parts, scores, scale.prior_information())
+    scatter, expected = (each[:count] for each in every)
+    bread = np.linalg.inv(joint.information)[:count]
+    independent = np.einsum("ij,jk,ik->i", bread, parts.sum(axis=0), bread)
+    ratio = scatter / expected * independent / np.diag(joint.noise)
+    known = plain.independent_std**-2 > KNOWN * own.prior_information()
+    return _wider(ratio, known)
+
+
+def _disagreeing(plain: Uncertainty, own: Scale, wider: Array) -> list[str]:
+    """A sentence where forces disagree far more than noise allows."""
+    names = [own.parameters[number].name for number in own.free]
+    rows = zip(wider, names, plain.status, strict=True)
+    most, name = max(((w, name) for w, name, told in rows if told == "determined"), default=(1.0, ""))
+    if most <= _FAR_MORE:
+        return []
+    return [
+        f"the forces of the postures disagree by more than noise, most about {name} ({most:.1f} times): the"
+        " model is not quite what was measured; the intervals are widened by it"
+    ]
 
 
 def _variance(targets: Targets, values: Array, free: Index, combinations: Array) -> Array:

@@ -25,7 +25,17 @@ from tests.generator.spec import TestSpec
 
 _BESIDES = ("pad", "fractional", "friction_springs")
 """Laws that no effect of the catalogue has."""
-_JOINTS = ("tilt", "radial", "axial", "rotor", "friction", "hardening", *_BESIDES)
+_JOINTS = (
+    "tilt",
+    "radial",
+    "axial",
+    "turned_tilt",
+    "turned_radial",
+    "rotor",
+    "friction",
+    "hardening",
+    *_BESIDES,
+)
 _LINKS = ("absorber",)
 _OF_LEVELS = ("friction", "hardening", "friction_springs")
 DIRT = {"careful": CAREFUL, "typical": ORDINARY}

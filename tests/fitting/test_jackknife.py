@@ -23,17 +23,24 @@ def test_what_a_block_pulls_is_what_a_refit_without_it_gives_back() -> None:
     assert matrix == pytest.approx(np.transpose(moved) @ moved, rel=1e-9)
 
 
-def test_scatter_of_blocks_is_the_jackknife_over_what_is_stated() -> None:
+def test_scatter_of_blocks_is_the_jackknife_and_as_expected_of_independent_residuals() -> None:
     rng = np.random.default_rng(3)
     columns, blocks = rng.normal(size=(60, 2)), np.repeat(np.arange(6), 10)
     left, prior = rng.normal(size=60), np.array([0.3, 0.7])
     rows = [(columns[blocks == one], left[blocks == one]) for one in range(6)]
     parts, scores = np.array([j.T @ j for j, _ in rows]), np.array([j.T @ e for j, e in rows])
     matrix, _ = block_jackknife(columns, left, blocks, prior)
-    inverse = np.linalg.inv(columns.T @ columns + np.diag(prior))
-    stated = inverse @ (2.5 * columns.T @ columns) @ inverse
-    found = scatter_of_blocks(parts, scores, 2.5 * columns.T @ columns, prior)
-    assert found == pytest.approx(np.diag(matrix) / np.diag(stated), rel=1e-9)
+    found, expected = scatter_of_blocks(parts, scores, prior)
+    assert found == pytest.approx(np.diag(matrix), rel=1e-9)
+    scatter = []
+    for _ in range(2000):  # values as known without data, then measured
+        truth = rng.normal(size=2) / np.sqrt(prior)
+        noise = columns @ truth + rng.normal(size=60)
+        value = np.linalg.solve(columns.T @ columns + np.diag(prior), columns.T @ noise)
+        rest = noise - columns @ value
+        own = np.array([j.T @ rest[blocks == one] for one, (j, _) in enumerate(rows)])
+        scatter.append(scatter_of_blocks(parts, own, prior)[0])
+    assert np.mean(scatter, axis=0) == pytest.approx(expected, rel=0.05)
 
 
 def test_a_mean_of_equal_blocks_has_one_degree_of_freedom_less_than_blocks() -> None:

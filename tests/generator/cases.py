@@ -117,6 +117,17 @@ def _joint(axes_class: str, low: float, high: float) -> Callable[[Draw], Effect]
     return make
 
 
+def _turned(make: Callable[[Draw], Effect]) -> Callable[[Draw], Effect]:
+    """What `make` makes, its axes anywhere about z."""
+
+    def turned(draw: Draw) -> Effect:
+        effect = make(draw)
+        assert isinstance(effect, structure.BaseCompliance | structure.JointCompliance)
+        return replace(effect, turned_deg=float(draw.rng.uniform(10, 80)))
+
+    return turned
+
+
 def _relaxing(law: str, count: int) -> Callable[[Draw], Effect]:
     """Elements whose relaxation frequencies lie over the band, softer ones slower."""
 
@@ -231,6 +242,9 @@ CASES: dict[str, Callable[[Draw], Effect]] = {
     "tilt": _joint("tilt", 1.2, 2.0),
     "radial": _joint("radial", 2.0, 3.5),
     "axial": _joint("axial", 2.0, 3.5),
+    "turned_rocking": _turned(_base(("rx", "ry"), 1.2, 2.0)),
+    "turned_tilt": _turned(_joint("tilt", 1.2, 2.0)),
+    "turned_radial": _turned(_joint("radial", 2.0, 3.5)),
     "flex": _flexible,
     "pad": _relaxing("viscoelastic-pad", 2),
     "fractional": _relaxing("fractional-damper", 4),

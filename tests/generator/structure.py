@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tests.generator.effect import StructureEffect
-from tests.generator.rigid import Array, Inertia, ball, frame_with_z
+from tests.generator.rigid import Array, Inertia, ball, frame_with_z, turn
 from tests.generator.tree import Dof, Part, Strut, Tree
 
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
@@ -19,11 +19,15 @@ CLASSES = {"tilt": ("rx", "ry"), "radial": ("tx", "ty"), "axial": ("tz",)}
 
 @dataclass(frozen=True)
 class BaseCompliance(StructureEffect):
-    """Springs and dampers under the base link, through its origin along its axes; one number per axis."""
+    """Springs and dampers under the base link, through its origin along its axes; one number per axis.
+
+    turned_deg: by how much the axes are turned about the base's own z.
+    """
 
     axes: tuple[str, ...]
     stiffness: tuple[float, ...]
     damping: tuple[float, ...]
+    turned_deg: float = 0.0
     kind = "base-compliance"
 
     @property
@@ -33,17 +37,22 @@ class BaseCompliance(StructureEffect):
 
     def build(self, tree: Tree) -> None:
         """The base comes loose from the floor."""
-        tree.parts[0].dofs += _dofs("base", np.eye(3), self.axes, self.stiffness, self.damping)
+        frame = turn([0, 0, 1], np.radians(self.turned_deg))
+        tree.parts[0].dofs += _dofs("base", frame, self.axes, self.stiffness, self.damping)
 
 
 @dataclass(frozen=True)
 class JointCompliance(StructureEffect):
-    """Springs and dampers of a joint (1 to 6) across or along its axis; one number per axis of the class."""
+    """Springs and dampers of a joint (1 to 6) across or along its axis; one number per axis of the class.
+
+    turned_deg: by how much the axes are turned about the joint's own.
+    """
 
     joint: int
     axes_class: str
     stiffness: tuple[float, ...]
     damping: tuple[float, ...]
+    turned_deg: float = 0.0
     kind = "joint-compliance"
 
     @property
@@ -54,7 +63,7 @@ class JointCompliance(StructureEffect):
     def build(self, tree: Tree) -> None:
         """Further coordinates outboard of the drive: they turn with the link."""
         part = tree.parts[self.joint]
-        frame = frame_with_z(part.dofs[0].axis)
+        frame = frame_with_z(part.dofs[0].axis) @ turn([0, 0, 1], np.radians(self.turned_deg))
         part.dofs += _dofs(
             f"joint{self.joint}", frame, CLASSES[self.axes_class], self.stiffness, self.damping
         )

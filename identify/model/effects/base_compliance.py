@@ -24,7 +24,7 @@ class BaseCompliance(Springs):
 
     def sentence(self) -> str:
         """For example: compliance of the base (rx, ry)."""
-        return f"compliance of the base ({', '.join(self.axes)})"
+        return f"compliance of the base ({self.axes_told})"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -36,10 +36,6 @@ class BaseCompliance(Springs):
         groups: tuple[tuple[Axis, ...], ...] = (("rx", "ry"), ("rz",), ("tx", "ty"), ("tz",))
         for axes in groups:
             yield cls(axes=list(axes))
-
-    def variants(self) -> list[Self]:
-        """Each of its axes alone."""
-        return [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """base.rx and so on."""

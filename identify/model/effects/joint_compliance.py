@@ -36,9 +36,9 @@ class JointCompliance(Springs):
         """For example: tilt compliance of joint 2 (rx, ry)."""
         what = next((f"{name} " for name, axes in CLASSES.items() if set(self.axes) <= set(axes)), "")
         if self.joints == "all":
-            return f"{what}compliance of all joints ({', '.join(self.axes)})"
+            return f"{what}compliance of all joints ({self.axes_told})"
         joints = "joint" if len(self.joints) == 1 else "joints"
-        return f"{what}compliance of {joints} {', '.join(map(str, self.joints))} ({', '.join(self.axes)})"
+        return f"{what}compliance of {joints} {', '.join(map(str, self.joints))} ({self.axes_told})"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
@@ -46,10 +46,6 @@ class JointCompliance(Springs):
         for number in range(1, len(robot.joints) + 1):
             for axes in CLASSES.values():
                 yield cls(joints=[number], axes=list(axes))
-
-    def variants(self) -> list[Self]:
-        """Each of its axes alone."""
-        return [self.model_copy(update={"axes": [axis]}) for axis in self.axes] if len(self.axes) > 1 else []
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """joint1.rz and so on, joint by joint."""

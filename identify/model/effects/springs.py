@@ -5,14 +5,15 @@ compliance; start values and bounds.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from identify.core.arrays import Array
 from identify.core.parameters import DampingValues, Values, parameter, spread
 from identify.model.effects.base import Effect, Term
+from identify.model.effects.coupling import PAIRS, coupling_terms, with_directions
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 
@@ -36,16 +37,61 @@ START_HZ = 20.0
 class Springs(Effect):
     """Spring and damper per free coordinate; a subclass says which coordinates."""
 
+    axes: AxisList
     stiffness: Values = Field(Values(), description="N/m or N m/rad")
     damping: DampingValues = Field(DampingValues(), description="N s/m or N m s/rad")
+    coupled: bool = Field(
+        False,
+        description=(
+            "rx and ry, and tx and ty, are coupled: the directions in which they give way most and least lie"
+            " anywhere in their plane, not along x and y; 2 more parameters per pair"
+        ),
+    )
+
+    @model_validator(mode="after")
+    def _couples_something(self) -> Self:
+        if self.coupled and not self._pairs:
+            raise ValueError("coupled: nothing to couple; name rx and ry, or tx and ty, among the axes")
+        return self
+
+    @property
+    def _pairs(self) -> list[tuple[str, str]]:
+        return [pair for pair in PAIRS if set(pair) <= set(self.axes)]
+
+    @property
+    def axes_told(self) -> str:
+        """For example: rx, ry, coupled."""
+        return ", ".join([*self.axes, *(["coupled"] if self.coupled else [])])
+
+    @property
+    def valleys(self) -> int:
+        """Three of a coupled pair: a soft direction beside a stiff one is a small difference of its
+        parameters.
+        """
+        return 3 if self.coupled else 1
+
+    def variants(self) -> list[Self]:
+        """Each of its axes alone, and pairs that are coupled or not, the other way round."""
+        if len(self.axes) < 2:
+            return []
+        found = [self.model_copy(update={"axes": [axis], "coupled": False}) for axis in self.axes]
+        return [*found, self.model_copy(update={"coupled": not self.coupled})] if self._pairs else found
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
-        """A stiffness and a damping per coordinate, in that order."""
+        """A stiffness and a damping per coordinate, in that order; then those that couple two of them."""
         names = self.free_coordinates(robot)
         inertia = np.array([site.inertia(name) for name in names])
         places = [(name, stiffness_unit(name), site.unit(name)) for name in names]
         keys = f"{where}.stiffness", f"{where}.damping"
-        return spring_terms(places, inertia, self.stiffness, self.damping, keys)
+        own = spring_terms(places, inertia, self.stiffness, self.damping, keys)
+        return [*own, *coupling_terms(site, own, self._pairs, keys)] if self.coupled else own
+
+    def initial_values(self, terms: Sequence[Term], band_hz: tuple[float, float]) -> Array:
+        """Those of springs by themselves, and where they are coupled also pairs that give way far more in one
+        direction than across it.
+        """
+        usual = super().initial_values(terms, band_hz)
+        return with_directions(usual, [term.parameter.name for term in terms]) if self.coupled else usual
 
 
 def stiffness_unit(coordinate: str) -> str:

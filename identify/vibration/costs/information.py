@@ -5,7 +5,7 @@ touch few channels.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,35 +47,72 @@ def information(
     """The information of FRF sets at values (unknowns,) about the free unknowns."""
     product, count = np.zeros((len(free) + 1, len(free) + 1)), 0
     for target in targets:
-        product += _of_target(target, values, free, residuals)
+        product += _rows(target, values, free, residuals).product(free)
         count += 2 * target.sigma.size
     return Information(product, count)
 
 
-def _of_target(target: FrfTarget, values: Array, free: Index, residuals: Residuals) -> Array:
+def information_by_force(targets: Sequence[FrfTarget], values: Array, free: Index) -> list[Information]:
+    """The same of each force of each set on its own."""
+    found = []
+    for target in targets:
+        rows, inputs = _rows(target, values, free, over_noise), target.pairs[1]
+        for force in np.unique(inputs):
+            count = 2 * len(target.sigma) * int(np.sum(inputs == force))
+            found.append(Information(rows.of_force(force).product(free), count))
+    return found
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """What a set says: residual and weight (lines, outputs, inputs), slopes (..., parameters), blocks of
+    nuisances that touch all channels, and of those that touch few.
+    """
+
+    residual: Complex
+    weight: Complex | Array
+    slopes: Complex
+    every: list[Block]
+    own: list[Block]
+
+    def of_force(self, force: int) -> _Rows:
+        """Those of one input."""
+
+        def alone(blocks: list[Block]) -> list[Block]:
+            return [replace(block, slopes=block.slopes[:, :, [force]]) for block in blocks]
+
+        one = self.residual[:, :, [force]], self.weight[:, :, [force]], self.slopes[:, :, [force]]
+        return _Rows(*one, alone(self.every), alone(self.own))
+
+    def product(self, free: Index) -> Array:
+        """[J r]'[J r] (free + 1, free + 1)."""
+        column = {number: position for position, number in enumerate(free.tolist())}
+        parts = [self.slopes, *(block.slopes for block in self.every)]
+        dense = side_by_side([*(part * self.weight[..., None] for part in parts), self.residual[..., None]])
+        parameters = free[: self.slopes.shape[-1]].tolist()
+        numbers = [*parameters, *(n for block in self.every for n in block.numbers.tolist())]
+        places = np.array([*(column[number] for number in numbers), len(free)])
+        product = np.zeros((len(free) + 1, len(free) + 1))
+        np.add.at(product, np.ix_(places, places), gram(dense, dense))
+        for block in self.own:
+            left, at = _weighted(block, block.channels, self.weight), _places(block, column)
+            cross = gram(left, dense[:, :, block.channels])
+            np.add.at(product, np.ix_(at, places), cross)
+            np.add.at(product, np.ix_(places, at), cross.T)
+            np.add.at(product, np.ix_(at, at), gram(left, left))
+        for a, b in _overlapping(self.own, self.residual.shape[1]):
+            _add_shared(product, (a, b), np.intersect1d(a.channels, b.channels), self.weight, column)
+        return product
+
+
+def _rows(target: FrfTarget, values: Array, free: Index, residuals: Residuals) -> _Rows:
     h, slopes = target.parameter_gradient(values, free)
     residual, weight = residuals(target, h)
-    size = len(target.system.parameters)
-    every_block = target.blocks(values) if np.any(free >= size) else ()
+    every_block = target.blocks(values) if np.any(free >= len(target.system.parameters)) else ()
     blocks = [block for one in every_block if (block := chosen(one, free)) is not None]
     every = [block for block in blocks if len(block.channels) == h.shape[1]]
     own = [block for block in blocks if len(block.channels) < h.shape[1]]
-    column = {number: position for position, number in enumerate(free.tolist())}
-    parts = [slopes, *(block.slopes for block in every)]
-    dense = side_by_side([*(part * weight[..., None] for part in parts), residual[..., None]])
-    numbers = [*free[free < size].tolist(), *(n for block in every for n in block.numbers.tolist())]
-    places = np.array([*(column[number] for number in numbers), len(free)])
-    product = np.zeros((len(free) + 1, len(free) + 1))
-    np.add.at(product, np.ix_(places, places), gram(dense, dense))
-    for block in own:
-        left, at = _weighted(block, block.channels, weight), _places(block, column)
-        cross = gram(left, dense[:, :, block.channels])
-        np.add.at(product, np.ix_(at, places), cross)
-        np.add.at(product, np.ix_(places, at), cross.T)
-        np.add.at(product, np.ix_(at, at), gram(left, left))
-    for a, b in _overlapping(own, h.shape[1]):
-        _add_shared(product, (a, b), np.intersect1d(a.channels, b.channels), weight, column)
-    return product
+    return _Rows(residual, weight, slopes, every, own)
 
 
 def _overlapping(blocks: Sequence[Block], channels: int) -> list[tuple[Block, Block]]:

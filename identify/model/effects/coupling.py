@@ -1,0 +1,90 @@
+"""Springs and dampers across z that are coupled: what gives way most and least lies anywhere in the plane.
+
+Of a bearing's tilt, K = [[k_x, k_xy], [k_xy, k_y]] about the joint's x and y: two stiffnesses k_1, k_2 in
+directions turned by an angle a have k_xy = (k_1 - k_2) sin(a) cos(a).  All three enter the model linearly, as
+k_1, k_2 and a would not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.core.parameters import Parameter, Values, parameter
+from identify.model.effects.base import Term
+from identify.model.effects.site import Site
+
+PAIRS = (("rx", "ry"), ("tx", "ty"))
+"""Axes that can be coupled."""
+_REACH = 100.0
+"""How many times the start of both coupled springs (their geometric mean) the coupling reaches."""
+_UNLIKE, _DIRECTIONS = (10.0, 100.0), np.pi / 8 * np.arange(8)
+"""Ratios of the stiffest to the softest direction, and directions, to start from."""
+
+
+def coupling_terms(
+    site: Site, own: Sequence[Term], pairs: Sequence[tuple[str, str]], keys: tuple[str, str]
+) -> Iterator[Term]:
+    """A stiffness and a damping off the diagonal for each pair of axes of each body, zero to begin with.
+
+    own: the terms on the diagonal, by name such as joint3.rx.stiffness; keys: those of stiffness and damping
+    in the config.
+    """
+    parameters = {term.parameter.name: term.parameter for term in own}
+    bodies = dict.fromkeys(name.partition(".")[0] for name in parameters)
+    for body, (x, y) in product(bodies, pairs):
+        both = np.outer(site.vector(f"{body}.{x}"), site.vector(f"{body}.{y}"))
+        stiffness, damping = (
+            _between(parameters, f"{body}.{x}_{y}.{role}", key)
+            for role, key in zip(("stiffness", "damping"), keys, strict=True)
+        )
+        yield Term(stiffness, stiffness=both + both.T)
+        yield Term(damping, damping=both + both.T)
+
+
+def _between(parameters: dict[str, Parameter], name: str, key: str) -> Parameter:
+    one, other = (parameters[each] for each in _coupled(name))
+    reach = _REACH * float(np.sqrt(one.initial * other.initial))
+    values = Values(initial=0.0, bounds=(-reach, reach), fixed=not one.free)
+    return parameter(name, one.unit, 0.0, values, key, log=False)
+
+
+def with_directions(starts: Array, names: Sequence[str]) -> Array:
+    """Starts (m, parameters) without coupling, then each also stiffer in one direction and softer across it;
+    as they are where the parameters are not whole pairs.
+    """
+    couplings = [name for name in names if "_" in name.split(".")[1]]
+    if not {one for name in couplings for one in _coupled(name)} <= set(names):
+        return starts
+    found = [starts]
+    for ratio, angle in product(_UNLIKE if couplings else (), _DIRECTIONS):
+        turned = starts.copy()
+        for name in couplings:
+            own = [names.index(one) for one in (*_coupled(name), name)]
+            unlike = np.sqrt(ratio) if name.endswith(".damping") else ratio
+            turned[:, own] = _turned(turned[:, own[:2]], unlike, angle)
+        found.append(turned)
+    return np.concatenate(found)
+
+
+def _coupled(name: str) -> tuple[str, str]:
+    """joint3.rx.stiffness and joint3.ry.stiffness of joint3.rx_ry.stiffness."""
+    body, axes, role = name.split(".")
+    first, second = axes.split("_")
+    return f"{body}.{first}.{role}", f"{body}.{second}.{role}"
+
+
+def _turned(diagonal: Array, ratio: float, angle: float) -> Array:
+    """(m, 3): xx, yy and xy of two springs (m, 2) made unlike by a ratio in directions turned by an angle."""
+    stiff, soft, c, s = ratio**0.5, ratio**-0.5, np.cos(angle), np.sin(angle)
+    x, y = diagonal.T
+    return np.column_stack(
+        [
+            x * (c * c * stiff + s * s * soft),
+            y * (s * s * stiff + c * c * soft),
+            np.sqrt(x * y) * c * s * (stiff - soft),
+        ]
+    )
