@@ -14,12 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.core.arrays import Mask
 from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING
 from identify.discovery.task import Trial
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
-from identify.fitting.uncertainty import statuses
+from identify.fitting.uncertainty import Uncertainty, statuses
 from identify.vibration.problem import Problem, with_effects
 from identify.vibration.uncertainty import uncertainty
 
@@ -110,10 +111,26 @@ def variance_inflation(problem: Problem, trial: Trial) -> float:
     """How many times too small the naive variance of the parameters is, for the worst of those that the data
     determine.
     """
-    model = with_effects(problem, trial.task.effects, trial.values)
     # What forces disagree by is in every model alike: it widens intervals, but prefers none of the models.
-    found = uncertainty(model.targets(), Scale(model.parameters), model.initial, disagreement=False)
-    scale, values = Scale(model.parameters[: model.size]), model.initial[: model.size]
+    found, known = _uncertainty(problem, trial, disagreement=False)
     ratio = (found.std / found.independent_std) ** 2
-    known = np.array([status != "not determined" for status in statuses(scale, values, found.std)])
     return float(np.max(ratio, where=known, initial=1.0))
+
+
+def disagreement(problem: Problem, trial: Trial) -> float:
+    """How many times the variance that noise gives the parameters the forces of a test disagree by, on
+    average over those that the data determine; 1 where no errors of what was told are fitted along.
+    """
+    found, known = _uncertainty(problem, trial, disagreement=True)
+    if found.joint is None or not known.any():
+        return 1.0
+    return float(np.mean(found.joint.widening[known] ** 2))
+
+
+def _uncertainty(problem: Problem, trial: Trial, *, disagreement: bool) -> tuple[Uncertainty, Mask]:
+    """That of a trial's parameters, and which of these the data determine."""
+    model = with_effects(problem, trial.task.effects, trial.values)
+    found = uncertainty(model.targets(), Scale(model.parameters), model.initial, disagreement=disagreement)
+    scale, values = Scale(model.parameters[: model.size]), model.initial[: model.size]
+    told = statuses(scale, values, found.std)
+    return found, np.array([status != "not determined" for status in told])

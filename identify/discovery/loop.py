@@ -13,10 +13,28 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.discovery.candidates import candidates
-from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, variance_inflation
+from identify.discovery.evidence import (
+    CLOSED,
+    MATERIAL,
+    EvidenceCriterion,
+    disagreement,
+    variance_inflation,
+)
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.promote import alike, beyond_belief, causes, log_chance, without_errors_at
-from identify.discovery.screen_softly import promising_softly, screened_softly, thorough_softly
+from identify.discovery.promote import (
+    alike,
+    beyond_belief,
+    causes,
+    log_chance,
+    turning_with,
+    without_errors_at,
+)
+from identify.discovery.screen_softly import (
+    further,
+    promising_softly,
+    screened_softly,
+    thorough_softly,
+)
 from identify.discovery.siblings import with_springs_beside, with_struts
 from identify.discovery.task import Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
@@ -74,7 +92,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     found = select(bench, story)
     options, final = list(found.options), found.final
     if problem.nuisances.entries:
-        judge = Promotion(problem, partial(variance_inflation, problem), final)
+        doubts = partial(variance_inflation, problem), partial(disagreement, problem)
+        judge = Promotion(problem, *doubts, final)
         if final.gap < CLOSED and judge.found():
             judge, options = in_another_form(judge, bench.variants(final), options, story)
         options, final = promoted(judge, workers, options, story)
@@ -90,16 +109,22 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
 class Promotion:
     """What tells errors of a model that are beyond belief from chance.
 
-    inflation_of: how many times too sure naive variances are for a model.
+    inflation_of: how many times too sure naive variances are for a model; disagreement_of: how many times the
+    variance of noise its forces disagree by.
     """
 
     problem: Problem
     inflation_of: Callable[[Trial], float]
+    disagreement_of: Callable[[Trial], float]
     model: Trial
 
     @cached_property
     def _inflation(self) -> float:
         return max(self.inflation_of(self.model), 1.0)
+
+    @cached_property
+    def _disagreement(self) -> float:
+        return max(self.disagreement_of(self.model), 1.0)
 
     def found(self) -> list[tuple[Effect, dict[str, float]]]:
         """Effects that stand for errors beyond belief, each with where it starts."""
@@ -110,12 +135,14 @@ class Promotion:
 
         Residuals count for less, as in all evidence; errors of what was told are independent.  Beside a rival
         whose gap is the same but for what noise models get wrong, they count as that one's: a spring under a
-        body fits a little of that.
+        body fits a little of that.  Where forces disagree the model's form is not quite what was measured,
+        and errors of what was told make up for it: all of it counts for less.
         """
         errors = self._errors(self.model) - self._errors(after)
         like = rival if rival and abs(rival.gap - after.gap) < MATERIAL else after
         residuals = self.model.squares - like.squares - self._errors(self.model) + self._errors(like)
-        chance = log_chance(errors + residuals / self._inflation, after.free - self.model.free)
+        squares = (errors + residuals / self._inflation) / self._disagreement
+        chance = log_chance(squares, after.free - self.model.free)
         return -chance - float(np.log(causes(self.problem.nuisances)))
 
     def _errors(self, trial: Trial) -> float:
@@ -183,7 +210,10 @@ def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
         screened = screened_softly(workers, problem, structure, model)
         groups = thorough_softly(workers, promising_softly(screened))
         groups = with_struts(workers, with_springs_beside(workers, problem, screened, groups))
-        return max([trial, *chain.from_iterable(groups)], key=lambda one: judge.log_odds(one, trial))
+        turning = [one for one in turning_with(effect, problem.robot) if one not in known]
+        fresh = workers.run([Task(known, (one,), model.values, "afresh") for one in turning])
+        every = [trial, *chain.from_iterable(groups), *further(workers, fresh, "onward")]
+        return max(every, key=lambda one: judge.log_odds(one, trial))
     rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     clean = without_errors_at(effect, problem.nuisances, model.values)
     tasks = [

@@ -15,7 +15,8 @@ from identify.model.effects.base import Effect
 from identify.model.effects.channel_gain import ChannelGain
 from identify.model.effects.channel_polarity import ChannelPolarity
 from identify.model.effects.channel_swap import ChannelSwap
-from identify.model.effects.rigid_body import MOMENTS
+from identify.model.effects.rigid_body import MOMENTS, REACH
+from identify.model.effects.rotor_inertia import RotorInertia
 from identify.model.effects.sensor_rotation import SensorRotation
 from identify.model.effects.time_delay import TimeDelay
 from identify.model.nuisances.inertia import CHANGES, moments
@@ -26,6 +27,8 @@ from identify.vibration.nuisances.nuisance import FORCE, Nuisance, Nuisances
 _BEYOND, _CHANCE = 3.0, 0.01
 """Standard deviations beyond which an error may be an effect, and the chance that all errors of its cause
 together would be as large."""
+_FURTHER = 3.0
+"""How many times what errors of a link come to the moments of the body that stands for them may reach."""
 _OF = {"channel-gain": "channel", "time-delay": "set"}
 
 
@@ -93,6 +96,12 @@ def alike(effect: Effect, robot: Robot, points: Mapping[int, Point]) -> list[Eff
     return [one for one in every if one != effect and _node(one) == _node(effect)]
 
 
+def turning_with(body: AddedMass, robot: Robot) -> list[Effect]:
+    """Rotors that turn with the body's link and make its inertia larger about its joint's axis alone."""
+    own = [n for n, joint in enumerate(robot.joints, start=1) if joint.child == body.link]
+    return [one for one in RotorInertia.instances(robot, {}) if one.joints == own]
+
+
 def without_errors_at(effect: Effect, nuisances: Nuisances, values: Mapping[str, float]) -> dict[str, float]:
     """The values with no turn and no wrong gains of the sensor that an effect is about."""
     own = [one for one in nuisances.entries if _cause(one)[0] in ("turn", "channel")]
@@ -117,7 +126,7 @@ def _effect(some: Sequence[Nuisance], shift: Array, robot: Robot) -> tuple[Effec
     if first.group == "link":
         change = np.zeros(len(CHANGES))
         change[[CHANGES.index(one.change) for one in some]] = sizes
-        effect, body = _body(robot.link(first.place), change)
+        effect, body = _body(robot, robot.link(first.place), change)
         return effect, {**nothing_left, **body}
     if _cause(first)[0] == "turn":
         number = int(np.argmax(np.abs(shift)))
@@ -135,11 +144,21 @@ def _effect(some: Sequence[Nuisance], shift: Array, robot: Robot) -> tuple[Effec
     return None
 
 
-def _body(link: Link, change: Array) -> tuple[AddedMass, dict[str, float]]:
-    """The body that makes the same of a link as changes (10,) of its inertia."""
+def _body(robot: Robot, link: Link, change: Array) -> tuple[AddedMass, dict[str, float]]:
+    """The body that makes the same of a link as changes (10,) of its inertia; moments reach further than
+    usual where the errors ask for it, as those of a rotor that turns with the link do.
+    """
     bounds = (-round(link.mass / 2, 3), round(2 * link.mass, 3))
     mass = Values(initial=round(0.02 * link.mass, 6), bounds=bounds)
     here = [replace(link, centre=np.zeros(3))]
     added = moments(here, change[None])[0] - moments(here, np.zeros((1, len(CHANGES))))[0]
     start = {f"{link.name}.{name}": float(value) for name, value in zip(MOMENTS, added[0], strict=True)}
-    return AddedMass(link=link.name, extent="body", mass=mass), start
+    arm, reaches = sum(one.mass for one in robot.links), dict[str, Values]()
+    for what, largest in (
+        ("moment", np.abs(added[0, 1:4]).max()),
+        ("second_moment", np.abs(added[0, 4:]).max()),
+    ):
+        reach = round(_FURTHER * float(largest), 6)
+        if reach > REACH[what] * arm:
+            reaches[what] = Values(initial=0.0, bounds=(-reach, reach))
+    return AddedMass(link=link.name, extent="body", mass=mass, **reaches), start

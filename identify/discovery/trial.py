@@ -54,7 +54,7 @@ _SOFTNESS |= dict.fromkeys(("glance", "brief", "astray"), LEADING[0])
 _ON_ALL_LINES = {
     "thorough": GaussNewton(evaluations=30, tolerance=1e-6),
     "onward": LevenbergMarquardt(steps=10, tolerance=1e-6),
-    "settled": LevenbergMarquardt(steps=60, tolerance=1e-6),
+    "settled": LevenbergMarquardt(steps=25, tolerance=1e-6),
 }
 """By what a model is refitted on all lines."""
 

@@ -195,14 +195,31 @@ class ImpactWorkbench:
         tasks = [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
         keys = [_key(task.known) for task in tasks]
         there = [self._models.get(key) for key in keys]
-        if self.workers.with_errors:  # whose candidates start afresh, and whose refits take long
+        if self.workers.with_errors:
             there = [one or self._refitted.get(key) for one, key in zip(there, keys, strict=True)]
-            new = iter(
-                self.workers.run([task for task, one in zip(tasks, there, strict=True) if one is None])
-            )
-            return [one or next(new) for one in there]
+            return self._left_out_softly(model, tasks, there)
         pairs = zip(self.workers.run(tasks), there, strict=True)
         return [min((one for one in pair if one), key=squares_of) for pair in pairs]
+
+    def _left_out_softly(
+        self, model: Trial, tasks: Sequence[Task], there: Sequence[Trial | None]
+    ) -> list[Trial]:
+        """Beside errors of what was told, whose refits take long, only those that are not there; and on from
+        the model where one that is there, and not where all begins, is far from the data, which may be its
+        valley.
+        """
+        first, asked = tuple(self.problem.file.study.effects), list[Task]()
+        for task, one in zip(tasks, there, strict=True):
+            if one is None:
+                asked.append(task)
+            elif not closed(one) and closed(model) and task.known != first:
+                asked.append(replace(task, how="onward"))
+        tried = {_key(trial.task.effects): trial for trial in self.workers.run(asked)}
+        found = []
+        for task, one in zip(tasks, there, strict=True):
+            both = [each for each in (one, tried.get(_key(task.known))) if each]
+            found.append(min(both, key=squares_of))
+        return found
 
     def removable(self, model: Trial) -> Sequence[Effect]:
         """All that were added."""

@@ -62,13 +62,15 @@ class Joint:
     """What is known of parameters and errors of what was told together, on the search scale.
 
     root (u, u): its product with its transpose is the covariance of all unknowns; noise (f, f): the part of
-    the covariance of the free parameters that comes from noise, stated (f, e): what
+    the covariance of the free parameters that comes from noise, widening (f,): by how much it was taken wider
+    than the residuals say; stated (f, e): what
     a standard deviation of each error contributes to each of them; spread (e,): standard deviation of each
     error after the fit, in units of its own; information (u, u) of data and statements.
     """
 
     root: Array
     noise: Array
+    widening: Array
     stated: Array
     spread: Array
     information: Array
@@ -165,7 +167,8 @@ def joint_uncertainty(
     known[own] = scale.prior_information()
     root = _root_of_inverse(information, known)
     bread = root @ root.T
-    from_noise = noise(bread[own]) * np.outer(widening, np.broadcast_to(widening, len(own)))
+    wider = np.broadcast_to(widening, len(own))
+    from_noise = noise(bread[own]) * np.outer(wider, wider)
     stated = bread[np.ix_(own, np.flatnonzero(errors))]
     directions, sizes, _ = np.linalg.svd(root[own], full_matrices=False)  # the root is far from singular
     reduced = (directions / sizes**2) @ directions.T
@@ -177,6 +180,7 @@ def joint_uncertainty(
     joint = Joint(
         more[:, None] * root,
         from_noise,
+        wider,
         stated,
         np.sqrt(np.diag(bread)[errors]),
         information + np.diag(known),

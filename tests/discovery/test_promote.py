@@ -42,7 +42,7 @@ def _robot() -> Robot:
 
 def _judge(model: Trial, points: dict[int, Point] | None = None) -> Promotion:
     told = SimpleNamespace(nuisances=_STATED, robot=_robot(), points=points or {})
-    return Promotion(cast(Problem, told), lambda trial: 1.0, model)
+    return Promotion(cast(Problem, told), lambda trial: 1.0, lambda trial: 1.0, model)
 
 
 def _found(**shifts: float) -> list[str]:
@@ -155,17 +155,19 @@ def test_another_form_of_what_was_added_takes_errors_of_sensors_away(left: float
     assert in_another_form(_judge(before), [], options, Story())[1] == options
 
 
-def test_residuals_count_for_less_where_they_are_correlated() -> None:
+def test_residuals_count_for_less_where_they_are_correlated_and_all_where_forces_disagree() -> None:
     believed = dict.fromkeys((one.name for one in _ENTRIES), 0.0)
     before, after = (
         Trial(Task((), (), {}), believed, squares, 100, free=n) for squares, n in ((150, 0), (100, 1))
     )
-    plain, correlated = (
-        Promotion(cast(Problem, SimpleNamespace(nuisances=_STATED)), lambda trial, times=times: times, before)
-        for times in (1.0, 10.0)
+    told = cast(Problem, SimpleNamespace(nuisances=_STATED))
+    plain, correlated, disagreeing = (
+        Promotion(told, lambda trial, one=one: one, lambda trial, two=two: two, before)
+        for one, two in ((1.0, 1.0), (10.0, 1.0), (1.0, 25.0))
     )
     assert plain.log_odds(after) == pytest.approx(-log_chance(50.0, 1) - np.log(causes(_STATED)))
     assert correlated.log_odds(after) == pytest.approx(-log_chance(5.0, 1) - np.log(causes(_STATED)))
+    assert disagreeing.log_odds(after) == pytest.approx(-log_chance(2.0, 1) - np.log(causes(_STATED)))
 
 
 @pytest.mark.parametrize(("squares", "counted"), [(9_990.0, False), (9_500.0, True)])

@@ -21,7 +21,7 @@ MOMENTS = (
     *(f"second_moment_{'xyz'[i]}{'xyz'[j]}" for i, j in _PAIRS),
 )
 """What the inertia of a rigid body is linear in."""
-_REACH = {"moment": 0.05, "second_moment": 0.01}
+REACH = {"moment": 0.05, "second_moment": 0.01}
 """Default bounds per mass of the whole arm, m and m^2: a twentieth of it on a lever of 1 m, a quarter of it
 on one of 0.2 m.
 """
@@ -81,7 +81,7 @@ class RigidBody(BaseModel):
             values = (
                 values
                 if values.bounds
-                else values.model_copy(update={"bounds": (-_REACH[what] * arm, _REACH[what] * arm)})
+                else values.model_copy(update={"bounds": (-REACH[what] * arm, REACH[what] * arm)})
             )
             starts = spread(values, np.zeros(len(axes)), f"{where}.{what}")
             names = [f"{name}.{what}_{axis}" for axis in axes]
