@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 import pytest
 
+from identify.core.parameters import Parameter
 from identify.discovery import loop
 from identify.discovery.loop import Promotion, in_another_form, promoted
 from identify.discovery.promote import alike, beyond_belief, causes, log_chance, stated_already
@@ -18,6 +19,7 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.workbench import Attempt, Option, Story
 from identify.model.effects.base import Effect, parse_effect
+from identify.model.system import build_site, list_parameters
 from identify.robot.description import Joint, Link, Robot
 from identify.robot.points import Point
 from identify.vibration.nuisances.nuisance import Nuisance, Nuisances
@@ -52,6 +54,11 @@ def _found(**shifts: float) -> list[str]:
     return [effect.sentence() for effect, _ in beyond_belief(_STATED, values, _robot())]
 
 
+def _parameters(effect: Effect) -> tuple[Parameter, ...]:
+    site = build_site(_robot(), np.zeros(1), [effect])
+    return list_parameters(_robot(), site, [effect])
+
+
 def test_what_can_be_believed_is_no_effect() -> None:
     assert _found() == []
     assert _found(n0=2.9, n10=2.5) == []
@@ -77,6 +84,18 @@ def test_a_point_that_is_far_off_has_no_effect_of_its_own() -> None:
     assert _found(n4=9.0) == []
 
 
+def test_the_body_that_stands_for_errors_reaches_as_far_as_they_do() -> None:
+    """A centre that is 2 m off is far beyond what is looked for otherwise."""
+    names = [one.name for one in _ENTRIES]
+    values = {**dict.fromkeys(names, 0.0), names[1]: 400.0}
+    [(effect, start)] = beyond_belief(_STATED, values, _robot())
+    parameters = {p.name: p for p in _parameters(effect)}
+    assert start["link1.moment_x"] == pytest.approx(10.0 * 0.005 * 400.0)
+    for name, value in start.items():
+        if name in parameters:
+            assert parameters[name].lower < value < parameters[name].upper
+
+
 def test_the_least_likely_comes_first() -> None:
     assert _found(n0=8.0, n10=15.0)[0] == "gain of channel 7:+X"
 
@@ -88,10 +107,12 @@ def test_whatever_may_be_wrong_at_the_same_sensor_is_alike() -> None:
     assert [faults.count(kind) for kind in dict.fromkeys(faults)] == [3, 3, 2, 3]
 
 
+@pytest.mark.parametrize("screened", [True, False])
 @pytest.mark.parametrize(("by_rotor", "named"), [(60.0, "rotor-inertia"), (20.0, "added-mass")])
 def test_a_wrong_link_is_compared_with_all_structure(
-    by_rotor: float, named: str, monkeypatch: pytest.MonkeyPatch
+    by_rotor: float, named: str, screened: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And with a rotor that turns with it, whether a first look finds that or not."""
     names = [one.name for one in _ENTRIES]
     believed, first = dict.fromkeys(names, 0.5), Task((), (), {})
     rotor = parse_effect({"kind": "rotor-inertia", "joints": [1], "gear_ratio": [100.0]})
@@ -100,10 +121,10 @@ def test_a_wrong_link_is_compared_with_all_structure(
     class Fitting:
         """Workers whose refits take so much off."""
 
-        def run(self, tasks: Sequence[Task]) -> list[Trial]:
+        def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
             return [Trial(t, believed, 100.0 - fall[t.new[0].kind], 100, free=1) for t in tasks]
 
-    monkeypatch.setattr(loop, "candidates", lambda *given: [rotor])
+    monkeypatch.setattr(loop, "candidates", lambda *given: [rotor] if screened else [])
     monkeypatch.setattr(loop, "screened_softly", lambda workers, problem, found, before: found)
     monkeypatch.setattr(loop, "promising_softly", lambda found: [Task((), (one,), {}) for one in found])
     monkeypatch.setattr(loop, "thorough_softly", lambda workers, tasks: [workers.run(tasks)])

@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 
 from identify.core.errors import InputErrors
+from identify.core.parameters import Scale
 from identify.discovery.promote import beyond_belief
+from identify.discovery.softly import minimized
+from identify.discovery.trial import likelihood
+from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
@@ -19,11 +23,12 @@ from identify.results.fit import FitResult
 from identify.robot.description import Link
 from identify.vibration.check import STUDY, run_checks
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.costs.target import FrfTarget
 from identify.vibration.fitted_model import fitted_model, tool_point
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import predictive_squares
+from identify.vibration.uncertainty import predictive_squares, uncertainty
 from tests.generator.dirt import CAREFUL, Dirt, soil
 from tests.generator.generate import generate
 from tests.generator.linear import linearise
@@ -154,6 +159,46 @@ def test_blocks_give_the_information_of_all_rows(everything: Problem) -> None:
     assert np.abs((j.T @ j - product) / np.outer(scale, scale)).max() < 1e-10
     score = (j.T @ r - full.T @ residual - prior * values) / scale
     assert np.abs(score).max() < 1e-9 * np.linalg.norm(residual)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.03])
+def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
+    careful: tuple[Path, TestSpec], apart: float
+) -> None:
+    """As if joint 2 were softer for some forces than for others, which no error of what was told explains."""
+    problem, rng, struck = load_problem(read_study(careful[0])), np.random.default_rng(4), []
+    name, truth = "joint2.rz.stiffness", problem.initial
+    stiffness = [p.name for p in problem.parameters].index(name)
+    for number, m in enumerate(problem.measurements):
+        target = m.target
+        assert isinstance(target, FrfTarget)
+        assert target.noise is not None
+        h = target.data.frf.copy()
+        for force in range(h.shape[2]):
+            values = truth.copy()
+            values[stiffness] *= 1 + apart * (-1) ** (number + force)
+            h[:, :, force] = target.predict(values)[:, :, force]
+        h += target.noise * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
+        struck.append(replace(m, target=replace(target, data=replace(target.data, frf=h))))
+    problem = replace(problem, measurements=tuple(struck))
+    optimizer = LevenbergMarquardt(steps=20, tolerance=1e-6)
+    values, _ = minimized(problem, truth, optimizer, likelihood(problem))
+    scale = Scale(problem.parameters)
+    found, plain = (
+        uncertainty(problem.targets(), scale, values, disagreement=every) for every in (True, False)
+    )
+    row = [problem.parameters[n].name for n in scale.free].index(name)
+    assert found.joint is not None
+    wider = found.std[row] / plain.std[row]
+    said = [note for note in found.notes if "the forces of the postures disagree" in note]
+    if apart:
+        assert wider > 2
+        assert found.low[row] < truth[stiffness] < found.high[row]
+        assert "most about joint" in said[0]
+    else:
+        assert wider < 1.5
+        assert np.mean(found.joint.widening) < 1.5
+        assert said == []
 
 
 def test_a_link_stays_a_body_whatever_its_errors() -> None:

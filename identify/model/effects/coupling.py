@@ -52,10 +52,11 @@ def _between(parameters: dict[str, Parameter], name: str, key: str) -> Parameter
     return parameter(name, one.unit, 0.0, values, key, log=False)
 
 
-def with_directions(starts: Array, names: Sequence[str]) -> Array:
-    """Starts (m, parameters) without coupling, then each also stiffer in one direction and softer across it;
-    as they are where the parameters are not whole pairs.
+def with_directions(starts: Array, parameters: Sequence[Parameter]) -> Array:
+    """Starts (m, parameters) without coupling, then each also stiffer in one direction and softer across it,
+    where bounds let it be; as they are where the parameters are not whole pairs.
     """
+    names = [p.name for p in parameters]
     couplings = [name for name in names if "_" in name.split(".")[1]]
     if not {one for name in couplings for one in _coupled(name)} <= set(names):
         return starts
@@ -67,7 +68,9 @@ def with_directions(starts: Array, names: Sequence[str]) -> Array:
             unlike = np.sqrt(ratio) if name.endswith(".damping") else ratio
             turned[:, own] = _turned(turned[:, own[:2]], unlike, angle)
         found.append(turned)
-    return np.concatenate(found)
+    every = np.concatenate(found)
+    lower, upper = (np.array([getattr(p, side) for p in parameters]) for side in ("lower", "upper"))
+    return np.asarray(every[np.all((lower <= every) & (every <= upper), axis=1)])
 
 
 def _coupled(name: str) -> tuple[str, str]:

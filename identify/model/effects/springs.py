@@ -91,7 +91,7 @@ class Springs(Effect):
         direction than across it.
         """
         usual = super().initial_values(terms, band_hz)
-        return with_directions(usual, [term.parameter.name for term in terms]) if self.coupled else usual
+        return with_directions(usual, [term.parameter for term in terms]) if self.coupled else usual
 
 
 def stiffness_unit(coordinate: str) -> str:
