@@ -29,6 +29,7 @@ from identify.results import tables
 from identify.robot.visual import Looks, looks
 from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.directions import soft_directions
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
 from identify.vibration.nuisances.stated import stated_uncertainty
 from identify.vibration.problem import Measurement, Problem
@@ -65,6 +66,7 @@ def evaluate(
         verdict=(
             *_verdict(fit, trusted, gaps, groups, trusted.count),
             *filter(None, (at_bounds(trusted, scale), _what_next(problem, gaps[0]))),
+            *soft_directions(problem, trusted, fit.values),
             *(() if stated is None else stated.sentences),
         ),
         notes=(

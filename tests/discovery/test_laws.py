@@ -11,6 +11,7 @@ from identify.core.arrays import Array, Complex
 from identify.discovery.places.laws import LAWS, Ranked, rank_laws
 from identify.discovery.places.predict import Unknown
 from identify.discovery.places.semiparametric import Normal, SemiParametricFit
+from identify.discovery.places.update import a_of, triangle
 
 S = 0.7 + 2j * np.pi * np.linspace(5, 80, 60)
 DAMPED, LATE = "spring and damper k + s c", "spring that acts late k e^(-s tau)"
@@ -55,6 +56,37 @@ def test_the_law_of_a_curve_comes_first(name: str, curve: Complex) -> None:
     assert ranked[0].law.name == name
     assert ranked[0].log_odds > 3
     assert len({law.name for law in LAWS}) == len(LAWS)
+
+
+def test_two_springs_between_the_coordinates_are_springs() -> None:
+    """Turned by 30 degrees, one thirty times as stiff as the other."""
+    turn = np.array([[np.cos(np.pi / 6), -0.5], [0.5, np.cos(np.pi / 6)]])
+    own = np.zeros((len(S), 2, 2), dtype=complex)
+    own[:, 0, 0], own[:, 1, 1] = 6e4 + 30 * S, 2e3 + 2 * S
+    curve = turn @ own @ turn.T
+    reference = (2e4 + 4.0 * S + 0.2 * S**2)[:, None, None] * np.eye(2)
+    measured = triangle(a_of(curve, reference, 1.0))
+    sigma = 1e-3 * np.abs(measured)
+    rng = np.random.default_rng(2)
+    noisy = measured + sigma * (rng.normal(size=sigma.shape) + 1j * rng.normal(size=sigma.shape))
+    gram = (1 / sigma**2).astype(complex)[..., None] * np.eye(3)
+    nothing: Array = np.zeros((len(S), 3, 1), dtype=complex)
+    normal = Normal(
+        gram,
+        np.linalg.inv(gram),
+        nothing,
+        nothing[..., 0],
+        np.eye(1),
+        np.zeros(1),
+        taken=0.0,
+        determined=6 * len(S),
+    )
+    count = 6 * len(S) * 30
+    unknown = Unknown(noisy, reference)
+    fit = SemiParametricFit(unknown, np.zeros(1), 0.0, float(count), count, 6 * len(S), normal)
+    ranked = rank_laws(fit, curve, S, 1.0)
+    assert ranked[0].law.name == DAMPED
+    assert ranked[0].gap == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_delay_is_no_damper() -> None:

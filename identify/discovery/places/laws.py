@@ -110,28 +110,40 @@ _SINGLE = (
 _DAMPER, _HYSTERETIC, _MASS, _BODY, _RELAXING, _LATE = (_SINGLE[n] for n in (1, 2, 3, 5, 6, 8))
 _SUMS = ((_HYSTERETIC, _MASS), (_RELAXING, _MASS), (_DAMPER, _BODY), (_DAMPER, _LATE))
 LAWS = (*_SINGLE, *(_sum(one, other) for one, other in _SUMS))
-"""Each on every coordinate of the place, without coupling."""
+"""Each on every coordinate of the place."""
 
 
 def rank_laws(fit: SemiParametricFit, stiffness: Complex, s: Complex, sign: float) -> list[Ranked]:
-    """All laws, likeliest first, for a measured dynamic stiffness (l, d, d) at s (l,)."""
+    """All laws, likeliest first, for a measured dynamic stiffness (l, d, d) at s (l,).
+
+    Two coordinates are also coupled by a spring and a damper: the directions in which they give way most and
+    least may lie between them.
+    """
     whitened, size = Whitened(fit, sign), stiffness.shape[-1]
     middle = float(np.median(s.imag))
     starts = [_typical(stiffness[:, i, i]) for i in range(size)]
+    coupled = np.sqrt(np.prod(starts, axis=0)) / (1.0, middle) if size == 2 else np.zeros(0)
     count = max(fit.count - fit.unknowns, 1)
     found = []
     for law in LAWS:
         each = [np.atleast_2d(law.start(k, h, middle)) for k, h in starts]
         first = np.log(np.maximum(np.concatenate(each, axis=1), 1e-12))
+        first = np.hstack([first, np.zeros((len(first), len(coupled)))])
         lower, upper = first.min(axis=0) - _SPAN, first.max(axis=0) + _SPAN
+        own = law.count * size
 
-        def of(x: Array, law: Law = law) -> Complex:
-            return _diagonal([law.of(s, v) for v in np.exp(x).reshape(size, law.count)])
+        def of(x: Array, law: Law = law, own: int = own) -> Complex:
+            result = _diagonal([law.of(s, v) for v in np.exp(x[:own]).reshape(size, law.count)])
+            if len(coupled):
+                k, c = coupled * x[own:]
+                result[:, 0, 1] = result[:, 1, 0] = k + s * c
+            return result
 
         end = fit_law(whitened, of, first, lower, upper, _EVALUATIONS)
         squares = fit.squares + end.squares
-        score = squares / COMMON + law.count * size * np.log(count / COMMON)
-        found.append((score, law, np.sqrt(squares / fit.count), np.exp(end.values).reshape(size, -1)))
+        score = squares / COMMON + own * np.log(count / COMMON)
+        values = np.exp(end.values[:own]).reshape(size, -1)
+        found.append((score, law, np.sqrt(squares / fit.count), values))
     found.sort(key=lambda one: one[0])
     best, second = found[0][0], found[1][0]
     return [

@@ -46,7 +46,8 @@ def coupling_terms(
 
 
 def _between(parameters: dict[str, Parameter], name: str, key: str) -> Parameter:
-    one, other = (parameters[each] for each in _coupled(name))
+    body, axes, role = name.split(".")
+    one, other = (parameters[f"{body}.{axis}.{role}"] for axis in axes.split("_"))
     reach = _REACH * float(np.sqrt(one.initial * other.initial))
     values = Values(initial=0.0, bounds=(-reach, reach), fixed=not one.free)
     return parameter(name, one.unit, 0.0, values, key, log=False)
@@ -57,14 +58,14 @@ def with_directions(starts: Array, parameters: Sequence[Parameter]) -> Array:
     where bounds let it be; as they are where the parameters are not whole pairs.
     """
     names = [p.name for p in parameters]
-    couplings = [name for name in names if "_" in name.split(".")[1]]
-    if not {one for name in couplings for one in _coupled(name)} <= set(names):
+    couplings = {name: pair for name in names if (pair := coupled_with(name))}
+    if not couplings or not {one for pair in couplings.values() for one in pair} <= set(names):
         return starts
     found = [starts]
-    for ratio, angle in product(_UNLIKE if couplings else (), _DIRECTIONS):
+    for ratio, angle in product(_UNLIKE, _DIRECTIONS):
         turned = starts.copy()
-        for name in couplings:
-            own = [names.index(one) for one in (*_coupled(name), name)]
+        for name, pair in couplings.items():
+            own = [names.index(one) for one in (*pair, name)]
             unlike = np.sqrt(ratio) if name.endswith(".damping") else ratio
             turned[:, own] = _turned(turned[:, own[:2]], unlike, angle)
         found.append(turned)
@@ -73,9 +74,12 @@ def with_directions(starts: Array, parameters: Sequence[Parameter]) -> Array:
     return np.asarray(every[np.all((lower <= every) & (every <= upper), axis=1)])
 
 
-def _coupled(name: str) -> tuple[str, str]:
-    """joint3.rx.stiffness and joint3.ry.stiffness of joint3.rx_ry.stiffness."""
-    body, axes, role = name.split(".")
+def coupled_with(name: str) -> tuple[str, str] | None:
+    """joint3.rx.stiffness and joint3.ry.stiffness of joint3.rx_ry.stiffness; None of any other name."""
+    body, _, rest = name.partition(".")
+    axes, _, role = rest.partition(".")
+    if tuple(axes.split("_")) not in PAIRS:
+        return None
     first, second = axes.split("_")
     return f"{body}.{first}.{role}", f"{body}.{second}.{role}"
 
