@@ -284,6 +284,16 @@ def test_unknown_case_is_refused() -> None:
         hide(GENTLE, "gremlin_j2")
 
 
+def test_a_link_that_is_nearly_a_plate_is_cut_too() -> None:
+    """Its largest moment is the sum of the others but for less than a cut leaves."""
+    plate = replace(random_arm(1).links[2].inertia, tensor=np.diag([0.4, 0.6, 0.995]))
+    whole, *rest = cut(plate, np.array([0.0, 0.0, 1.0]), np.linspace(0.0, 1.0, 6))
+    for piece in rest:
+        assert piece.tensor == pytest.approx(plate.tensor / 5)
+        whole = whole + piece
+    assert whole.tensor == pytest.approx(plate.tensor)
+
+
 def test_a_link_with_stiff_hinges_is_the_rigid_link() -> None:
     """Pieces add up to the body, and the arm keeps its slow poles."""
     body = GENTLE.arm.links[2].inertia

@@ -126,7 +126,9 @@ def _joint_disagreement(
     scatter, expected = (each[:count] for each in every)
     bread = np.linalg.inv(joint.information)[:count]
     independent = np.einsum("ij,jk,ik->i", bread, parts.sum(axis=0), bread)
-    ratio = scatter / expected * independent / np.diag(joint.noise)
+    noise = np.maximum(np.diag(joint.noise), independent)  # the least that is believed
+    seen = (expected > 0) & (noise > 0)  # where rounding is more than data tell, there is none of either
+    ratio = np.divide(scatter * independent, expected * noise, out=np.ones(count), where=seen)
     known = plain.independent_std**-2 > KNOWN * own.prior_information()
     return _wider(ratio, known)
 

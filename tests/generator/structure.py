@@ -277,16 +277,17 @@ def cut(body: Inertia, axis: Array, edges: Array) -> list[Inertia]:
     """Pieces between edges (n + 1,) along `axis` with masses in proportion to their lengths; together they
     are the body.
 
-    The pieces' centres are spread along the axis about the body's centre as far as its inertia allows.
+    The pieces' centres are spread along the axis about the body's centre as far as its inertia allows, and
+    not at all where its moments are nearly those of a plate.
     """
     shares = np.diff(edges) / (edges[-1] - edges[0])
     middles = (edges[1:] + edges[:-1]) / 2
     offsets = middles - shares @ middles
     across = np.eye(3) - np.outer(axis, axis)
     spread = body.mass * float(shares @ offsets**2)
-    scale = 1.0
-    while not _physical(body.tensor - scale**2 * spread * across, 0.02):
-        scale *= 0.95
+    scales = 0.95 ** np.arange(100)
+    allowed = (one for one in scales if _physical(body.tensor - one**2 * spread * across, 0.02))
+    scale = float(next(allowed, 0.0))
     rest = body.tensor - scale**2 * spread * across
     return [
         Inertia(body.mass * s, body.centre + scale * offset * axis, s * rest)

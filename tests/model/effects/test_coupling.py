@@ -15,6 +15,7 @@ from identify.model.effects.base import parse_effect
 from identify.model.effects.springs import Springs
 from identify.model.modes import complex_modes
 from identify.model.system import assemble, build_site, list_parameters
+from identify.motion.study import _spring
 from identify.robot.urdf import read_urdf
 from tests.arms import initial
 from tests.model.effects.pendulum import DRIVE
@@ -95,6 +96,11 @@ def test_every_start_holds_and_some_are_soft_in_each_direction(tmp_path: Path) -
 def test_what_cannot_be_coupled_is_refused() -> None:
     with pytest.raises(ValueError, match="nothing to couple; name rx and ry, or tx and ty"):
         parse_effect({"kind": "joint-compliance", "axes": ["rx", "ty"], "coupled": True})
+
+
+def test_motion_knows_no_coupled_springs() -> None:
+    with pytest.raises(ValueError, match="coupled springs have no motion yet; leave `coupled` out"):
+        _spring({"kind": "joint-compliance", "axes": ["rx", "ry"], "coupled": True})
 
 
 def test_held_springs_hold_their_coupling(tmp_path: Path) -> None:
