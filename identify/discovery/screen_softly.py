@@ -184,8 +184,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
     varied = [
         replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
     ]
-    best, free = (whole[0].gap, whole[0].free) if whole else (np.inf, 0)
-    others = varied_softly(workers, [_from_quick(task, trials) for task in varied], best, free)
+    others = varied_softly(workers, [_from_quick(task, trials) for task in varied], whole[0]) if whole else []
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole
@@ -198,19 +197,23 @@ def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
     return ends[: max(_VARIED, len(near))]
 
 
-def varied_softly(workers: Workers, tasks: Sequence[Task], best: float, free: float) -> list[Trial]:
-    """Other variants of effects on all lines, but those that leave far more than the best gap on few.
+def varied_softly(
+    workers: Workers, tasks: Sequence[Task], best: Trial, added: Sequence[Effect] | None = None
+) -> list[Trial]:
+    """Other variants of effects on all lines, but those that leave far more on few than the best trial does.
 
-    Those with more than so many free parameters, which can leave less, also by another start.
+    Of what that trial brought (or was added before), variants with more free parameters than it has, which
+    can leave less, also by another start.
     """
+    richer = [one for effect in added or best.task.new for one in effect.variants()]
     ends = workers.run([replace(task, how="likely") for task in tasks])
     again = [
         replace(task, how="afresh")
         for task, end in zip(tasks, ends, strict=True)
-        if end.free > free and end.gap > QUIET
+        if task.new[0] in richer and end.free > best.free and end.gap > QUIET
     ]
     every = sorted([*ends, *workers.run(again)], key=squares_of)
-    return further(workers, near_enough(once(every), best, _TIMES), "onward")
+    return further(workers, near_enough(once(every), best.gap, _TIMES), "onward")
 
 
 def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:

@@ -25,9 +25,9 @@ half a per cent counts as one of 50, 15 and 5 %."""
 
 
 def without_errors(problem: Problem) -> Problem:
-    """The problem with errors of what was told held as they are."""
-    held = tuple(replace(p, free=p.free and not p.nuisance) for p in problem.parameters)
-    return replace(problem, parameters=held)
+    """The problem as it was told: its errors held at nothing."""
+    held = (replace(p, initial=0.0, free=False) if p.nuisance else p for p in problem.parameters)
+    return replace(problem, parameters=tuple(held))
 
 
 def best_softly(problem: Problem, starts: Array, softness: float = SOFT) -> tuple[Array, float]:

@@ -214,12 +214,22 @@ class TrialRunner:
         """
         held = without_errors(problem)
         starts = np.vstack([problem.initial, self._starts(problem, _anew(problem, task))])
-        starts = self._afresh(problem, starts)
-        near = np.argsort(_logarithmic(held).costs(starts))[:_NEAREST]
-        ends = np.array([self._robustly(held, starts[[number]], _BRIEF) for number in near])
-        order = np.argsort(_logarithmic(held).costs(ends))[: max(effect.valleys for effect in task.effects)]
-        settled = (self._robustly(held, ends[[number]], _QUICK) for number in order)
-        return min((likely(problem, one, _TO_LIKELIHOOD) for one in settled), key=lambda end: end[1])
+        valleys = max(effect.valleys for effect in task.effects)
+        found: list[tuple[Array, float]] = []
+        for end in self._nearest(held, self._afresh(problem, starts))[:valleys]:
+            found.append(likely(problem, self._robustly(held, end[None], _QUICK), _TO_LIKELIHOOD))
+            if found[-1][1] <= QUIET:
+                break
+        return min(found, key=lambda one: one[1])
+
+    def _nearest(self, problem: Problem, starts: Array) -> Array:
+        """Where few steps by logarithmic residuals lead from the best few of starts (m, parameters), the best
+        first.
+        """
+        objective = _logarithmic(problem)
+        near = np.argsort(objective.costs(starts))[:_NEAREST]
+        ends = np.array([self._robustly(problem, starts[[number]], _BRIEF) for number in near])
+        return np.asarray(ends[np.argsort(objective.costs(ends))])
 
     def _on_all_lines(
         self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]], optimizer: Optimizer

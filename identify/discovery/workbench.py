@@ -254,7 +254,7 @@ class ImpactWorkbench:
         known = [trial for task in tasks if (trial := self._refitted.get(_key(task.effects)))]
         left = [task for task in tasks if _key(task.effects) not in self._refitted]
         if self.workers.with_errors:
-            trials = varied_softly(self.workers, left, model.gap, model.free)
+            trials = varied_softly(self.workers, left, model, self.added(model))
         else:
             trials = screen.varied_thoroughly(self.workers, left, model.gap)
         return [screen.attempt(model, trial) for trial in [*known, *trials] if np.isfinite(trial.squares)]
