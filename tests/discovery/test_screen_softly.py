@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -133,11 +134,14 @@ def test_small_gaps_are_looked_at_from_the_present_model_too(
 def test_another_form_with_more_parameters_counts_by_the_better_of_its_starts() -> None:
     """One of them ends in a wrong valley, far behind the form that it is compared with."""
     world = _World(lambda task: {"likely": 2.9, "afresh": 1.5, "onward": 1.4}[task.how])
-    task = Task((), (TILT,), {})
-    assert not varied_softly(_workers(world), [task], 1.9, FREE)
-    [found] = varied_softly(_workers(world), [task], 1.9, FREE - 1)
+    task, other = Task((), (TILT,), {}), TILT.variants()[-1]
+    best = replace(_trial(Task((), (other,), {}), 1.9), free=FREE)
+    assert not varied_softly(_workers(world), [task], best)
+    fewer = replace(best, free=FREE - 1)
+    [found] = varied_softly(_workers(world), [task], fewer)
     assert found.gap == pytest.approx(1.4)
-    assert [one.how for one in world.tasks] == ["likely", "likely", "afresh", "onward"]
+    assert not varied_softly(_workers(world), [task], fewer, [BASE]), "not of what is asked for"
+    assert [one.how for one in world.tasks] == ["likely", "likely", "afresh", "onward", "likely"]
 
 
 def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem: Problem) -> None:

@@ -17,8 +17,19 @@ CLASSES = {"tilt": ("rx", "ry"), "radial": ("tx", "ty"), "axial": ("tz",)}
 """Axes of a joint by class, in a frame whose z is the joint's axis."""
 
 
+class Turned(StructureEffect):
+    """An effect whose axes may be turned about z; the truth of one that is not does not say so."""
+
+    turned_deg: float
+
+    def truth(self) -> dict[str, Any]:
+        """Kind and parameters for the truth file."""
+        told = super().truth()
+        return told if self.turned_deg else {key: told[key] for key in told if key != "turned_deg"}
+
+
 @dataclass(frozen=True)
-class BaseCompliance(StructureEffect):
+class BaseCompliance(Turned):
     """Springs and dampers under the base link, through its origin along its axes; one number per axis.
 
     turned_deg: by how much the axes are turned about the base's own z.
@@ -42,7 +53,7 @@ class BaseCompliance(StructureEffect):
 
 
 @dataclass(frozen=True)
-class JointCompliance(StructureEffect):
+class JointCompliance(Turned):
     """Springs and dampers of a joint (1 to 6) across or along its axis; one number per axis of the class.
 
     turned_deg: by how much the axes are turned about the joint's own.

@@ -140,7 +140,9 @@ def careful(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_fit_s_own_test_is_promised_what_the_fit_found(careful: Path) -> None:
     known = known_of(careful, None, None)
     found = np.sqrt(np.diag(np.linalg.inv(known.information)))
-    assert own_test(known, careful) == pytest.approx(found, rel=0.15)
+    ratio = own_test(known, careful) / found
+    assert np.median(ratio) == pytest.approx(1.0, rel=0.15)
+    assert ((ratio > 0.6) & (ratio < 1.15)).all(), "less only by what forces disagree by, which no plan knows"
     assert np.all(own_test(replace(known, settings=None), careful) < 0.8 * found), "as if all were as told"
     quiet = TestNoise(known.noise.floor)
     assert np.all(

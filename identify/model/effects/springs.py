@@ -37,7 +37,7 @@ START_HZ = 20.0
 class Springs(Effect):
     """Spring and damper per free coordinate; a subclass says which coordinates."""
 
-    axes: AxisList
+    axes: AxisList = Field(min_length=1, description="axes released")
     stiffness: Values = Field(Values(), description="N/m or N m/rad")
     damping: DampingValues = Field(DampingValues(), description="N s/m or N m s/rad")
     coupled: bool = Field(
