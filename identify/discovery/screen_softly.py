@@ -184,7 +184,8 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
     varied = [
         replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
     ]
-    others = varied_softly(workers, [_from_quick(task, trials) for task in varied], whole[0]) if whole else []
+    tasks = [_from_quick(task, trials) for task in varied]
+    others = varied_softly(workers, tasks, whole[0], whole[0].task.new) if whole else []
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole
@@ -198,14 +199,14 @@ def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
 
 
 def varied_softly(
-    workers: Workers, tasks: Sequence[Task], best: Trial, added: Sequence[Effect] | None = None
+    workers: Workers, tasks: Sequence[Task], best: Trial, added: Sequence[Effect]
 ) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more on few than the best trial does.
 
-    Of what that trial brought (or was added before), variants with more free parameters than it has, which
-    can leave less, also by another start.
+    Of effects that were added to it, variants that give it more free parameters, which can leave less, also
+    by another start.
     """
-    richer = [one for effect in added or best.task.new for one in effect.variants()]
+    richer = [one for effect in added for one in effect.variants()]
     ends = workers.run([replace(task, how="likely") for task in tasks])
     again = [
         replace(task, how="afresh")

@@ -199,7 +199,7 @@ class ImpactWorkbench:
             there = [one or self._refitted.get(key) for one, key in zip(there, keys, strict=True)]
             return self._left_out_softly(model, tasks, there)
         pairs = zip(self.workers.run(tasks), there, strict=True)
-        return [min((one for one in pair if one), key=squares_of) for pair in pairs]
+        return [min(filter(None, pair), key=squares_of) for pair in pairs]
 
     def _left_out_softly(
         self, model: Trial, tasks: Sequence[Task], there: Sequence[Trial | None]
@@ -215,11 +215,8 @@ class ImpactWorkbench:
             elif not closed(one) and closed(model) and task.known != first:
                 asked.append(replace(task, how="onward"))
         tried = {_key(trial.task.effects): trial for trial in self.workers.run(asked)}
-        found = []
-        for task, one in zip(tasks, there, strict=True):
-            both = [each for each in (one, tried.get(_key(task.known))) if each]
-            found.append(min(both, key=squares_of))
-        return found
+        pairs = [(one, tried.get(_key(task.known))) for task, one in zip(tasks, there, strict=True)]
+        return [min(filter(None, pair), key=squares_of) for pair in pairs]
 
     def removable(self, model: Trial) -> Sequence[Effect]:
         """All that were added."""

@@ -63,9 +63,9 @@ class Joint:
 
     root (u, u): its product with its transpose is the covariance of all unknowns; noise (f, f): the part of
     the covariance of the free parameters that comes from noise, widening (f,): by how much it was taken wider
-    than the residuals say; stated (f, e): what
-    a standard deviation of each error contributes to each of them; spread (e,): standard deviation of each
-    error after the fit, in units of its own; information (u, u) of data and statements.
+    than the residuals say; stated (f, e): what a standard deviation of each error contributes to each of
+    them; spread (e,): standard deviation of each error after the fit, in units of its own; information (u, u)
+    of data and statements.
     """
 
     root: Array

@@ -19,12 +19,12 @@ from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.effects.base import Effect, Term, Torque, errors_of
-from identify.model.effects.site import Site
+from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point
-from identify.robot.posture import AXES, at_posture
+from identify.robot.posture import AXES, Mechanism, at_posture
 
 _ROLES = {"stiffness": (0, 1.0), "damping": (1, 1.0), "mass": (2, 1.0), "hysteretic": (0, 1.0j)}
 """Power of s and factor with which a term enters the dynamic stiffness."""
@@ -148,16 +148,22 @@ def build_site(
     kept = [one for one in added if one.name not in gone]
     own = mechanism.coordinates
     names = (*own, *(one.name for one in kept if one.name not in own))
-    shapes = np.eye(len(own), len(names))
-    for one in kept:
-        for name, amount in one.engine.items():
-            if name not in gone:
-                shapes[mechanism.coordinate(name, "effects"), names.index(one.name)] = amount
+    shapes = _shapes(mechanism, names, kept, gone)
     deformations = {names.index(one.name): (one.link, one.deformation) for one in kept if one.deformation}
     mass = shapes.T @ engine.mass_matrix() @ shapes
     there = _points_left(points or {}, gone)
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
     return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects)], axis=0))
+
+
+def _shapes(mechanism: Mechanism, names: Sequence[str], kept: Sequence[Added], gone: set[str]) -> Array:
+    """Motion of the engine's coordinates per coordinate, of which its own are the first."""
+    shapes = np.eye(len(mechanism.coordinates), len(names))
+    for one in kept:
+        for name, amount in one.engine.items():
+            if name not in gone:
+                shapes[mechanism.coordinate(name, "effects"), names.index(one.name)] = amount
+    return shapes
 
 
 def _points_left(points: Mapping[int, Point], gone: set[str]) -> dict[int, Point]:

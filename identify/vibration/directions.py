@@ -17,16 +17,19 @@ _OPEN = 30.0
 
 def soft_directions(problem: Problem, trusted: Uncertainty, values: Array) -> list[str]:
     """A sentence for each coupled pair at values (unknowns,): for example of a joint's tilt."""
-    names = [p.name for p in problem.parameters[: problem.size]]
-    numbers, root = covariance_root(problem, trusted, values)
+    numbers = {p.name: number for number, p in enumerate(problem.parameters)}
+    pairs = [
+        [numbers[one] for one in (*pair, name)]
+        for name in numbers
+        if name.endswith(".stiffness") and (pair := coupled_with(name))
+    ]
+    if not pairs:
+        return []
+    free, root = covariance_root(problem, trusted, values)
     every = np.zeros((len(values), root.shape[1]))
-    every[numbers] = root
-    found = []
-    for name, p in zip(names, problem.parameters, strict=False):
-        if name.endswith(".stiffness") and (pair := coupled_with(name)):
-            own = [names.index(one) for one in (*pair, name)]
-            found.append(_sentence(name, p.unit, values[own], every[own]))
-    return found
+    every[free] = root
+    between = [problem.parameters[own[-1]] for own in pairs]
+    return [_sentence(p.name, p.unit, values[own], every[own]) for p, own in zip(between, pairs, strict=True)]
 
 
 def _sentence(name: str, unit: str, matrix: Array, root: Array) -> str:

@@ -95,22 +95,22 @@ def _wider(ratio: Array, known: Mask) -> Array:
 def _jointly(targets: Targets, scale: Scale, values: Array, disagreement: bool) -> Uncertainty:
     """scale and values of all unknowns; the uncertainty of the parameters among them."""
     slope, free = scale.slope(scale.to_x(values)), scale.free
-    found = information(targets.frf, values, free)
-    errors = np.isin(free, targets.nuisances)
-    known, own = found.on_scale(slope)[0], Scale(tuple(p for p in scale.parameters if not p.nuisance))
+    found = information_by_force(targets.frf, values, free)
+    forces, count = [one.on_scale(slope) for one in found], sum(one.count for one in found)
+    errors, known = np.isin(free, targets.nuisances), np.sum([product for product, _ in forces], axis=0)
+    own = Scale(tuple(p for p in scale.parameters if not p.nuisance))
 
     def noise(combinations: Array) -> Array:
         """Their variance, whatever correlates the residuals."""
         return _variance(targets, values, free, (slope * combinations).T)
 
     given, notes = (own, values[: len(own.parameters)]), tuple(_structure(targets, values))
-    plain = joint_uncertainty(known, noise, errors, found.count, *given, notes)
-    forces = information_by_force(targets.frf, values, free) if disagreement else []
-    if plain.joint is None or len(forces) < FEWEST_BLOCKS:
+    plain = joint_uncertainty(known, noise, errors, count, *given, notes)
+    if plain.joint is None or not disagreement or len(forces) < FEWEST_BLOCKS:
         return plain
-    wider = _joint_disagreement(plain, plain.joint, [one.on_scale(slope) for one in forces], scale, own)
+    wider = _joint_disagreement(plain, plain.joint, forces, scale, own)
     same, notes = plain.joint.noise, (*notes, *_disagreeing(plain, own, wider))
-    return joint_uncertainty(known, lambda _: same, errors, found.count, *given, notes, wider)
+    return joint_uncertainty(known, lambda _: same, errors, count, *given, notes, wider)
 
 
 def _joint_disagreement(

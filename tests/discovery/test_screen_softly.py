@@ -136,9 +136,9 @@ def test_another_form_with_more_parameters_counts_by_the_better_of_its_starts() 
     world = _World(lambda task: {"likely": 2.9, "afresh": 1.5, "onward": 1.4}[task.how])
     task, other = Task((), (TILT,), {}), TILT.variants()[-1]
     best = replace(_trial(Task((), (other,), {}), 1.9), free=FREE)
-    assert not varied_softly(_workers(world), [task], best)
+    assert not varied_softly(_workers(world), [task], best, [other])
     fewer = replace(best, free=FREE - 1)
-    [found] = varied_softly(_workers(world), [task], fewer)
+    [found] = varied_softly(_workers(world), [task], fewer, [other])
     assert found.gap == pytest.approx(1.4)
     assert not varied_softly(_workers(world), [task], fewer, [BASE]), "not of what is asked for"
     assert [one.how for one in world.tasks] == ["likely", "likely", "afresh", "onward", "likely"]

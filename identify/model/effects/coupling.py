@@ -38,16 +38,19 @@ def coupling_terms(
     for body, (x, y) in product(bodies, pairs):
         both = np.outer(site.vector(f"{body}.{x}"), site.vector(f"{body}.{y}"))
         stiffness, damping = (
-            _between(parameters, f"{body}.{x}_{y}.{role}", key)
+            _between(
+                parameters[f"{body}.{x}.{role}"],
+                parameters[f"{body}.{y}.{role}"],
+                f"{body}.{x}_{y}.{role}",
+                key,
+            )
             for role, key in zip(("stiffness", "damping"), keys, strict=True)
         )
         yield Term(stiffness, stiffness=both + both.T)
         yield Term(damping, damping=both + both.T)
 
 
-def _between(parameters: dict[str, Parameter], name: str, key: str) -> Parameter:
-    body, axes, role = name.split(".")
-    one, other = (parameters[f"{body}.{axis}.{role}"] for axis in axes.split("_"))
+def _between(one: Parameter, other: Parameter, name: str, key: str) -> Parameter:
     reach = _REACH * float(np.sqrt(one.initial * other.initial))
     values = Values(initial=0.0, bounds=(-reach, reach), fixed=not one.free)
     return parameter(name, one.unit, 0.0, values, key, log=False)
