@@ -203,10 +203,10 @@ def check_moves(parameters: tuple[Parameter, ...], objective: Objective) -> None
     """Raise an InputError that names the free parameters to which the cost is blind at the start."""
     scale = Scale(parameters)
     initial = np.array([parameter.initial for parameter in parameters])
-    residuals, slopes = objective.residuals(initial, scale.free)
-    if not np.isfinite(residuals).all():
+    squares = np.diag(objective.product(initial, scale.free))
+    if not np.isfinite(squares[-1]):
         return
-    moves = np.linalg.norm(slopes * scale.slope(scale.to_x(initial)), axis=0)
+    moves = np.sqrt(squares[:-1]) * scale.slope(scale.to_x(initial))
     unobservable = [
         parameters[n].name
         for n, size in zip(scale.free, moves, strict=True)

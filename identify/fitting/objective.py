@@ -34,6 +34,28 @@ class Objective(ABC):
         residuals mean zero cost.
         """
 
+    def product(self, values: Array, free: Index) -> Array:
+        """[J r]'[J r] (free + 1, free + 1) of the residuals r and their derivatives J."""
+        residuals, slopes = self.residuals(values, free)
+        product = np.empty((len(free) + 1, len(free) + 1))
+        with np.errstate(all="ignore"):  # where the model has no solution it is not finite
+            product[:-1, :-1] = slopes.T @ slopes
+            product[-1, :-1] = product[:-1, -1] = residuals @ slopes
+            product[-1, -1] = residuals @ residuals
+        return product
+
+
+class ProductObjective(Objective):
+    """An objective that knows the product of its residuals without having them."""
+
+    @abstractmethod
+    def product(self, values: Array, free: Index) -> Array:
+        """[J r]'[J r] (free + 1, free + 1) at values (parameters,)."""
+
+    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
+        """In as few rows as say the same, because there are many columns."""
+        return compressed(self.product(values, free))
+
 
 def compressed(product: Array) -> tuple[Array, Array]:
     """Residuals r (n,) and slopes J (n, n - 1) with the same r'r, J'r and J'J, from the product [J r]'[J r]

@@ -116,30 +116,26 @@ class Search:
         """Residuals (free + 1,) and their derivatives with respect to x (free + 1, free), compressed; counts
         as one evaluation.
         """
+        return compressed(self.product(x))
+
+    def product(self, x: Array) -> Array:
+        """[J r]'[J r] (free + 1, free + 1) of the residuals r and their derivatives J with respect to x, all
+        infinite where any number is not finite; counts as one evaluation.
+        """
         check()
         self.evaluations += 1
         size = len(x) + 1
-        rows = self.journal.replay(size * size) if self.objective.expensive else None
-        if rows is None:
-            residuals, slopes = self.objective.residuals(self.scale.to_values(x), self.scale.free)
-            rows = _compressed(residuals, slopes, self.scale.slope(x)).ravel()
-            if self.objective.expensive:
-                self.journal.record(rows)
-        rows = rows.reshape(size, size)
-        return rows[:, -1], rows[:, :-1]
-
-
-def _compressed(residuals: Array, slopes: Array, scale: Array) -> Array:
-    """[J r] in as few rows as there are columns, with slopes times scale as J; infinite residuals without
-    slopes where any number is not finite.
-    """
-    product = np.empty((len(scale) + 1, len(scale) + 1))
-    with np.errstate(all="ignore"):
-        product[:-1, :-1] = (slopes.T @ slopes) * scale * scale[:, None]
-        product[-1, :-1] = product[:-1, -1] = (residuals @ slopes) * scale
-        product[-1, -1] = residuals @ residuals
-    rows, columns = compressed(product)
-    return np.column_stack([columns, rows])
+        remembered = self.journal.replay(size * size) if self.objective.expensive else None
+        if remembered is not None:
+            return remembered.reshape(size, size)
+        scale = np.append(self.scale.slope(x), 1.0)
+        with np.errstate(all="ignore"):
+            product = self.objective.product(self.scale.to_values(x), self.scale.free) * np.outer(scale, scale)
+        if not np.isfinite(product).all():
+            product = np.full_like(product, np.inf)
+        if self.objective.expensive:
+            self.journal.record(product.ravel())
+        return product
 
 
 class Optimizer(BaseModel, ABC):

@@ -30,15 +30,15 @@ class LevenbergMarquardt(Optimizer):
     )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
-        """Needs the cost's residuals; draws nothing from rng."""
+        """Needs the product of the cost's residuals; draws nothing from rng."""
         x = np.clip(start, search.lower, search.upper)
         cost = float(search.costs(x[None])[0])
         for _ in range(self.steps):
-            residuals, jacobian = search.residuals(x)
-            if not np.isfinite(residuals).all():
+            product = search.product(x)
+            if not np.isfinite(product).all():
                 return Outcome(False, "the model has no solution at the start")
-            curvature, axes = np.linalg.eigh(jacobian.T @ jacobian)
-            pull = axes.T @ (jacobian.T @ residuals)
+            curvature, axes = np.linalg.eigh(product[:-1, :-1])
+            pull = axes.T @ product[:-1, -1]
             damped = np.maximum(curvature, 0.0) + _LADDER[:, None]
             trials = np.clip(x - (pull / damped) @ axes.T, search.lower, search.upper)
             costs = search.costs(trials)

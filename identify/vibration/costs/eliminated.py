@@ -11,13 +11,13 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Index
-from identify.fitting.objective import Objective, compressed
+from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import in_chunks, real_rows
 from identify.vibration.costs.frf_least_squares import PosteriorObjective
 from identify.vibration.costs.target import FrfTarget
 
 
-class EliminatedObjective(Objective):
+class EliminatedObjective(ProductObjective):
     """The cost of `PosteriorObjective` with errors eliminated, linearised about values (unknowns,)."""
 
     def __init__(self, whole: PosteriorObjective, about: Array) -> None:
@@ -50,8 +50,8 @@ class EliminatedObjective(Objective):
         explained = scipy.linalg.solve_triangular(self._among[0], pull.T, lower=True, check_finite=False)
         return np.asarray(squares - np.sum(explained**2, axis=0))
 
-    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
-        """In as few rows as say the same."""
+    def product(self, values: Array, free: Index) -> Array:
+        """Of the errors where they are best."""
         product = np.zeros((len(free) + 1,) * 2)
         cross = np.zeros((len(self._told), len(free) + 1))
         cross[:, -1] = self._told
@@ -62,8 +62,8 @@ class EliminatedObjective(Objective):
                 cross += slopes.T @ rows
         product[-1, -1] += self._told @ self._told
         if not np.isfinite(cross).all():
-            return compressed(np.full_like(product, np.inf))
-        return compressed(product - cross.T @ scipy.linalg.cho_solve(self._among, cross))
+            return np.full_like(product, np.inf)
+        return np.asarray(product - cross.T @ scipy.linalg.cho_solve(self._among, cross))
 
 
 def _rows(target: FrfTarget, values: Array, free: Index) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array, Complex, Index, logarithm
-from identify.fitting.objective import Objective, compressed
+from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.compressed import compressed_frfs
 from identify.vibration.costs.information import information, over_noise
@@ -121,7 +121,7 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         return self._weight[target]
 
 
-class PosteriorObjective(Objective):
+class PosteriorObjective(ProductObjective):
     """The same with errors of what was told fitted along: their squares, in units of their standard
     deviations, count as residuals (maximum a posteriori), but not as measured numbers.
 
@@ -144,14 +144,24 @@ class PosteriorObjective(Objective):
         size = np.linalg.norm(candidates[..., self.errors], axis=-1) / np.sqrt(self.count)
         return np.asarray(np.hypot(data / self._softness, size))
 
-    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
-        """In as few rows as say the same, because there are many columns."""
+    def product(self, values: Array, free: Index) -> Array:
+        """Of the data, then of the errors."""
         with np.errstate(all="ignore"):
             product = information(self.targets, values, free, self._likelihood.residuals_of).product
         product /= self._softness**2
-        total, (rows, slopes) = float(product[-1, -1]), compressed(product)
-        squares = float(values[self.errors] @ values[self.errors])
-        cost = float(np.sqrt((total + squares) / self.count)) if np.isfinite(total) else np.inf
+        add_errors(product, values, free, self.errors)
+        total = float(product[-1, -1])
+        cost = float(np.sqrt(total / self.count)) if np.isfinite(total) else np.inf
         self._known = values[None].copy(), cost
-        prior = np.eye(len(values))[np.ix_(self.errors, free)]
-        return np.concatenate([rows, values[self.errors]]), np.concatenate([slopes, prior])
+        return product
+
+
+def add_errors(product: Array, values: Array, free: Index, errors: Index) -> None:
+    """Add to [J r]'[J r] (free + 1, free + 1) the errors of what was told, numbers among the values
+    (unknowns,), as residuals.
+    """
+    own = np.flatnonzero(np.isin(free, errors))
+    product[own, own] += 1.0
+    product[own, -1] += values[free[own]]
+    product[-1, own] += values[free[own]]
+    product[-1, -1] += values[errors] @ values[errors]

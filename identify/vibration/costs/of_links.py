@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Index
-from identify.fitting.objective import Objective, compressed
+from identify.fitting.objective import ProductObjective
 from identify.measured.frf_set import POWER
 from identify.model.nuisances.inertia import moments
 from identify.vibration.costs.base import real_rows
 from identify.vibration.costs.compressed import CompressedFrfs, compressed_frfs
+from identify.vibration.costs.frf_least_squares import add_errors
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.nuisances.nuisance import Slot
 from identify.vibration.nuisances.placed import Ends, Placed, State, state
@@ -68,7 +69,7 @@ class _Set:
         return *real_rows(residual, slopes_over_noise), numbers
 
 
-class LinksObjective(Objective):
+class LinksObjective(ProductObjective):
     """As `PosteriorObjective` of FRF least squares, with all errors but those of links held at nothing, and
     noise that counts for `softness` times as much, with what sensors and impacts may be off by.
 
@@ -89,8 +90,8 @@ class LinksObjective(Objective):
         total = squares + np.sum(errors**2, axis=1)
         return np.asarray(np.sqrt(np.where(np.isfinite(total), total, np.inf) / self._count))
 
-    def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
-        """In as few rows as say the same."""
+    def product(self, values: Array, free: Index) -> Array:
+        """Of the data, then of the errors."""
         own, errors = self._split(values[None])
         off, slopes = (part[0] for part in self._inertia(errors))
         product = np.zeros((len(free) + 1,) * 2)
@@ -102,9 +103,8 @@ class LinksObjective(Objective):
                 places = [*(column[int(numbers[n])] for n in known), len(free)]
                 rows = np.column_stack([derivatives[:, known], residual])
                 product[np.ix_(places, places)] += rows.T @ rows
-        rows, slopes = compressed(product)
-        prior = np.eye(len(values))[np.ix_(self.errors, free)]
-        return np.concatenate([rows, errors[0]]), np.concatenate([slopes, prior])
+        add_errors(product, values, free, self.errors)
+        return product
 
     def _split(self, values: Array) -> tuple[Array, Array]:
         size = values.shape[1] - len(self.errors)

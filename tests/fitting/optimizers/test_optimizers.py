@@ -187,6 +187,39 @@ def test_levenberg_marquardt_takes_the_best_of_a_ladder_of_damped_steps() -> Non
     assert costs.argmin() not in (0, 6), "neither the boldest nor the most timid"
 
 
+@pytest.mark.parametrize("expensive", [False, True])
+def test_a_search_knows_the_product_of_its_residuals_and_remembers_what_is_expensive(
+    expensive: bool, tmp_path: Path
+) -> None:
+    def problem() -> Search:
+        found = search("valley", 4, journal=Journal(part))
+        found.objective.expensive = expensive  # type: ignore[misc]
+        return found
+
+    part, x = PartFile(tmp_path / "run.part", "key"), np.array([0.2, -0.4, 0.3, 0.1])
+    first = problem()
+    product = first.product(x)
+    r, j = first.objective.residuals(np.exp(x), first.scale.free)
+    j = j * first.scale.slope(x)
+    every = np.column_stack([j, r])
+    assert product == pytest.approx(every.T @ every, rel=1e-12)
+    again = problem()
+    rows, slopes = again.residuals(x)
+    assert again.journal.replayed == expensive
+    assert np.column_stack([slopes, rows]).T @ np.column_stack([slopes, rows]) == pytest.approx(product)
+    assert first.evaluations == again.evaluations == 1
+
+
+def test_a_product_that_is_not_finite_is_infinite_and_remembered_as_such(tmp_path: Path) -> None:
+    part, x = PartFile(tmp_path / "run.part", "key"), np.full(3, 0.1)
+    for replayed in (0, 1):
+        problem = search(journal=Journal(part))
+        problem.objective.expensive = True  # type: ignore[misc]
+        problem.objective.residuals = lambda values, free: (np.full(3, np.nan), np.eye(3))  # type: ignore[method-assign]
+        assert np.isposinf(problem.product(x)).all()
+        assert problem.journal.replayed == replayed
+
+
 def test_levenberg_marquardt_says_why_it_ended() -> None:
     optimizer = parse_optimizer({"kind": "levenberg-marquardt", "tolerance": 1e-3})
     outcome = optimizer.minimize(search("many", 4), np.full(4, 0.4), np.random.default_rng(0))
