@@ -305,12 +305,13 @@ def promising(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[T
     return near or [best]
 
 
-def thorough(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
+def thorough(workers: Workers, trials: Sequence[Trial], present: float = np.inf) -> list[list[Trial]]:
     """Each promising candidate on all lines, the best of them in their other variants too; those with a
-    solution.
+    solution.  present: the gap of the present model.
     """
     if workers.with_errors:
-        return [[one for one in group if solved(one)] for group in thorough_softly(workers, trials)]
+        groups = thorough_softly(workers, trials, present)
+        return [[one for one in group if solved(one)] for group in groups]
     ends = workers.run([Task(t.task.known, t.task.new, t.values, "thorough") for t in trials])
     varied = [
         Task(end.task.known, (one,), end.values)

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import QUIET
-from identify.discovery.evidence import CLOSED, closed
+from identify.discovery.evidence import CLOSED, closed, removed
 from identify.discovery.neighbours import moved, siblings
 from identify.discovery.promote import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -31,8 +31,11 @@ _WORTH, _NEARLY = 2.5, 1.5
 followed; and how many times its squares, to be fitted to the likelihood."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
-_TIMES = 2.0
-"""How many times the best one's gap above noise a candidate may leave at the likelihood, and still win."""
+_HALF = 0.5
+"""Share of the present gap above noise that an effect must explain for its variants to begin afresh."""
+_TIMES, _AS_NEAR = 2.0, 1.3
+"""How many times the best one's gap above noise a candidate may leave at the likelihood, and still win; and a
+variant, which few lines compare with it well."""
 _SMALL, _FEW = 1.5, 3
 """Gap up to which what is left above noise is also looked for from the present model, and how many of its
 candidates go on."""
@@ -170,10 +173,12 @@ def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
     return [*chosen, *(t for t in screened if t.task.how == "beside" and t.task.new not in new)]
 
 
-def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Trial]]:
+def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = np.inf) -> list[list[Trial]]:
     """Each promising candidate that may win on all lines, the best of them in their other variants too.
 
-    From where residuals counted for little to the likelihood; afresh too where none of them closes the gap.
+    From where residuals counted for little to the likelihood; afresh too where none of them closes the gap,
+    but variants only where the best of them explains half of the present gap: with less, something else is
+    missing beside it, and forms are compared once that is found.
     """
     ends = further(workers, [trial for trial in trials if trial.task.how != "beside"], "likely")
     beside = [replace(trial.task, how="afresh") for trial in trials if trial.task.how == "beside"]
@@ -185,7 +190,8 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial]) -> list[list[Tria
         replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
     ]
     tasks = [_from_quick(task, trials) for task in varied]
-    others = varied_softly(workers, tasks, whole[0], whole[0].task.new) if whole else []
+    near = bool(whole) and removed(present, whole[0].gap) >= _HALF
+    others = varied_softly(workers, tasks, whole[0], whole[0].task.new if near else ()) if whole else []
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole
@@ -214,7 +220,7 @@ def varied_softly(
         if task.new[0] in richer and end.free > best.free and end.gap > QUIET
     ]
     every = sorted([*ends, *workers.run(again)], key=squares_of)
-    return further(workers, near_enough(once(every), best.gap, _TIMES), "onward")
+    return further(workers, near_enough(once(every), best.gap, _AS_NEAR), "onward")
 
 
 def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:

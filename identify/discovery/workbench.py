@@ -131,7 +131,7 @@ class ImpactWorkbench:
         self, model: Trial, promising: Sequence[Attempt[Effect, Trial]]
     ) -> list[list[Attempt[Effect, Trial]]]:
         """Each on all lines and from several starts, the best of them in their other variants too."""
-        groups = screen.thorough(self.workers, [one.model for one in promising])
+        groups = screen.thorough(self.workers, [one.model for one in promising], model.gap)
         if self.problem.nuisances.entries:
             groups = with_springs_beside(self.workers, self.problem, self._screened, groups)
         elif not screen.anchor_of(model):

@@ -23,7 +23,7 @@ from identify.model.system import Factors
 from identify.model.truncation import (
     TruncationCorrection,
     end_of_record,
-    outlasts_record,
+    left_at_end,
     rest_by_exponential,
 )
 
@@ -135,12 +135,11 @@ class _Modal(NamedTuple):
 
     def rest(self, out: Array, s: Complex, power: int, record: float) -> Complex | float:
         """What is missing from H where records end after `record` seconds."""
-        lasts = outlasts_record(self.eigenvalues, s, record)[..., None]
-        if not lasts.any():
+        left = left_at_end(self.eigenvalues, s, record)
+        if not left.any():
             return 0.0
-        decayed = np.exp(lasts * self.eigenvalues * record)
-        left = self.participation * (lasts * self.eigenvalues**power * decayed)[..., None]
-        return np.asarray(np.exp(-s * record)[..., None, None] * self.superposed(out, s, left))
+        moving = self.participation * (self.eigenvalues**power * left)[..., None]
+        return np.asarray(np.exp(-s * record)[..., None, None] * self.superposed(out, s, moving))
 
 
 def _modal(mass: Array, damping: Array, stiffness: Array, s: Complex, force: Array) -> _Modal | None:

@@ -9,7 +9,9 @@ displacement x(T) and velocity v(T), is missing from the transform:
 with k = 0, 1, 2 for displacement, velocity and acceleration; terms with negative powers of s do not exist.
 An exponential window makes the difference small: e^-5 of H at a resonance of 10 Hz with 2 % damping after 1.6
 s with a window of 2 / s.  A model that grows faster than the window decays, such as one with a negative mass,
-has no transform at s, and nothing is taken off.
+has no transform at s, and nothing is taken off.  Where only something far above the band grows, as where a
+little mass was moved about on a link that bends until some section has less than none, that is left out: the
+FRFs in the band do not know it.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ from identify.model.system import Factors
 
 NEGLIGIBLE = 1e-4
 """Size of what is missing relative to H, at a resonance, below which it is not computed."""
+_FAR = 4.0
+"""How many times the highest line is far above the band."""
 
 
 class TruncationCorrection(Protocol):
@@ -111,12 +115,23 @@ class EndOfRecord:
         return np.asarray(np.exp(-line * self.record) * load)
 
 
-def outlasts_record(eigenvalues: Complex, s: Complex, record: float) -> NDArray[np.bool_]:
+def _outlasts(eigenvalues: Complex, s: Complex, record: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Whether motions with eigenvalues (..., r) last beyond the record as seen through the window that s
-    (..., lines) implies, (...).
+    (..., lines) implies, (..., 1); and which of them grow far above the band, (..., r), and do not count.
     """
-    growth = eigenvalues.real.max(axis=-1) - s.real.min(axis=-1)
-    return np.asarray((growth < 0) & (growth * record > np.log(NEGLIGIBLE)))
+    decay, band = s.real.min(axis=-1)[..., None], np.abs(s).max(axis=-1)[..., None]
+    apart = (eigenvalues.real > decay) & (np.abs(eigenvalues) > _FAR * band)
+    growth = np.max(eigenvalues.real - decay, axis=-1, where=~apart, initial=-np.inf)[..., None]
+    return np.asarray((growth < 0) & (growth * record > np.log(NEGLIGIBLE))), np.asarray(apart)
+
+
+def left_at_end(eigenvalues: Complex, s: Complex, record: float) -> Complex:
+    """e^(lambda T) of motions with eigenvalues (..., r), (..., r); zero where the model does not outlast the
+    record or grows.
+    """
+    lasts, apart = _outlasts(eigenvalues, s, record)
+    kept = lasts & ~apart
+    return np.asarray(kept * np.exp(np.where(kept, eigenvalues, 0.0) * record))
 
 
 def end_of_record(
@@ -142,10 +157,12 @@ def end_of_record(
 
 class _ModalEnd(NamedTuple):
     """Where a unit impact at each input has led, x, v (n, inputs), with the modes by which it went there:
-    eigenvalues (r,), shapes (n, r), their norms (r,) and participation (r, inputs).
+    eigenvalues (r,), what is left of them (r,), shapes (n, r), their norms (r,) and participation (r,
+    inputs).
     """
 
     eigenvalues: Complex
+    left: Complex
     shapes: Complex
     norm: Complex
     participation: Complex
@@ -159,14 +176,15 @@ def _modal_end(
     """None where the response has died out."""
     mass, damping, _ = matrices
     eigenvalues, shapes = state_eigen(*matrices)
-    if not outlasts_record(eigenvalues, s, record):
+    left = left_at_end(eigenvalues, s, record)
+    if not left.any():
         return None
     norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
     participation = shapes.T @ force / norm[:, None]
-    decayed = np.exp(eigenvalues * record)[:, None] * participation
+    decayed = left[:, None] * participation
     moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
     x, v = np.split(moved.real, 2, axis=1)
-    return _ModalEnd(eigenvalues, shapes, norm, participation, x, v)
+    return _ModalEnd(eigenvalues, left, shapes, norm, participation, x, v)
 
 
 def _slopes(end: _ModalEnd, record: float, factors: Factors, columns: NDArray[np.intp], rate: int) -> Complex:
@@ -177,11 +195,11 @@ def _slopes(end: _ModalEnd, record: float, factors: Factors, columns: NDArray[np
     over pairs of modes of residues times the divided difference of z^(k + rate) e^(zT), with k the power of s
     of the column.
     """
-    eigenvalues, shapes, norm, participation, _, _ = end
+    eigenvalues, left, shapes, norm, participation, _, _ = end
     result = np.zeros((len(eigenvalues), participation.shape[1], len(columns)), dtype=complex)
     for k in np.unique(factors.power[columns]):
         chosen = columns[factors.power[columns] == k]
-        divided = _divided(eigenvalues, record, k + rate)
+        divided = _divided(eigenvalues, left, record, k + rate)
         modal = shapes.T @ factors.vectors[:, chosen]
         driven = divided @ (participation[:, :, None] * modal[:, None, :]).reshape(len(eigenvalues), -1)
         driven = driven.reshape(-1, participation.shape[1], len(chosen))
@@ -203,11 +221,11 @@ def end_by_matrices(
     end = _modal_end(matrices, s, force, record)
     if end is None:
         return None
-    eigenvalues, shapes, norm, participation, x, v = end
+    eigenvalues, left, shapes, norm, participation, x, v = end
     changes = [shapes.T @ matrix @ shapes / norm[:, None] for matrix in (stiffness_changes, mass_changes)]
     slopes = [
         -sum(
-            (_divided(eigenvalues, record, power + rate) * change) @ participation
+            (_divided(eigenvalues, left, record, power + rate) * change) @ participation
             for power, change in zip((0, 2), changes, strict=True)
         )
         for rate in (0, 1)
@@ -217,13 +235,12 @@ def end_by_matrices(
     )
 
 
-def _divided(eigenvalues: Complex, record: float, order: int) -> Complex:
-    """(r, r): divided differences of z^order e^(zT) over pairs of eigenvalues."""
+def _divided(eigenvalues: Complex, left: Complex, record: float, order: int) -> Complex:
+    """(r, r): divided differences of z^order e^(zT), of which so much is left, over pairs of eigenvalues."""
     apart = eigenvalues[:, None] - eigenvalues
     near = np.abs(apart) <= 1e-7 * np.maximum(np.abs(eigenvalues), 1.0 / record)
-    decayed = np.exp(eigenvalues * record)
-    value = eigenvalues**order * decayed
-    tangent = record * value + order * eigenvalues ** max(order - 1, 0) * decayed
+    value = eigenvalues**order * left
+    tangent = record * value + order * eigenvalues ** max(order - 1, 0) * left
     return np.asarray(np.where(near, tangent[:, None], (value[:, None] - value) / np.where(near, 1.0, apart)))
 
 
@@ -244,7 +261,8 @@ def rest_by_exponential(
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
     state = np.concatenate([upper, lower], axis=-2)
-    lasts = outlasts_record(np.linalg.eigvals(state), s, record)[..., None, None]
+    lasts, apart = _outlasts(np.linalg.eigvals(state), s, record)
+    lasts = (lasts & ~apart.any(axis=-1, keepdims=True))[..., None]
     moved = lasts * scipy.linalg.expm(record * lasts * state)[..., size:] @ np.linalg.solve(mass, force)
     x, v = moved[..., :size, :], moved[..., size:, :]
     line = s[..., None, None]

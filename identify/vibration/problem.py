@@ -22,6 +22,7 @@ from identify.measured.modal_tables import read_modal_table
 from identify.measured.noise import noise_std
 from identify.measured.source import read_source
 from identify.model.effects.base import Effect
+from identify.model.effects.form import Form
 from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System
@@ -279,7 +280,10 @@ def _assembled(
     already of the same robot and postures.
     """
     postures = Postures(robot, points, file.study.effects, given[0].posture, built or Built())
-    measurements = collect([partial(_measurement, points, postures, nuisances, one) for one in given])
+    forms = [form for effect in file.study.effects for form in effect.forms(robot, points)]
+    if file.study.uncertainty is not None:
+        nuisances = nuisances.with_forms(forms, file.study.uncertainty)
+    measurements = collect([partial(_measurement, points, postures, nuisances, forms, one) for one in given])
     given_values = {**file.study.initial, **(values or {})}
     parameters = tuple(
         replace(p, initial=given_values.get(p.name, p.initial))
@@ -289,7 +293,11 @@ def _assembled(
 
 
 def _measurement(
-    points: dict[int, Point], postures: Postures, nuisances: Nuisances, given: Given
+    points: dict[int, Point],
+    postures: Postures,
+    nuisances: Nuisances,
+    forms: Sequence[Form],
+    given: Given,
 ) -> Measurement:
     speed = given.settings.speed_deg_per_s
     rates = None if speed is None else np.deg2rad(speed)
@@ -306,7 +314,7 @@ def _measurement(
                 given.noise,
                 given.record,
                 given.impact,
-                None if given.basis is None else partial(_placed, nuisances, given, points),
+                None if given.basis is None else partial(_placed, nuisances, forms, given, points),
             ),
         )
     out = (
@@ -319,6 +327,7 @@ def _measurement(
 
 def _placed(
     nuisances: Nuisances,
+    forms: Sequence[Form],
     given: Given,
     points: Mapping[int, Point],
     system: System,
@@ -327,7 +336,8 @@ def _placed(
 ) -> Placed:
     """The nuisances of a measurement."""
     assert given.basis is not None
-    return place(nuisances, given.basis, system, points, given.name, given.posture, (outputs, inputs))
+    channels = outputs, inputs
+    return place(nuisances, given.basis, system, points, given.name, given.posture, channels, forms)
 
 
 def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:

@@ -16,6 +16,7 @@ from identify.discovery.trial import likelihood
 from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.model.nuisances.inertia import changed, moments
 from identify.reports.fit.uncertainty_tables import error_table, part_table
@@ -80,6 +81,33 @@ def test_derivatives_of_every_kind_are_those_of_differences(everything: Problem)
     chosen = [rng.choice(numbers) for numbers in kinds.values()]
     assert len(chosen) >= 30
     for number in chosen:
+        step = np.zeros(len(values))
+        step[number] = 1e-4
+        difference = (target.predict(values + step) - target.predict(values - step)) / 2e-4
+        off = np.linalg.norm(slopes[..., number] - difference)
+        name = problem.parameters[number].name
+        assert off <= 1e-5 * np.linalg.norm(difference) + 1e-9 * np.linalg.norm(h), name
+
+
+def test_derivatives_of_forms_are_those_of_differences(everything: Problem) -> None:
+    """Those of a link that bends; without it there are none."""
+    known = tuple(everything.file.study.effects)
+    problem, rng = (
+        with_effects(everything, (*known, LinkFlexibility(link="link2", nonuniform=True)), {}),
+        np.random.default_rng(1),
+    )
+    forms = [n for n, one in enumerate(problem.nuisances.entries) if one.group == "form"]
+    assert {one.name for one in problem.nuisances.entries} >= {
+        "link2.mass_at_end.error",
+        "link2.slope_1_by_slope_at_6.error",
+    }
+    back = with_effects(problem, known, {})
+    assert back.nuisances == everything.nuisances
+    target, size = problem.targets().frf[0], problem.size
+    values = problem.initial.copy()
+    values[size:] = 0.1 * rng.normal(size=len(values) - size)
+    h, slopes = target.gradient(values, np.arange(len(values)))
+    for number in rng.choice(forms, 12, replace=False) + size:
         step = np.zeros(len(values))
         step[number] = 1e-4
         difference = (target.predict(values + step) - target.predict(values - step)) / 2e-4

@@ -18,6 +18,7 @@ from identify.core.config import without_old_keys
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.core.registry import Registry, parse_kind
+from identify.model.effects.form import Form
 from identify.model.effects.initial_values import Quantity, start_grid
 from identify.model.effects.place import Beside, Place, Release
 from identify.model.effects.site import Added, Site
@@ -184,6 +185,10 @@ class Effect(BaseModel, ABC):
 
         Parameters are the same at every site: `site.inertia` and `site.reference` scale their defaults.
         """
+
+    def forms(self, robot: Robot, points: Mapping[int, Point]) -> list[Form]:
+        """What its form may be off by, where that is said to be uncertain; nothing by default."""
+        return []
 
     def initial_values(self, terms: Sequence[Term], band_hz: tuple[float, float]) -> Array:
         """Where discovery starts from, (m, terms), the given start first; `terms` are those of its own whose

@@ -15,6 +15,8 @@ from identify.core.errors import InputError
 from identify.core.parameters import DampingValues, Parameter, Values, parameter
 from identify.model.effects.base import Effect, Term
 from identify.model.effects.beam import Beam, evenly, slices
+from identify.model.effects.form import Form
+from identify.model.effects.link_form import link_form
 from identify.model.effects.rigid_body import MOMENTS, rigid_body
 from identify.model.effects.site import Added, Site
 from identify.model.effects.springs import spring_terms
@@ -171,6 +173,10 @@ class LinkFlexibility(Effect):
             inertias[:6, :6] = 0.0
             total += inertias
         return np.asarray(motion.T @ total @ motion)
+
+    def forms(self, robot: Robot, points: Mapping[int, Point]) -> list[Form]:
+        """How its sensors move with its end, and where along it its mass is."""
+        return [link_form(robot.link(self.link), self._beam(robot), self._names(), points)]
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """All coordinates of its beam."""

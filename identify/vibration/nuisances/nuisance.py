@@ -15,6 +15,7 @@ from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
+from identify.model.effects.form import Form
 from identify.model.nuisances.inertia import CHANGES
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -27,10 +28,9 @@ Key = tuple[str, str, str]
 
 @dataclass(frozen=True)
 class Nuisance:
-    """One uncertain number: of what (`link`, `point`, `channel`, `impact`, `joint`, `kinematics`, `set`),
-    where,
-    which change of it; its standard deviation in SI units (or relative, of logarithms); whether it goes along
-    to other measurements.
+    """One uncertain number: of what (`link`, `point`, `channel`, `impact`, `joint`, `kinematics`, `set`,
+    `form`), where, which change of it; its standard deviation in SI units (or relative, of logarithms);
+    whether it goes along to other measurements.
     """
 
     group: str
@@ -85,6 +85,16 @@ class Nuisances:
     @cached_property
     def _numbers(self) -> dict[Key, int]:
         return {one.key: number for number, one in enumerate(self.entries)}
+
+    def with_forms(self, forms: Iterable[Form], settings: UncertaintySettings) -> Nuisances:
+        """With errors of the forms of a model's effects in place of those of another's."""
+        told = (one for one in self.entries if one.group != "form")
+        more = (
+            Nuisance("form", form.place, name, settings.std("flexible_links", what), "1")
+            for form in forms
+            for name, what in form.errors
+        )
+        return Nuisances((*told, *(one for one in more if one.std > 0)))
 
     def has(self, group: str) -> bool:
         """Whether anything of a group is uncertain."""

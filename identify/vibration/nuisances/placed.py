@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
-from identify.model.nuisances.basis import Basis, reduced
+from identify.model.effects.form import Form
+from identify.model.nuisances.basis import Basis, Geometry, reduced
 from identify.model.nuisances.inertia import CHANGES, moments
 from identify.model.system import System
 from identify.robot.points import Point
@@ -68,8 +69,11 @@ def place(
     name: str,
     posture: Array,
     channels: tuple[tuple[Channel, ...], tuple[Channel, ...]],
+    forms: Sequence[Form] = (),
 ) -> Placed:
-    """The nuisances of a measurement at a posture (joints,), rad; channels: responses, then forces."""
+    """The nuisances of a measurement at a posture (joints,), rad; channels: responses, then forces; forms: of
+    the system's effects.
+    """
     own = basis_points(points)
     nodes = {point.node: number for number, point in enumerate(own)}
     outputs, inputs = (_ends(some, nodes) for some in channels)
@@ -77,8 +81,12 @@ def place(
     angles: list[Key] = [("joint", posture_name(posture), f"joint{number}") for number in joints]
     lengths: list[Key] = [("kinematics", f"joint{n}", f"origin_{x}") for n in joints for x in "xyz"]
     known = [key for key in (*angles, *lengths) if nuisances.has(key[0])]
+    uncertain = [form for form in forms if nuisances.has("form")]
+    known += [("form", form.place, name) for form in uncertain for name, _ in form.errors]
+    there = reduced(basis, system.site.shapes[:, system.free])
+    changes = (change for form in uncertain for change in _changes(form, system, own))
     return Placed(
-        reduced(basis, system.site.shapes[:, system.free]),
+        replace(there, geometry=(*there.geometry, *changes)),
         np.array([system.jacobian(point.link, point.position) for point in own]),
         np.array([point.axes for point in own]),
         outputs,
@@ -97,6 +105,16 @@ def place(
         nuisances.slot([("channel", FORCE, "gain")], ()),
         nuisances.slot([("set", name, "delay")], ()),
     )
+
+
+def _changes(form: Form, system: System, points: Sequence[Point]) -> Iterator[Geometry]:
+    """What errors of a form change of a system, one after the other."""
+    free = system.free
+    mass, motion = form.changes(system.site)
+    unmoved = np.zeros((6, len(free)))
+    for number, one in enumerate(mass):
+        moved = [motion[p.node][number][:, free] if p.node in motion else unmoved for p in points]
+        yield Geometry(one[np.ix_(free, free)], np.zeros((len(free),) * 2), np.array(moved))
 
 
 def basis_points(points: Mapping[int, Point]) -> list[Point]:
@@ -145,8 +163,9 @@ def state(placed: Placed, values: Array) -> State:
     mass, stiffness, slopes = _inertia(placed, values)
     motion = placed.motion
     for amount, change in zip(placed.geometry.at(values), placed.basis.geometry, strict=True):
-        mass, stiffness = mass + amount * change.mass, stiffness + amount * change.stiffness
-        motion = motion + amount * change.motion
+        if amount:
+            mass, stiffness = mass + amount * change.mass, stiffness + amount * change.stiffness
+            motion = motion + amount * change.motion
     shift, turns = placed.positions.at(values), placed.rotations.at(values)
     sensors = scipy.spatial.transform.Rotation.from_rotvec(-turns).as_matrix() @ placed.axes
     gain = placed.outputs.sign * np.exp(placed.gains.at(values))

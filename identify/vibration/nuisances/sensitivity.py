@@ -7,6 +7,7 @@ channels only, so that they are kept as small blocks.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,20 +91,24 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
         load += model.end.driving(model.matrices, model.s, model.power)
     slopes = (model.transfer @ load).reshape(lines, -1, inputs, count)
     first = count - len(placed.geometry.numbers)
-    if first < count:
-        slopes[..., first:] += _moved_ends(placed, at, model)
+    moving = [n for n, one in enumerate(placed.basis.geometry) if np.any(one.motion)]
+    if moving:
+        slopes[..., first + np.array(moving)] += _moved_ends(placed, at, model, moving)
     return Block(np.arange(slopes.shape[1]), numbers, slopes)
 
 
-def _moved_ends(placed: Placed, at: State, model: Excited) -> Complex:
-    """(lines, outputs, inputs, g): what geometry does by way of sensors and impacts."""
-    changes, applied = placed.basis.geometry, wrench(placed.inputs, at.directions, at.shift)
+def _moved_ends(placed: Placed, at: State, model: Excited, moving: Sequence[int]) -> Complex:
+    """(lines, outputs, inputs, g): what some of the changes of geometry, by their numbers, do by way of
+    sensors and impacts.
+    """
+    changes = [placed.basis.geometry[number] for number in moving]
+    applied = wrench(placed.inputs, at.directions, at.shift)
     out = np.array([read(placed.outputs, one.motion, at.shift, at.sensors, at.gain) for one in changes])
     force = np.array([push(placed.inputs, one.motion, applied, at.scale) for one in changes])
     moved = real_product(out.reshape(-1, out.shape[2]), model.motion[model.power])
     moved = moved.reshape(len(model.s), *out.shape[:2], -1).transpose(0, 2, 3, 1)
     pushed = _by_force(model, at, force.transpose(1, 2, 0).reshape(out.shape[2], -1))
-    return np.asarray(placed.geometry.std * (moved + pushed.reshape(moved.shape)))
+    return np.asarray(placed.geometry.std[moving] * (moved + pushed.reshape(moved.shape)))
 
 
 def _by_force(model: Excited, at: State, force: Array) -> Complex:

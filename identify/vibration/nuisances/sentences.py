@@ -15,6 +15,7 @@ _KINDS = {
     "joint": "joint angles",
     "kinematics": "places of joints",
     "set": "delays",
+    "form": "forms of bending links",
 }
 
 
@@ -60,6 +61,7 @@ def _several(kind: str, place: str, amount: Array, some: Sequence[Nuisance]) -> 
         "directions of sensors": f"sensor {place} is {np.degrees(size):.1f}° askew",
         "directions of impacts": f"the impact {place} was {np.degrees(size):.1f}° askew",
         "joint angles": f"the angles of {place} are up to {np.degrees(most):.2f}° off",
+        "forms of bending links": f"{place} bends otherwise than a beam, by up to {_percent(most)}",
         "places of joints": f"{place} sits {1e3 * size:.1f} mm beside its place",
     }[kind]
 

@@ -128,6 +128,22 @@ class SetsUncertainty(Settings):
     )
 
 
+class FlexibleLinksUncertainty(Settings):
+    """Form of the links that bend (effect `link-flexibility`), which are no beams."""
+
+    shape: float | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description=(
+            "slope at a sensor on the link, relative to that of the link's end; a third of it for deflections"
+        ),
+    )
+    mass: float | None = Field(
+        None, ge=0, lt=1, description="mass that sits elsewhere along the link, relative to the link's"
+    )
+
+
 class UncertaintySettings(Settings):
     """What is uncertain of what was told; zero: exactly as told."""
 
@@ -142,6 +158,10 @@ class UncertaintySettings(Settings):
     joints: JointsUncertainty = Field(JointsUncertainty(), description="joint angles")
     kinematics: KinematicsUncertainty = Field(KinematicsUncertainty(), description="places of joints")
     sets: SetsUncertainty = Field(SetsUncertainty(), description="delays")
+
+    flexible_links: FlexibleLinksUncertainty = Field(
+        FlexibleLinksUncertainty(), description="form of links that bend"
+    )
 
     @model_validator(mode="after")
     def _something(self) -> UncertaintySettings:
@@ -178,6 +198,7 @@ _LEVELS: dict[Level, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.05},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
+        "flexible_links": {"shape": 0.1, "mass": 0.1},
     },
     "typical": {
         "links": {"mass": 0.05, "centre_m": 0.015, "inertia": 0.15},
@@ -187,6 +208,7 @@ _LEVELS: dict[Level, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.1},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
+        "flexible_links": {"shape": 0.1, "mass": 0.1},
     },
 }
 """What data sheets and mounting are usually off by: in a careful laboratory, where links were weighed and

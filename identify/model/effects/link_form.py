@@ -1,0 +1,107 @@
+"""In what a link that bends may differ from the beam that stands for it.
+
+Sections jump where parts are bolted together, and motors sit anywhere along a link: its sensors follow its
+end by other shapes than a beam's, and its mass moves with other sections than a rod's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.model.effects.beam import Beam
+from identify.model.effects.form import Form, What
+from identify.model.effects.rigid_body import MOMENTS, rigid_body
+from identify.model.effects.site import Site
+from identify.robot.description import Link
+from identify.robot.points import Point
+
+_STATIONS = {"third": 1 / 3, "two_thirds": 2 / 3, "end": 1.0}
+"""Where along the link bodies may be that the rod of the model lacks or has too much of."""
+_RAMP = 3.0
+"""One over the share of the length, from either end, within which shapes come to differ."""
+_IN_PLANE = (
+    "deflection_{}_by_deflection",
+    "deflection_{}_by_slope",
+    "slope_{}_by_deflection",
+    "slope_{}_by_slope",
+)
+
+
+def link_form(link: Link, beam: Beam, names: Sequence[str], points: Mapping[int, Point]) -> Form:
+    """Errors of a link's form; names: of the coordinates of its beam, those of the end last.
+
+    The mass of a body at each of three stations is in units of the link's, its first and second moments in
+    those of the link's times half its length, or times the square of that; the rigid link stays as it was.
+    The slope at a sensor is off in units of the end's slope, or of its deflection over the length; its
+    deflection by a third of that.  At the start of the beam and at its end nothing is off.
+    """
+    own = {node: points[node] for node in sorted(points) if points[node].link == link.name}
+    shapes = [f"{one}_at_{node}" for node in own for one in _shape_names()]
+    masses = [f"{name}_at_{station}" for station in _STATIONS for name in MOMENTS]
+    errors: list[tuple[str, What]] = [(name, "shape") for name in shapes]
+    errors += [(name, "mass") for name in masses]
+    return Form(link.name, tuple(errors), partial(_changes, link, beam, tuple(names), own))
+
+
+def _shape_names() -> list[str]:
+    return [*(name.format(plane) for plane in (1, 2) for name in _IN_PLANE), "twist"]
+
+
+def _changes(
+    link: Link, beam: Beam, names: tuple[str, ...], points: Mapping[int, Point], site: Site
+) -> tuple[Array, Mapping[int, Array]]:
+    """As `Form` has it."""
+    size, shapes = len(site.coordinates), len(_shape_names())
+    each = len(points) * shapes
+    mass = np.zeros((each + len(_STATIONS) * len(MOMENTS), size, size))
+    motion = {node: np.zeros((len(mass), 6, size)) for node in points}
+    if link.name in site.detached:
+        return mass, motion
+    end = np.array([site.vector(name) for name in names[-5:]])
+    for number, (node, point) in enumerate(points.items()):
+        off = _off(beam, np.asarray(point.position, dtype=float), end)
+        motion[node][number * shapes : (number + 1) * shapes] = off
+    bodies = np.concatenate([_bodies(link, beam, names, site, share) for share in _STATIONS.values()])
+    mass[each:] = bodies
+    return mass, motion
+
+
+def _off(beam: Beam, at: Array, end: Array) -> Array:
+    """(9, 6, n): what shapes that differ move at a point (3,) of the link; end (5, n): the coordinates of the
+    beam's end.
+    """
+    along = float(np.clip((at - beam.start) @ beam.axis / beam.length, 0.0, 1.0))
+    lever = at - beam.start - along * beam.length * beam.axis
+    much = min(1.0, _RAMP * along, _RAMP * (1 - along))
+
+    def turned(about: Array) -> Array:
+        return np.concatenate([np.cross(about, lever), about])
+
+    found = []
+    for plane, about in enumerate(beam.across):
+        deflection, slope = end[2 * plane] / beam.length, end[2 * plane + 1]
+        aside = np.concatenate([np.cross(about, beam.axis), np.zeros(3)]) * beam.length / 3
+        found += [np.outer(moved, by) for moved in (aside, turned(about)) for by in (deflection, slope)]
+    return much * np.array([*found, np.outer(turned(beam.axis), end[4])])
+
+
+def _bodies(link: Link, beam: Beam, names: Sequence[str], site: Site, share: float) -> Array:
+    """(10, n, n): inertia of a body that moves with the section at a share of the length, less what it has on
+    the rigid link.
+    """
+    moving = site.jacobian(link.name, beam.start + share * (beam.end - beam.start), f"links.{link.name}")
+    rigid = moving.copy()
+    rigid[:, [site.number(name) for name in names]] = 0.0
+    there, here = (rigid_body(one[:3], one[3:]) for one in (moving, rigid))
+    return np.array([size * (a - b) for size, a, b in zip(_sizes(link, beam), there, here, strict=True)])
+
+
+def _sizes(link: Link, beam: Beam) -> Iterator[float]:
+    """Units of the ten moments of a body."""
+    half = beam.length / 2
+    for power, count in ((0, 1), (1, 3), (2, 6)):
+        yield from [link.mass * half**power] * count
