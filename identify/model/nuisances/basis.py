@@ -34,6 +34,16 @@ class Geometry:
     stiffness: Array
     motion: Array
 
+    @cached_property
+    def heavy(self) -> bool:
+        """Whether it changes M or K_g, not only how points move."""
+        return bool(np.any(self.mass) or np.any(self.stiffness))
+
+    @cached_property
+    def moving(self) -> bool:
+        """Whether it changes how points move."""
+        return bool(np.any(self.motion))
+
 
 @dataclass(frozen=True)
 class Basis:

@@ -18,6 +18,7 @@ from identify.vibration.nuisances.sensitivity import (
     excited,
     impacts,
     sensors,
+    shapes,
     structural,
     structural_changes,
 )
@@ -43,7 +44,7 @@ def nuisance_blocks(
         motion, transfer = motion_and_transfer(end, matrices, s, at.out, at.force)
         model = Excited(matrices, s, power, motion, transfer, end, at.out @ motion[power])
     dense = structural(placed, at, model, (mass, stiffness, numbers))
-    return [dense, *impacts(placed, at, model), *sensors(placed, at, model)]
+    return [dense, *shapes(placed, at, model), *impacts(placed, at, model), *sensors(placed, at, model)]
 
 
 def recorded(

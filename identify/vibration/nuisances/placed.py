@@ -163,8 +163,9 @@ def state(placed: Placed, values: Array) -> State:
     mass, stiffness, slopes = _inertia(placed, values)
     motion = placed.motion
     for amount, change in zip(placed.geometry.at(values), placed.basis.geometry, strict=True):
-        if amount:
+        if amount and change.heavy:
             mass, stiffness = mass + amount * change.mass, stiffness + amount * change.stiffness
+        if amount and change.moving:
             motion = motion + amount * change.motion
     shift, turns = placed.positions.at(values), placed.rotations.at(values)
     sensors = scipy.spatial.transform.Rotation.from_rotvec(-turns).as_matrix() @ placed.axes

@@ -7,7 +7,6 @@ channels only, so that they are kept as small blocks.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,27 +59,34 @@ def excited(
 
 
 def structural_changes(placed: Placed, at: State) -> tuple[Array, Array, Index]:
-    """Changes of M and of K_g (q, n, n) per standard deviation, and the numbers (q,) of the nuisances."""
-    basis, slot = placed.basis, placed.links
+    """Changes of M and of K_g (q, n, n) per standard deviation, and the numbers (q,) of the nuisances: links,
+    then what of the geometry changes them at all.
+    """
+    basis, slot, heavy = placed.basis, placed.links, _heavy(placed)
     slopes = at.slopes * slot.std[:, None, :]
     mass = np.einsum("lpq,lpij->lqij", slopes, basis.mass)
     stiffness = np.einsum("lpq,lpij->lqij", slopes[:, :WEIGHTED], basis.weight)
     kept = slot.numbers.ravel() >= 0
     size = mass.shape[-1]
-    std = placed.geometry.std[:, None, None]
+    std = placed.geometry.std[heavy, None, None]
     geometry = [
-        std * np.array([getattr(one, name) for one in basis.geometry]).reshape(-1, size, size)
+        std * np.array([getattr(basis.geometry[n], name) for n in heavy]).reshape(-1, size, size)
         for name in ("mass", "stiffness")
     ]
     return (
         np.concatenate([mass.reshape(-1, size, size)[kept], geometry[0]]),
         np.concatenate([stiffness.reshape(-1, size, size)[kept], geometry[1]]),
-        np.concatenate([slot.numbers.ravel()[kept], placed.geometry.numbers]),
+        np.concatenate([slot.numbers.ravel()[kept], placed.geometry.numbers[heavy]]),
     )
 
 
+def _heavy(placed: Placed) -> Index:
+    """Numbers among the changes of geometry of those that change M or K_g."""
+    return np.array([n for n, one in enumerate(placed.basis.geometry) if one.heavy], dtype=int)
+
+
 def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, Array, Index]) -> Block:
-    """Of inertias and geometry, all channels."""
+    """Of inertias and of the geometry that changes M or K_g, all channels."""
     mass, stiffness, numbers = changes
     lines, _, inputs = model.motion[0].shape
     size, count = mass.shape[1], len(numbers)
@@ -90,18 +96,29 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
     if isinstance(model.end, EndOfRecord):
         load += model.end.driving(model.matrices, model.s, model.power)
     slopes = (model.transfer @ load).reshape(lines, -1, inputs, count)
-    first = count - len(placed.geometry.numbers)
-    moving = [n for n, one in enumerate(placed.basis.geometry) if np.any(one.motion)]
-    if moving:
-        slopes[..., first + np.array(moving)] += _moved_ends(placed, at, model, moving)
+    heavy = _heavy(placed)
+    moving = np.array([placed.basis.geometry[n].moving for n in heavy], dtype=bool)
+    if moving.any():
+        first = count - len(heavy)
+        slopes[..., first + np.flatnonzero(moving)] += _moved_ends(placed, at, model, heavy[moving])
     return Block(np.arange(slopes.shape[1]), numbers, slopes)
 
 
-def _moved_ends(placed: Placed, at: State, model: Excited, moving: Sequence[int]) -> Complex:
+def shapes(placed: Placed, at: State, model: Excited) -> list[Block]:
+    """Of what changes nothing but how points move."""
+    light = [n for n, one in enumerate(placed.basis.geometry) if one.moving and not one.heavy]
+    if not light:
+        return []
+    numbers = np.array(light)
+    slopes = _moved_ends(placed, at, model, numbers)
+    return [Block(np.arange(slopes.shape[1]), placed.geometry.numbers[numbers], slopes)]
+
+
+def _moved_ends(placed: Placed, at: State, model: Excited, moving: Index) -> Complex:
     """(lines, outputs, inputs, g): what some of the changes of geometry, by their numbers, do by way of
     sensors and impacts.
     """
-    changes = [placed.basis.geometry[number] for number in moving]
+    changes = [placed.basis.geometry[number] for number in moving.tolist()]
     applied = wrench(placed.inputs, at.directions, at.shift)
     out = np.array([read(placed.outputs, one.motion, at.shift, at.sensors, at.gain) for one in changes])
     force = np.array([push(placed.inputs, one.motion, applied, at.scale) for one in changes])

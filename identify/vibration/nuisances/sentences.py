@@ -61,7 +61,7 @@ def _several(kind: str, place: str, amount: Array, some: Sequence[Nuisance]) -> 
         "directions of sensors": f"sensor {place} is {np.degrees(size):.1f}° askew",
         "directions of impacts": f"the impact {place} was {np.degrees(size):.1f}° askew",
         "joint angles": f"the angles of {place} are up to {np.degrees(most):.2f}° off",
-        "forms of bending links": f"{place} bends otherwise than a beam, by up to {_percent(most)}",
+        "forms of bending links": f"{place} is off a beam by up to {100 * most:.0f} %",
         "places of joints": f"{place} sits {1e3 * size:.1f} mm beside its place",
     }[kind]
 
