@@ -23,6 +23,8 @@ from identify.vibration.problem import Problem
 _NEARLY, _NOISE = 1.5, 0.03
 """How many times the gap above noise that the best candidate leaves springs in any direction may leave for a
 strut to be tried; which gap above noise counts as none."""
+_OPEN, _PAIRS = 1.5, 2
+"""The gap above which none of the candidates is what is missing; how many of two directions are turned."""
 
 
 def with_siblings(
@@ -101,6 +103,31 @@ def with_leaning(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[T
             [own] = thorough(workers, [turned])  # with its variants: fewer or more relaxation times
             result[number] = [*own, *(trial for trial in groups[number] if trial is not law)]
     return result
+
+
+def with_coupled(
+    workers: Workers, quick: Sequence[Trial], groups: Sequence[list[Trial]]
+) -> list[list[Trial]]:
+    """The refitted candidates; where all of them leave far more than noise, with the best quick ones of two
+    directions in the form whose soft direction lies anywhere between them: without it they may not get far.
+    """
+    best = min((trial.gap for group in groups for trial in group), default=np.inf)
+    if best <= _OPEN:
+        return list(groups)
+    pairs = [(trial, _turning(trial.task.new[0])) for trial in quick if _turning(trial.task.new[0])]
+    tried = [trial.task.new for group in groups for trial in group]
+    tasks = [
+        Task(trial.task.known, (form,), trial.values, "thorough")
+        for trial, forms in pairs[:_PAIRS]
+        for form in forms
+        if (form,) not in tried
+    ]
+    return [*groups, *([trial] for trial in workers.run(tasks) if solved(trial))]
+
+
+def _turning(effect: Effect) -> list[Effect]:
+    """Its forms that begin in several valleys, because their directions turn."""
+    return [form for form in effect.variants() if form.valleys > effect.valleys]
 
 
 def _strut_task(problem: Problem, trial: Trial) -> Task | None:

@@ -22,6 +22,7 @@ from identify.discovery.screen_softly import (
     varied_softly,
 )
 from identify.discovery.siblings import (
+    with_coupled,
     with_leaning,
     with_siblings,
     with_springs_beside,
@@ -136,6 +137,7 @@ class ImpactWorkbench:
             groups = with_springs_beside(self.workers, self.problem, self._screened, groups)
         elif not screen.anchor_of(model):
             groups = with_siblings(self.workers, self.problem, model, self._looked_at, groups)
+            groups = with_coupled(self.workers, self._screened, groups)
         groups = with_leaning(self.workers, with_struts(self.workers, groups))
         self._refitted.update((_key(t.task.effects), t) for group in groups for t in group)
         return [[screen.attempt(model, trial) for trial in trials] for trials in groups]

@@ -12,7 +12,13 @@ import pytest
 
 from identify.discovery.lean import leaning_task, may_lean
 from identify.discovery.neighbours import siblings
-from identify.discovery.siblings import with_leaning, with_siblings, with_springs_beside, with_struts
+from identify.discovery.siblings import (
+    with_coupled,
+    with_leaning,
+    with_siblings,
+    with_springs_beside,
+    with_struts,
+)
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import narrowed, thinned
@@ -201,3 +207,35 @@ def test_springs_on_the_links_beside_the_best_ones_are_refitted(
     links = {one.link for [trial] in groups[1:] for one in trial.task.new if isinstance(one, SpringToGround)}
     assert links == ({problem.robot.links[n].name for n in (1, 2, 3)} if beside else set())
     assert {task.how for task in workers.tasks} == ({"likely", "onward"} if beside else set())
+
+
+class _Recording:
+    """Workers that leave a gap of 1.1, and remember what they were asked."""
+
+    with_errors = False
+
+    def __init__(self) -> None:
+        self.tasks: list[Task] = []
+
+    def run(self, tasks: Sequence[Task]) -> list[Trial]:
+        """As told."""
+        self.tasks += tasks
+        return [Trial(task, {}, 1e5 * 1.1**2, 100_000, free=12) for task in tasks]
+
+
+@pytest.mark.parametrize(("left", "turned"), [(6.9, 1), (1.4, 0)])
+def test_a_pair_that_got_nowhere_is_also_tried_with_its_axes_turned(left: float, turned: int) -> None:
+    """A tilt whose soft direction lies between x and y leaves much: what leaves less may be wrong."""
+    tilt = parse_effect({"kind": "joint-compliance", "joints": [3], "axes": ["rx", "ry"]})
+    link = parse_effect({"kind": "link-flexibility", "link": "link3"})
+    quick = [
+        Trial(Task((), (one,), {"a": gap}), {"a": gap}, 1e5 * gap**2, 100_000, free=12)
+        for one, gap in ((link, 15.0), (tilt, 22.0))
+    ]
+    best, workers = replace(quick[0], squares=1e5 * left**2), _Recording()
+    groups = with_coupled(cast(Workers, workers), quick, [[best]])
+    assert [task.how for task in workers.tasks] == ["thorough"] * turned
+    assert [one.task.new[0].sentence() for group in groups[1:] for one in group] == [
+        "tilt compliance of joint 3 (rx, ry, coupled)"
+    ] * turned
+    assert not workers.tasks or workers.tasks[0].values == {"a": 22.0}
