@@ -111,8 +111,7 @@ def with_coupled(
     """The refitted candidates; where all of them leave far more than noise, with the best quick ones of two
     directions in the form whose soft direction lies anywhere between them: without it they may not get far.
     """
-    best = min((trial.gap for group in groups for trial in group), default=np.inf)
-    if best <= _OPEN:
+    if min((trial.gap for group in groups for trial in group), default=0.0) <= _OPEN:
         return list(groups)
     pairs = [(trial, _turning(trial.task.new[0])) for trial in quick if _turning(trial.task.new[0])]
     tried = [trial.task.new for group in groups for trial in group]

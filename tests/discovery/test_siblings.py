@@ -239,3 +239,4 @@ def test_a_pair_that_got_nowhere_is_also_tried_with_its_axes_turned(left: float,
         "tilt compliance of joint 3 (rx, ry, coupled)"
     ] * turned
     assert not workers.tasks or workers.tasks[0].values == {"a": 22.0}
+    assert with_coupled(cast(Workers, workers), quick, []) == [], "nothing is worth a refit"
