@@ -186,12 +186,14 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     if ends and ends[0].gap > QUIET:
         ends = _afresh(workers, ends)
     whole = further(workers, _near_enough(ends), "onward")
+    if not whole:
+        return []
     varied = [
         replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
     ]
     tasks = [_from_quick(task, trials) for task in varied]
-    near = bool(whole) and removed(present, whole[0].gap) >= _HALF
-    others = varied_softly(workers, tasks, whole[0], whole[0].task.new if near else ()) if whole else []
+    added = whole[0].task.new if removed(present, whole[0].gap) >= _HALF else ()
+    others = varied_softly(workers, tasks, whole[0], added)
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole

@@ -113,7 +113,7 @@ def with_coupled(
     """
     if min((trial.gap for group in groups for trial in group), default=0.0) <= _OPEN:
         return list(groups)
-    pairs = [(trial, _turning(trial.task.new[0])) for trial in quick if _turning(trial.task.new[0])]
+    pairs = [(trial, forms) for trial in quick if (forms := _turning(trial.task.new[0]))]
     tried = [trial.task.new for group in groups for trial in group]
     tasks = [
         Task(trial.task.known, (form,), trial.values, "thorough")

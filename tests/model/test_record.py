@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy
 
 from identify.model.effects.base import parse_effect
 from identify.model.frf import end_added, frf, frf_and_gradient, frf_by_solve, frf_slope
+from identify.model.modes import state_eigen
 from identify.model.truncation import end_by_matrices, end_of_record, rest_by_exponential
 from tests.arms import ALL_EFFECTS, arm, initial, system
 from tests.targets import model, predictor
@@ -141,39 +141,29 @@ def test_an_unstable_model_has_no_rest_and_spoils_no_population() -> None:
 
 def test_what_grows_far_above_the_band_leaves_the_rest_as_it_was() -> None:
     """A section of a link with less than no mass, behind a stiff spring, beside a sound mass."""
-    slow, fast = (2.0, 3.0, 900.0), (-1e-4, 3.0, 5e4)
-    matrices = [
-        np.diag(pair) + link for pair, link in zip(zip(slow, fast, strict=True), _LINKED, strict=True)
-    ]
-    gone = [
-        np.diag(pair) + link
-        for pair, link in zip(zip(slow, (1e-9, 3.0, 5e4), strict=True), _LINKED, strict=True)
-    ]
+    matrices, gone = _beside_sound_mass(-1e-4), _beside_sound_mass(1e-9)
     out = np.array([[1.0, 0.0]])
-    assert scipy.linalg.eigvals(*_state(*matrices)).real.max() > 1e4
+    assert state_eigen(*matrices)[0].real.max() > 1e4
     found, plain = (frf(*some, S, out, out.T, 2, T) for some in (matrices, gone))
     assert found == pytest.approx(plain, rel=1e-5)
     whole = frf(*matrices, S, out, out.T, 2)
     assert np.abs(found / whole - 1).max() > 0.01, "the record ends before the response does"
-    model = end_by_matrices(tuple(matrices), S, out.T, T, np.zeros((1, 2, 2)), _SOFTER[None])
+    softer, (m, c, k) = np.array([[1.0, -1.0], [-1.0, 1.0]]), matrices
+    model = end_by_matrices(matrices, S, out.T, T, np.zeros((1, 2, 2)), softer[None])
     assert model is not None
+    none = np.zeros((0, 2, 2))
     before, after = (
-        end_by_matrices((m, c, k + change * _SOFTER), S, out.T, T, np.zeros((0, 2, 2)), np.zeros((0, 2, 2)))
-        for m, c, k in [matrices]
-        for change in (-1e-3, 1e-3)
+        end_by_matrices((m, c, k + change * softer), S, out.T, T, none, none) for change in (-1e-3, 1e-3)
     )
     assert before is not None
     assert after is not None
     assert model.slopes[0, ..., 0] == pytest.approx((after.x - before.x) / 2e-3, rel=1e-4, abs=1e-12)
 
 
-def _state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    none, one = np.zeros_like(mass), np.eye(len(mass))
-    return np.block([[none, one], [-stiffness, -damping]]), np.block([[one, none], [none, mass]])
-
-
-_LINKED = np.zeros((2, 2)), np.zeros((2, 2)), np.array([[200.0, -200.0], [-200.0, 200.0]])
-_SOFTER = np.array([[1.0, -1.0], [-1.0, 1.0]])
+def _beside_sound_mass(mass: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """M, C, K of 2 kg on a spring, held by another spring to a mass that a stiff one holds."""
+    stiffness = np.array([[1100.0, -200.0], [-200.0, 50200.0]])
+    return np.diag([2.0, mass]), np.diag([3.0, 3.0]), stiffness
 
 
 def test_gradient_with_a_coordinate_that_nothing_holds(tmp_path: Path) -> None:

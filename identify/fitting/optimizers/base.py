@@ -130,9 +130,8 @@ class Search:
             return remembered.reshape(size, size)
         scale = np.append(self.scale.slope(x), 1.0)
         with np.errstate(all="ignore"):
-            product = self.objective.product(self.scale.to_values(x), self.scale.free) * np.outer(
-                scale, scale
-            )
+            product = self.objective.product(self.scale.to_values(x), self.scale.free)
+            product = product * np.outer(scale, scale)
         if not np.isfinite(product).all():
             product = np.full_like(product, np.inf)
         if self.objective.expensive:

@@ -16,8 +16,8 @@ from identify.core.parameters import DampingValues, Parameter, Values, parameter
 from identify.model.effects.base import Effect, Term
 from identify.model.effects.beam import Beam, evenly, slices
 from identify.model.effects.form import Form
-from identify.model.effects.link_form import link_form
-from identify.model.effects.rigid_body import MOMENTS, rigid_body
+from identify.model.effects.link_form import bodies_at, link_form
+from identify.model.effects.rigid_body import MOMENTS
 from identify.model.effects.site import Added, Site
 from identify.model.effects.springs import spring_terms
 from identify.robot.description import Robot
@@ -214,7 +214,8 @@ class LinkFlexibility(Effect):
         link, beam = robot.link(self.link), self._beam(robot)
         reaches = (1.0, link.mass, *[link.mass * beam.length] * 3)
         names, units = ("even_share", *(f"end_{name}" for name in _AT_END)), ("1", "kg", *["kg m"] * 3)
-        inertias = [self._spread(robot, site), *self._end_body(robot, site)]
+        end = bodies_at(site, self.link, self._names(), _ends(robot, self._number(robot))[1])
+        inertias = [self._spread(robot, site), *end[: len(_AT_END)]]
         return [
             Term(_within(f"{self.link}.{name}", unit, reach, where), mass=inertia)
             for name, unit, reach, inertia in zip(names, units, reaches, inertias, strict=True)
@@ -229,17 +230,6 @@ class LinkFlexibility(Effect):
         even = [(at, share * link.mass, link.centre, share * link.inertia) for at, share in stations]
         own = [(at, -mass, centre, -inertia) for at, mass, centre, inertia in self._slices(robot)]
         return self._moving(robot, site, [*even, *own])
-
-    def _end_body(self, robot: Robot, site: Site) -> list[Array]:
-        """Per unit of mass and of first moments of a body at the end: its inertia as the end moves, less that
-        on the rigid link.
-        """
-        moving = site.jacobian(self.link, _ends(robot, self._number(robot))[1], self._where)
-        rigid = moving.copy()
-        if self.link not in site.detached:
-            rigid[:, [site.number(name) for name in self._names()]] = 0.0
-        bodies = (rigid_body(jacobian[:3], jacobian[3:]) for jacobian in (moving, rigid))
-        return [there - here for there, here in zip(*bodies, strict=True)][: len(_AT_END)]
 
 
 def _within(name: str, unit: str, reach: float, where: str) -> Parameter:

@@ -61,12 +61,12 @@ def _changes(
     motion = {node: np.zeros((len(mass), 6, size)) for node in points}
     if link.name in site.detached:
         return mass, motion
-    end = np.array([site.vector(name) for name in names[-5:]])
+    end = np.array([site.vector(name) for name in names[-len(Beam.names(1)) :]])
     for number, (node, point) in enumerate(points.items()):
-        off = _off(beam, np.asarray(point.position, dtype=float), end)
-        motion[node][number * shapes : (number + 1) * shapes] = off
-    bodies = np.concatenate([_bodies(link, beam, names, site, share) for share in _STATIONS.values()])
-    mass[each:] = bodies
+        motion[node][number * shapes : (number + 1) * shapes] = _off(beam, point.position, end)
+    sizes = np.array(list(_sizes(link, beam)))[:, None, None]
+    places = [beam.start + share * (beam.end - beam.start) for share in _STATIONS.values()]
+    mass[each:] = np.concatenate([sizes * bodies_at(site, link.name, names, place) for place in places])
     return mass, motion
 
 
@@ -89,15 +89,16 @@ def _off(beam: Beam, at: Array, end: Array) -> Array:
     return much * np.array([*found, np.outer(turned(beam.axis), end[4])])
 
 
-def _bodies(link: Link, beam: Beam, names: Sequence[str], site: Site, share: float) -> Array:
-    """(10, n, n): inertia of a body that moves with the section at a share of the length, less what it has on
-    the rigid link.
+def bodies_at(site: Site, link: str, names: Sequence[str], place: Array) -> Array:
+    """(10, n, n): inertia per unit of each of `MOMENTS` of a body that moves with the link's section at a
+    place (3,), less what it has on the rigid link; names: of the coordinates by which the link deforms.
     """
-    moving = site.jacobian(link.name, beam.start + share * (beam.end - beam.start), f"links.{link.name}")
+    moving = site.jacobian(link, place, "effects.link-flexibility.link")
     rigid = moving.copy()
-    rigid[:, [site.number(name) for name in names]] = 0.0
-    there, here = (rigid_body(one[:3], one[3:]) for one in (moving, rigid))
-    return np.array([size * (a - b) for size, a, b in zip(_sizes(link, beam), there, here, strict=True)])
+    if link not in site.detached:
+        rigid[:, [site.number(name) for name in names]] = 0.0
+    there, here = (rigid_body(motion[:3], motion[3:]) for motion in (moving, rigid))
+    return np.array(there) - np.array(here)
 
 
 def _sizes(link: Link, beam: Beam) -> Iterator[float]:

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Index
 from identify.model.effects.rigid_body import rigid_body
 from identify.model.nuisances.inertia import moments
 from identify.robot.description import Link, Robot
@@ -62,6 +62,11 @@ class Basis:
     def told(self) -> Array:
         """Inertial parameters (links, 10) as told."""
         return moments(self.links, np.zeros((len(self.links), 10)))[0]
+
+    @cached_property
+    def heavy(self) -> Index:
+        """Numbers of the changes of geometry that change M or K_g."""
+        return np.array([n for n, one in enumerate(self.geometry) if one.heavy], dtype=int)
 
     def added(self, off: Array) -> tuple[Array, Array]:
         """What inertial parameters (..., links, 10) off what was told add to M and K_g, (..., n, n) each."""

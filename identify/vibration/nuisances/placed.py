@@ -81,7 +81,7 @@ def place(
     angles: list[Key] = [("joint", posture_name(posture), f"joint{number}") for number in joints]
     lengths: list[Key] = [("kinematics", f"joint{n}", f"origin_{x}") for n in joints for x in "xyz"]
     known = [key for key in (*angles, *lengths) if nuisances.has(key[0])]
-    uncertain = [form for form in forms if nuisances.has("form")]
+    uncertain = forms if nuisances.has("form") else ()
     known += [("form", form.place, name) for form in uncertain for name, _ in form.errors]
     there = reduced(basis, system.site.shapes[:, system.free])
     changes = (change for form in uncertain for change in _changes(form, system, own))

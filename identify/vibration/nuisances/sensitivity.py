@@ -62,7 +62,7 @@ def structural_changes(placed: Placed, at: State) -> tuple[Array, Array, Index]:
     """Changes of M and of K_g (q, n, n) per standard deviation, and the numbers (q,) of the nuisances: links,
     then what of the geometry changes them at all.
     """
-    basis, slot, heavy = placed.basis, placed.links, _heavy(placed)
+    basis, slot, heavy = placed.basis, placed.links, placed.basis.heavy
     slopes = at.slopes * slot.std[:, None, :]
     mass = np.einsum("lpq,lpij->lqij", slopes, basis.mass)
     stiffness = np.einsum("lpq,lpij->lqij", slopes[:, :WEIGHTED], basis.weight)
@@ -80,11 +80,6 @@ def structural_changes(placed: Placed, at: State) -> tuple[Array, Array, Index]:
     )
 
 
-def _heavy(placed: Placed) -> Index:
-    """Numbers among the changes of geometry of those that change M or K_g."""
-    return np.array([n for n, one in enumerate(placed.basis.geometry) if one.heavy], dtype=int)
-
-
 def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, Array, Index]) -> Block:
     """Of inertias and of the geometry that changes M or K_g, all channels."""
     mass, stiffness, numbers = changes
@@ -96,7 +91,7 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
     if isinstance(model.end, EndOfRecord):
         load += model.end.driving(model.matrices, model.s, model.power)
     slopes = (model.transfer @ load).reshape(lines, -1, inputs, count)
-    heavy = _heavy(placed)
+    heavy = placed.basis.heavy
     moving = np.array([placed.basis.geometry[n].moving for n in heavy], dtype=bool)
     if moving.any():
         first = count - len(heavy)

@@ -158,7 +158,6 @@ class UncertaintySettings(Settings):
     joints: JointsUncertainty = Field(JointsUncertainty(), description="joint angles")
     kinematics: KinematicsUncertainty = Field(KinematicsUncertainty(), description="places of joints")
     sets: SetsUncertainty = Field(SetsUncertainty(), description="delays")
-
     flexible_links: FlexibleLinksUncertainty = Field(
         FlexibleLinksUncertainty(), description="form of links that bend"
     )
