@@ -29,6 +29,7 @@ from identify.discovery.promote import (
     turning_with,
     without_errors_at,
 )
+from identify.discovery.records import timed
 from identify.discovery.screen_softly import (
     further,
     promising_softly,
@@ -62,8 +63,11 @@ Step = selection.Step[Effect, Trial]
 class Discovery:
     """How it went: the model at the start and at the end, the effects added in order, and every step that was
     looked at, with the places that it looked at, best first.
+
+    problem: with what was found to be uncertain besides what the study says.
     """
 
+    problem: Problem
     first: Trial
     final: Trial
     added: tuple[Option, ...]
@@ -88,8 +92,11 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     """
     check_data(problem)
     story = story or Story()
+    problem = timed(problem)
+    workers.turn_to(problem, with_errors=workers.with_errors)
     bench = ImpactWorkbench(problem, workers)
     found = select(bench, story)
+    problem = bench.problem
     options, final = list(found.options), found.final
     if problem.nuisances.entries:
         doubts = partial(variance_inflation, problem), partial(disagreement, problem)
@@ -102,7 +109,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         found = Selection(found.first, final, tuple(options))
     added = in_turn(problem, workers, found.first, found.options, found.final)
     places = tuple(bench.places(step.before) for step in story.steps)
-    return Discovery(found.first, found.final, tuple(added), tuple(story.steps), places)
+    return Discovery(problem, found.first, found.final, tuple(added), tuple(story.steps), places)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,18 +15,25 @@ from identify.model.effects.base import Effect
 from identify.vibration.new_study import new_study
 from identify.vibration.study import StudyFile
 
+_TAKEN_UP = "taken up by identify discover, because the records may begin before the impacts"
+_FORM = "no beam is quite a link: its form was fitted along"
+
 
 def config_text(
     file: StudyFile, new: Sequence[tuple[Effect, str]], values: Mapping[str, float], folder: Path
 ) -> str:
     """The study with effects added, each with a remark, and start values for all parameters, as the text of a
-    file in `folder`.
+    file in `folder`; with what the search took up besides, too.
     """
     data = new_study(file, folder, "discovered", values)
     if "effects" not in data:
         effects = CommentedSeq(in_one_line(entry_of(effect)) for effect in file.study.effects)
         data.insert(list(data).index("initial"), "effects", effects)
-    for effect, remark in new:
+    known = len(data["effects"])
+    if "uncertainty" not in data and file.study.uncertainty is not None:
+        data["uncertainty"] = file.study.uncertainty.model_dump(exclude_defaults=True)
+        data.yaml_set_comment_before_after_key("uncertainty", before=_FORM)
+    for effect, remark in [*((one, _TAKEN_UP) for one in file.study.effects[known:]), *new]:
         data["effects"].append(in_one_line(entry_of(effect)))
         data["effects"].yaml_set_comment_before_after_key(len(data["effects"]) - 1, before=remark)
     return yaml_text(data)

@@ -82,7 +82,7 @@ def run_discover(
                 at_work.seconds["reading"] = time.perf_counter() - began
                 found = discover(problem, at_work, progress)
                 searched = time.perf_counter()
-                result = _result(at_work, problem, found, key, path, began)
+                result = _result(at_work, found, key, path, began)
                 at_work.seconds["measured curves and result"] = time.perf_counter() - searched
             progress.say(spent(at_work.seconds, time.perf_counter() - began))
             return result
@@ -110,11 +110,10 @@ def _remarks(found: Discovery) -> list[tuple[Any, str]]:
     return remarks
 
 
-def _result(
-    at_work: Workers, problem: Problem, found: Discovery, key: str, path: Path, began: float
-) -> DiscoveryResult:
+def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: float) -> DiscoveryResult:
     """Curves and measured modes are found in other processes beside all else."""
-    first, final, at = found.first, found.final, acting(problem, found)
+    problem, first, final = found.problem, found.first, found.final
+    at = acting(problem, found)
     curves = at_work.each(curve_of, wanted(problem, found, at))
     modes = at_work.each(modes_of, [m.name for m in problem.measurements])
     after = with_effects(problem, final.task.effects, {})

@@ -79,7 +79,7 @@ def screened(
         count[0] += 1
         story.done(count[0], 0)
 
-    if problem.nuisances.entries:
+    if workers.with_errors:
         return [], screened_softly(workers, problem, found, before, one)
     anchor, known = anchor_of(before), before.task.effects
     linear = [effect for effect in known if not effect.of_amplitude]

@@ -36,7 +36,7 @@ _HALF = 0.5
 _TIMES, _AS_NEAR = 2.0, 1.3
 """How many times the best one's gap above noise a candidate may leave at the likelihood, and still win; and a
 variant, which few lines compare with it well."""
-_SMALL, _FEW = 1.5, 3
+SMALL, _FEW = 1.5, 3
 """Gap up to which what is left above noise is also looked for from the present model, and how many of its
 candidates go on."""
 
@@ -53,6 +53,9 @@ def screened_softly(
     """
     known = before.task.effects
     left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
+    small = not closed(before) and before.gap < SMALL
+    if small and any(effect.has_form for effect in known):
+        return _from_present(workers, problem, left, before, done)
     # Errors of the present model make up for a wrong channel: it is looked at beside a model that has few.
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
     of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
@@ -64,10 +67,28 @@ def screened_softly(
     led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    small = not closed(before) and before.gap < _SMALL
     seen = [*quick, *_beside(workers, before, others, done)] if small else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in led if trial.task.new not in tried)]
+
+
+def _from_present(
+    workers: Workers,
+    problem: Problem,
+    found: Sequence[Effect],
+    before: Trial,
+    done: Callable[[], None],
+) -> list[Trial]:
+    """Candidates by one step from the present model, the best first, of single sensors those that look best.
+
+    First looks hold the form of a bending link as it was told, so that where only that form brought the gap
+    down none of them comes near the present model.
+    """
+    of_sensors = [effect for effect in found if _of_a_sensor(problem, effect)]
+    tasks = [Task(before.task.effects, (effect,), before.values, "glance") for effect in of_sensors]
+    near = sorted(workers.run(tasks, done), key=squares_of)[:_GLANCED]
+    others = [effect for effect in found if effect not in of_sensors]
+    return _beside(workers, before, [*others, *(trial.task.new[0] for trial in near)], done)
 
 
 def _found_again(workers: Workers, brief: Sequence[Trial], present: Trial) -> list[Trial]:
@@ -141,7 +162,7 @@ def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
 def further(
     workers: Workers,
     trials: Sequence[Trial],
-    how: Literal["led", "quick", "likely", "onward", "settled"],
+    how: Literal["led", "quick", "nearby", "likely", "onward", "settled"],
     done: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
     """Trials taken on from where they are, the best first."""
@@ -180,11 +201,15 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     but variants only where the best of them explains half of the present gap: with less, something else is
     missing beside it, and forms are compared once that is found.
     """
-    ends = further(workers, [trial for trial in trials if trial.task.how != "beside"], "likely")
-    beside = [replace(trial.task, how="afresh") for trial in trials if trial.task.how == "beside"]
-    ends = sorted([*ends, *workers.run(beside)], key=squares_of)
-    if ends and ends[0].gap > QUIET:
-        ends = _afresh(workers, ends)
+    beside = [trial for trial in trials if trial.task.how == "beside"]
+    if len(beside) == len(trials):  # looked at from the present model alone
+        ends = further(workers, beside, "nearby")
+    else:
+        ends = further(workers, [trial for trial in trials if trial not in beside], "likely")
+        again = [replace(trial.task, how="afresh") for trial in beside]
+        ends = sorted([*ends, *workers.run(again)], key=squares_of)
+        if ends and ends[0].gap > QUIET:
+            ends = _afresh(workers, ends)
     whole = further(workers, _near_enough(ends), "onward")
     if not whole:
         return []

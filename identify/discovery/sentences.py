@@ -14,6 +14,7 @@ from identify.discovery.loop import Discovery, Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable
+from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem
 
 
@@ -82,6 +83,12 @@ def decision(step: Step, kept: bool) -> str:
 def assumed(problem: Problem, found: Discovery) -> str:
     """What was taken for granted of what was told, in a sentence; empty where that cannot matter."""
     stated = problem.file.study.uncertainty
+    if stated == FORMS_ALONE:
+        return (
+            "All that was told was taken as exact, but the form of the link that bends was fitted along: how"
+            " its sensors follow its end, and where its mass is, which no beam has as a real link has it"
+            " (`uncertainty: {flexible_links: ...}` in the new study)."
+        )
     if stated is not None:
         like = f" `{stated.like}`" if stated.like else ""
         return (

@@ -12,9 +12,10 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
-from identify.discovery.evidence import POLICY, EvidenceCriterion, closed, variance_inflation
+from identify.discovery.evidence import CLOSED, POLICY, EvidenceCriterion, closed, variance_inflation
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.screen_softly import (
+    SMALL,
     faults_beside,
     further,
     promising_softly,
@@ -34,7 +35,8 @@ from identify.fitting.fit import ENOUGH, agreeing, starting_points
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.model.effects.base import Effect
-from identify.vibration.problem import Problem, with_effects
+from identify.vibration.nuisances.settings import FORMS_ALONE
+from identify.vibration.problem import Problem, with_effects, with_uncertainty
 
 _AT_ONCE = 4
 """Starts of the first fit that are tried at once."""
@@ -64,7 +66,7 @@ class ImpactWorkbench:
         problem, workers = self.problem, self.workers
         study, scale = problem.file.study, Scale(problem.parameters)
         names, known = [p.name for p in problem.parameters], tuple(study.effects)
-        count = min(study.starts, _AT_ONCE) if problem.nuisances.entries else study.starts
+        count = min(study.starts, _AT_ONCE) if workers.with_errors else study.starts
         points = starting_points(problem.parameters, count, study.start_factor, study.seed)
         starts = [dict(zip(names, map(float, scale.to_values(x)), strict=True)) for x in points]
         tasks = [Task(known, (), values, "start") for values in starts]
@@ -75,7 +77,7 @@ class ImpactWorkbench:
             agree = agreeing([end.gap for end in ends]) >= ENOUGH
             if agree and (ends[0].gap <= QUIET or len(ends) > _AT_ONCE):
                 break
-        if problem.nuisances.entries:
+        if workers.with_errors:
             [trial] = further(workers, further(workers, ends[:1], "likely"), "onward")
         else:
             [trial] = workers.run([Task(known, (), ends[0].values, "thorough")])
@@ -94,8 +96,10 @@ class ImpactWorkbench:
     def candidates(self, model: Trial) -> list[Effect]:
         """Every effect of the catalogue wherever it can sit, but those that an amplitude rules out."""
         present = with_effects(self.problem, model.task.effects, model.values)
-        if present.nuisances.entries and closed(model):
-            return []  # stated uncertainty and what is known suffice
+        # Stated uncertainty and what is known suffice; at other postures the form of a link tells more.
+        closes = closed(model) or (model.gap < CLOSED and _has_form(model))
+        if present.nuisances.entries and closes:
+            return []
         return plausible(present, model.values, candidates(self.problem, model.task.effects))
 
     def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
@@ -122,7 +126,7 @@ class ImpactWorkbench:
     ) -> Sequence[Attempt[Effect, Trial]]:
         """Those that may win."""
         trials = [one.model for one in screened]
-        if self.problem.nuisances.entries:
+        if self.workers.with_errors:
             chosen = promising_softly(trials)
         else:
             chosen = screen.promising(self.workers, model, trials)
@@ -133,7 +137,7 @@ class ImpactWorkbench:
     ) -> list[list[Attempt[Effect, Trial]]]:
         """Each on all lines and from several starts, the best of them in their other variants too."""
         groups = screen.thorough(self.workers, [one.model for one in promising], model.gap)
-        if self.problem.nuisances.entries:
+        if self.workers.with_errors:
             groups = with_springs_beside(self.workers, self.problem, self._screened, groups)
         elif not screen.anchor_of(model):
             groups = with_siblings(self.workers, self.problem, model, self._looked_at, groups)
@@ -185,7 +189,15 @@ class ImpactWorkbench:
     def settled(self, model: Trial) -> Trial:
         """The trial itself, which was thorough; beside errors of what was told, whose valleys are long, taken
         to their end: what the last steps would do must not be taken for the next effect's.
+
+        With a link that bends, which leaves little more than noise, its form too is fitted along from now on;
+        where it leaves much it stands for something else.
         """
+        little = not closed(model) and model.gap < SMALL
+        if not self.workers.with_errors and little and _has_form(model):
+            if self.problem.file.study.uncertainty is None:
+                self.problem = with_uncertainty(self.problem, FORMS_ALONE)
+            self.workers.turn_to(self.problem, with_errors=True)
         return further(self.workers, [model], "settled")[0] if self.workers.with_errors else model
 
     def leave_out(self, model: Trial, effects: Sequence[Effect]) -> list[Trial]:
@@ -266,6 +278,11 @@ class ImpactWorkbench:
         """The gap on fitted and on other data."""
         elsewhere = f", {model.gap_validation:.2f} on data not fitted" if model.count_validation else ""
         return f"gap {model.gap:.2f}{elsewhere}"
+
+
+def _has_form(trial: Trial) -> bool:
+    """Whether a model has anything whose form may be off."""
+    return any(effect.has_form for effect in trial.task.effects)
 
 
 def _without(trial: Trial, effect: Effect) -> tuple[Effect, ...]:

@@ -81,6 +81,10 @@ class Workers(AbstractContextManager["Workers"]):
         self._bench = _Bench(problem)
         self._pool = begun or (Processes(count, *NEEDED) if count > 1 else None)
 
+    def turn_to(self, problem: Problem, *, with_errors: bool) -> None:
+        """From now on work on another problem of the same robot and data."""
+        self._bench, self.with_errors = _Bench(problem), with_errors
+
     def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
         """The trials of all tasks in their order; `done` is called after each.  Interrupted where the user
         asked for the end.

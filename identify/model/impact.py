@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,10 @@ class Impact:
     peak: float
     width: float
     record: float
+
+    def begun(self, middle: float) -> Impact:
+        """With what is left of the record where the middle of the impact is that long after its start, s."""
+        return replace(self, record=self.record - max(middle - self.width / 2, 0.0))
 
     def transform(self, s: Complex) -> Complex:
         """Laplace transform, N s, at s (...), rad/s."""

@@ -8,10 +8,9 @@ displacement x(T) and velocity v(T), is missing from the transform:
 
 with k = 0, 1, 2 for displacement, velocity and acceleration; terms with negative powers of s do not exist.
 An exponential window makes the difference small: e^-5 of H at a resonance of 10 Hz with 2 % damping after 1.6
-s with a window of 2 / s.  A model that grows faster than the window decays, such as one with a negative mass,
-has no transform at s, and nothing is taken off.  Where only something far above the band grows, as where a
-little mass was moved about on a link that bends until some section has less than none, that is left out: the
-FRFs in the band do not know it.
+s with a window of 2 / s.  A motion that grows faster than the window decays, such as that of a negative mass,
+has no transform at s, and is left out: where a little mass was moved about on a link that bends until some
+section has less than none, the FRFs in the band do not know it.
 """
 
 from __future__ import annotations
@@ -29,8 +28,6 @@ from identify.model.system import Factors
 
 NEGLIGIBLE = 1e-4
 """Size of what is missing relative to H, at a resonance, below which it is not computed."""
-_FAR = 4.0
-"""How many times the highest line is far above the band."""
 
 
 class TruncationCorrection(Protocol):
@@ -75,6 +72,16 @@ class EndOfRecord:
             return 0.0
         return np.asarray(np.exp(-line * self.record) * (self.x if power == 1 else line * self.x + self.v))
 
+    def shortened(self, matrices: tuple[Array, Array, Array], s: Complex, out: Array, power: int) -> Complex:
+        """(lines, outputs, inputs): derivative of H by how much earlier the record ends."""
+        mass, damping, stiffness = matrices
+        last = (
+            -np.linalg.solve(mass, damping @ self.v + stiffness @ self.x)
+            if power == 2
+            else (self.x, self.v)[power]
+        )
+        return np.asarray(-np.exp(-s * self.record)[:, None, None] * (out @ last))
+
     def slope(
         self, mass: Array, damping: Array, s: Complex, out: Array, to_out: Complex, power: int
     ) -> Complex:
@@ -117,20 +124,20 @@ class EndOfRecord:
 
 def _outlasts(eigenvalues: Complex, s: Complex, record: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Whether motions with eigenvalues (..., r) last beyond the record as seen through the window that s
-    (..., lines) implies, (..., 1); and which of them grow far above the band, (..., r), and do not count.
+    (..., lines) implies, (..., 1); and which of them grow, (..., r), and do not count.
     """
-    decay, band = s.real.min(axis=-1)[..., None], np.abs(s).max(axis=-1)[..., None]
-    apart = (eigenvalues.real > decay) & (np.abs(eigenvalues) > _FAR * band)
-    growth = np.max(eigenvalues.real - decay, axis=-1, where=~apart, initial=-np.inf)[..., None]
-    return np.asarray((growth < 0) & (growth * record > np.log(NEGLIGIBLE))), np.asarray(apart)
+    growth = eigenvalues.real - s.real.min(axis=-1)[..., None]
+    grows = growth >= 0
+    slowest = np.max(growth, axis=-1, where=~grows, initial=-np.inf)[..., None]
+    return np.asarray(slowest * np.real(record) > np.log(NEGLIGIBLE)), np.asarray(grows)
 
 
 def left_at_end(eigenvalues: Complex, s: Complex, record: float) -> Complex:
     """e^(lambda T) of motions with eigenvalues (..., r), (..., r); zero where the model does not outlast the
-    record or grows.
+    record or they grow.
     """
-    lasts, apart = _outlasts(eigenvalues, s, record)
-    kept = lasts & ~apart
+    lasts, grows = _outlasts(eigenvalues, s, record)
+    kept = lasts & ~grows
     return np.asarray(kept * np.exp(np.where(kept, eigenvalues, 0.0) * record))
 
 
@@ -261,8 +268,8 @@ def rest_by_exponential(
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
     state = np.concatenate([upper, lower], axis=-2)
-    lasts, apart = _outlasts(np.linalg.eigvals(state), s, record)
-    lasts = (lasts & ~apart.any(axis=-1, keepdims=True))[..., None]
+    lasts, grows = _outlasts(np.linalg.eigvals(state), s, record)
+    lasts = (lasts & ~grows.any(axis=-1, keepdims=True))[..., None]
     moved = lasts * scipy.linalg.expm(record * lasts * state)[..., size:] @ np.linalg.solve(mass, force)
     x, v = moved[..., :size, :], moved[..., size:, :]
     line = s[..., None, None]

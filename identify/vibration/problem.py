@@ -23,6 +23,7 @@ from identify.measured.noise import noise_std
 from identify.measured.source import read_source
 from identify.model.effects.base import Effect
 from identify.model.effects.form import Form
+from identify.model.effects.pre_trigger import PRE_TRIGGER
 from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System
@@ -39,6 +40,7 @@ from identify.vibration.costs.target import (
 )
 from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, list_nuisances
 from identify.vibration.nuisances.placed import Placed, basis_points, place
+from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.postures import Built, Postures, stand
 from identify.vibration.reference import Reference, read_reference
 from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
@@ -184,8 +186,7 @@ def _loaded(file: StudyFile) -> Problem:
     nuisances = NOTHING
     if study.uncertainty is not None:
         _check_uncertain(given)
-        nuisances = list_nuisances(study.uncertainty, robot, points, given)
-        given = [replace(one, basis=_basis(robot, points, nuisances, one)) for one in given]
+        nuisances, given = _uncertain(study.uncertainty, robot, points, given)
     problem = _assembled(file, robot, points, given, nuisances=nuisances)
     if not any(parameter.free for parameter in problem.parameters[: problem.size]):
         raise InputError(
@@ -198,6 +199,14 @@ def _loaded(file: StudyFile) -> Problem:
         file.resolve(study.reference), [parameter.name for parameter in problem.parameters]
     )
     return replace(problem, reference=reference)
+
+
+def _uncertain(
+    settings: UncertaintySettings, robot: Robot, points: dict[int, Point], given: Sequence[Given]
+) -> tuple[Nuisances, list[Given]]:
+    """What is uncertain, and the measurements with what that changes of them."""
+    nuisances = list_nuisances(settings, robot, points, given)
+    return nuisances, [replace(one, basis=_basis(robot, points, nuisances, one)) for one in given]
 
 
 def _check_uncertain(given: Sequence[Given]) -> None:
@@ -257,6 +266,17 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
     )
 
 
+def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem:
+    """The same robot, data and effects where so much of what was told is uncertain."""
+    study, values = problem.file.study, {p.name: p.initial for p in problem.parameters}
+    file = problem.file.model_copy(update={"study": study.model_copy(update={"uncertainty": settings})})
+    told = [m.given for m in problem.measurements]
+    nuisances, given = _uncertain(settings, problem.robot, problem.points, told)
+    robot, points, reference = problem.robot, problem.points, problem.reference
+    built = _built(problem, with_sites=True)
+    return _assembled(file, robot, points, given, values, reference, built, nuisances)
+
+
 def _built(problem: Problem, *, with_sites: bool) -> Built:
     """The engines of a problem, with its sites where they stay as they are."""
     sites = {stand(m.given.posture, m.settings.detached): m.system.site for m in problem.measurements}
@@ -283,8 +303,10 @@ def _assembled(
     forms = [form for effect in file.study.effects for form in effect.forms(robot, points)]
     if file.study.uncertainty is not None:
         nuisances = nuisances.with_forms(forms, file.study.uncertainty)
-    measurements = collect([partial(_measurement, points, postures, nuisances, forms, one) for one in given])
     given_values = {**file.study.initial, **(values or {})}
+    measurements = collect(
+        [partial(_measurement, points, postures, nuisances, forms, given_values, one) for one in given]
+    )
     parameters = tuple(
         replace(p, initial=given_values.get(p.name, p.initial))
         for p in (*measurements[0].system.parameters, *nuisances.parameters)
@@ -297,6 +319,7 @@ def _measurement(
     postures: Postures,
     nuisances: Nuisances,
     forms: Sequence[Form],
+    values: Mapping[str, float],
     given: Given,
 ) -> Measurement:
     speed = given.settings.speed_deg_per_s
@@ -313,7 +336,7 @@ def _measurement(
                 points,
                 given.noise,
                 given.record,
-                given.impact,
+                given.impact and given.impact.begun(_pre_trigger(system, values)),
                 None if given.basis is None else partial(_placed, nuisances, forms, given, points),
             ),
         )
@@ -323,6 +346,14 @@ def _measurement(
         else None
     )
     return Measurement(given, system, ModalTarget(given.name, given.data, system, out))
+
+
+def _pre_trigger(system: System, values: Mapping[str, float]) -> float:
+    """When the impacts are in their records, s, at the start values; where they are simulated it stays
+    there.
+    """
+    own = next((p.initial for p in system.parameters if p.name == PRE_TRIGGER), 0.0)
+    return values.get(PRE_TRIGGER, own)
 
 
 def _placed(

@@ -83,7 +83,8 @@ def _disagreement(found: _Information, scale: Scale) -> Array:
     bread = np.linalg.inv(found.product + np.diag(prior))
     scatter, _ = scatter_of_blocks(found.parts, found.scores, prior)
     known = np.diag(found.product) > KNOWN * prior
-    return _wider(scatter / np.diag(bread @ found.variance @ bread), known)
+    stated = np.diag(bread @ found.variance @ bread)  # none of what no datum depends on
+    return _wider(np.divide(scatter, stated, out=np.ones(len(stated)), where=stated > 0), known)
 
 
 def _wider(ratio: Array, known: Mask) -> Array:

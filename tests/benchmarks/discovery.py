@@ -74,7 +74,7 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         )
         with Workers(problem, workers) as at_work:
             found = discover(problem, at_work, Story())
-        seconds = time.perf_counter() - began
+        seconds, problem = time.perf_counter() - began, found.problem
     held, told, doubted = _held(problem, found, truth.get("k", []))
     inside = _inside(problem, found, truth["effects"])
     hidden, named = {label for effect in truth["effects"] for label in _true(effect)}, _named(problem, found)

@@ -3,11 +3,12 @@
 [--dirt careful|typical] [--outside].
 
 Every sixth case has nothing hidden in it, every sixth two effects, the others one, each kind of the catalogue
-about as often; makes of arm, places and sizes by the seed.  With dirt, everything told is a little wrong
-(`tests.generator.dirt`), and what several force levels show is left out.  Outside the catalogue are joints
-whose law no effect has, and nothing else: right is then a law measured at that joint or, where springs on
-sliders hold it, dry friction of that joint.  Draw after the work is
-done, and score once.
+about as often; makes of arm, places and sizes by the seed.  The records begin up to 20 ms before the impacts,
+and half of them are windowed so lightly that slow modes ring on beyond their end.  With dirt, everything told
+is a little wrong (`tests.generator.dirt`), and what several force levels show is left out.  Outside
+the catalogue are joints whose law no effect has, and nothing else: right is then a law measured at that joint
+or, where springs on sliders hold it, dry friction of that joint.  Draw after the work is done, and score
+once.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ _JOINTS = (
 _LINKS = ("absorber",)
 _OF_LEVELS = ("friction", "hardening", "friction_springs")
 DIRT = {"careful": CAREFUL, "typical": ORDINARY}
+_EARLIEST_S, _LIGHT_PER_S = 0.02, 0.693
 _STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
 """What two effects at once are drawn from."""
 
@@ -84,14 +86,20 @@ def main() -> None:
     parser.add_argument("--dirt", choices=sorted(DIRT))
     parser.add_argument("--outside", action="store_true", help="laws that the catalogue does not have")
     given = parser.parse_args()
-    rng = np.random.default_rng([given.seed, 1])
+    rng, of_records = (np.random.default_rng([given.seed, stream]) for stream in (1, 2))
     without = (*_BESIDES, *_OF_LEVELS) if given.dirt else _BESIDES
     cases = (
         drawn_outside(given.count, given.seed) if given.outside else drawn(given.count, given.seed, without)
     )
     for number, case in enumerate(cases):
         seed = int(rng.integers(1, 10**6))
-        spec = TestSpec(MAKES[str(rng.choice(list(MAKES)))](seed), seed=seed, binary=True)
+        spec = TestSpec(
+            MAKES[str(rng.choice(list(MAKES)))](seed),
+            seed=seed,
+            binary=True,
+            pre_trigger_s=float(of_records.uniform(0.0, _EARLIEST_S)),
+            window_decay_per_s=_LIGHT_PER_S if of_records.random() < 0.5 else None,
+        )
         folder = given.out / f"{number:02d}_{case.replace('+', '_and_')}"
         test = hide(spec, case)
         if given.dirt:

@@ -213,7 +213,7 @@ def test_what_is_left_in_the_end_may_be_the_variant_of_what_was_found() -> None:
     assert [one.effect for one in state.options] == [late, nonuniform]
     assert state.present.gap == pytest.approx(1.0)
     steps = (_step(first, options[0]), *story.steps)
-    found = loop.Discovery(first, state.present, tuple(state.options), steps)
+    found = loop.Discovery(cast(Problem, None), first, state.present, tuple(state.options), steps)
     assert found.kept == (True, True)
     gaps["late nonuniform"] = 1.9999
     state = tried()

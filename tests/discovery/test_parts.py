@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -28,6 +29,8 @@ from identify.model.effects.base import Effect, Term, parse_effect
 from identify.vibration.measured_modes import modes_of
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import StudyFile, read_study
+
+NO_PROBLEM = cast(Problem, None)
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 ROCKING = parse_effect({"kind": "base-compliance", "axes": ["rx", "ry"]})
@@ -283,7 +286,7 @@ class TestSentences:
 
     def test_nothing_missing(self) -> None:
         trial = _trial(1030, 520, 12)
-        assert told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0].startswith(
+        assert told.verdict(Discovery(NO_PROBLEM, trial, trial, (), (self._step(trial),)))[0].startswith(
             "Nothing is missing"
         )
 
@@ -291,13 +294,13 @@ class TestSentences:
         trial = _trial(50000, 25000, 12)
         assert (
             "nothing in the catalogue explains it"
-            in told.verdict(Discovery(trial, trial, (), (self._step(trial),)))[0]
+            in told.verdict(Discovery(NO_PROBLEM, trial, trial, (), (self._step(trial),)))[0]
         )
 
     def test_something_found(self) -> None:
         before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))
         option = _option(ROCKING, after, 4000.0)
-        found = Discovery(before, after, (option,), (self._step(before, option),))
+        found = Discovery(NO_PROBLEM, before, after, (option,), (self._step(before, option),))
         first, second = told.verdict(found)
         assert "compliance of the base (rx, ry)" in first
         assert "7.07" in first

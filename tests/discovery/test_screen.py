@@ -204,6 +204,8 @@ def test_variants_that_cannot_win_are_not_refitted(gap: float, how: list[str]) -
 class _Asked:
     """Workers that keep what they are asked for, and leave everything as it is."""
 
+    with_errors = False
+
     def __init__(self) -> None:
         self.tasks: list[Task] = []
 

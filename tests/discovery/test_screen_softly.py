@@ -14,12 +14,14 @@ from identify.discovery.screen_softly import (
     promising_softly,
     screened_softly,
     second_of_two,
+    thorough_softly,
     varied_softly,
 )
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.model.effects.appended_resonator import AppendedResonator
 from identify.model.effects.base import Effect, parse_effect
+from identify.model.effects.channel_polarity import ChannelPolarity
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 
@@ -129,6 +131,29 @@ def test_small_gaps_are_looked_at_from_the_present_model_too(
     beside = [trial for trial in promising_softly(screened) if trial.task.how == "beside"]
     assert sum(trial.task.how == "beside" for trial in screened) == looked_at
     assert all(trial.task.new != (BASE,) for trial in beside)
+
+
+def test_beside_a_bending_link_one_looks_from_the_present_model_alone(
+    problem: Problem,
+) -> None:
+    """First looks hold its form as it was told, and stay far behind the present model."""
+    bent = parse_effect({"kind": "link-flexibility", "link": "link2"})
+    known = (*problem.file.study.effects, bent)
+    before, other = _trial(Task(known, (), {"stays": 1.0}), 1.3), _channel(problem)
+    world = _World(lambda task: 1.1 if task.new == (other,) else 1.2)
+    screened = screened_softly(_workers(world), problem, [BASE, TILT, other], before)
+    assert {task.how for task in world.tasks} == {"glance", "beside"}
+    assert screened[0].task.new == (other,)
+    world.tasks.clear()
+    groups = thorough_softly(_workers(world), promising_softly(screened), before.gap)
+    assert groups[0][0].task.new == (other,)
+    assert [task.how for task in world.tasks[:3]] == ["nearby"] * 3
+    assert "afresh" not in {task.how for task in world.tasks}
+
+
+def _channel(problem: Problem) -> Effect:
+    """Reversed polarity of some channel."""
+    return next(iter(ChannelPolarity.instances(problem.robot, problem.points)))
 
 
 def test_another_form_with_more_parameters_counts_by_the_better_of_its_starts() -> None:

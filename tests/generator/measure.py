@@ -118,7 +118,7 @@ def _strike(
         held = turn(vector, float(np.linalg.norm(vector)))
     for _ in range(spec.averages):
         impact = swing(rng, where[1], level * spec.peak_n, spec.direction_error_deg, chain.step)
-        impact = replace(impact, along=held @ impact.along)
+        impact = replace(impact, along=held @ impact.along, start=impact.start + spec.pre_trigger_s)
         motion = plant.respond(where[0], impact.force, impact.end, chain.step, chain.steps)
         for record, noise in zip(records, noises, strict=True):
             force = window * chain.force(impact.reading(times), noise)

@@ -22,7 +22,8 @@ class TestSpec:
     accelerometers feel gravity, AC-coupled. initial_range: the first guess of stiffness lies within these
     multiples of the truth.  told: the arm as its user knows it (None: as it is); sensors: what channels make
     of true x, y, z,
-    by name of point; held_askew_deg: of the hammer in each posture and direction, the same for all averages.
+    by name of point; held_askew_deg: of the hammer in each posture and direction, the same for all averages;
+    pre_trigger_s: how long before the impacts the records begin.
     """
 
     __test__: ClassVar[bool] = False
@@ -50,6 +51,7 @@ class TestSpec:
     told: Arm | None = None
     sensors: Mapping[str, Array] = field(default_factory=dict)
     held_askew_deg: float = 0.0
+    pre_trigger_s: float = 0.0
 
     @property
     def hammer_points(self) -> tuple[str, ...]:

@@ -70,14 +70,14 @@ def everything(careful: tuple[Path, TestSpec], tmp_path_factory: pytest.TempPath
     return load_problem(read_study(path))
 
 
-def _check_slopes(problem: Problem, values: np.ndarray, numbers: Iterable[int]) -> None:
-    """Assert that derivatives by some unknowns are those of differences."""
+def _check_slopes(problem: Problem, values: np.ndarray, numbers: Iterable[int], size: float = 1e-4) -> None:
+    """Assert that derivatives by some unknowns are those of differences of that size."""
     target = problem.targets().frf[0]
     h, slopes = target.gradient(values, np.arange(len(values)))
     for number in numbers:
         step = np.zeros(len(values))
-        step[number] = 1e-4
-        difference = (target.predict(values + step) - target.predict(values - step)) / 2e-4
+        step[number] = size
+        difference = (target.predict(values + step) - target.predict(values - step)) / (2 * size)
         off = np.linalg.norm(slopes[..., number] - difference)
         name = problem.parameters[number].name
         assert off <= 1e-5 * np.linalg.norm(difference) + 1e-9 * np.linalg.norm(h), name
@@ -112,8 +112,9 @@ def test_derivatives_of_forms_are_those_of_differences(everything: Problem) -> N
     assert back.nuisances == everything.nuisances
     size = problem.size
     values = problem.initial.copy()
-    values[size:] = 0.1 * rng.normal(size=len(values) - size)
-    _check_slopes(problem, values, rng.choice(forms, 12, replace=False) + size)
+    values[size:] = 0.02 * rng.normal(size=len(values) - size)
+    # Where a section hardly has mass, smaller differences are lost in rounding.
+    _check_slopes(problem, values, rng.choice(forms, 12, replace=False) + size, 1e-3)
 
 
 @pytest.mark.parametrize(

@@ -424,7 +424,7 @@ def end_of(
     view: View, matrices: tuple[Array, Array, Array], out: Array, force: Array, values: Array
 ) -> Complex:
     """(lines, channels, inputs): what the end of the record adds to H."""
-    s, record = view.target.s_at(values), view.target.ends
+    s, record = view.target.s_at(values), view.target.end_at(values)
     if record is None:
         return np.zeros((len(s), out.shape[0], force.shape[1]), dtype=complex)
     return end_added(matrices, s, out, force, view.power, record)

@@ -16,7 +16,10 @@ from pydantic import Field
 from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
 
-_LADDER = 10.0 ** np.arange(-2, 5)
+_LADDER, _FURTHER = 10.0 ** np.arange(-2, 5), 10.0 ** np.arange(5, 8)
+"""Dampings that are tried, and those where none of them leads down: close to a model that no more moves as
+one part of it should.
+"""
 
 
 class LevenbergMarquardt(Optimizer):
@@ -39,11 +42,14 @@ class LevenbergMarquardt(Optimizer):
                 return Outcome(False, "the model has no solution at the start")
             curvature, axes = np.linalg.eigh(product[:-1, :-1])
             pull = axes.T @ product[:-1, -1]
-            damped = np.maximum(curvature, 0.0) + _LADDER[:, None]
-            trials = np.clip(x - (pull / damped) @ axes.T, search.lower, search.upper)
-            costs = search.costs(trials)
-            best = int(np.argmin(costs))
-            if costs[best] >= cost:
+            for ladder in (_LADDER, _FURTHER):
+                damped = np.maximum(curvature, 0.0) + ladder[:, None]
+                trials = np.clip(x - (pull / damped) @ axes.T, search.lower, search.upper)
+                costs = search.costs(trials)
+                best = int(np.argmin(costs))
+                if costs[best] < cost:
+                    break
+            else:
                 return Outcome(True, "no damped step lowers the cost")
             fall, x, cost = 1 - (costs[best] / cost) ** 2, trials[best], float(costs[best])
             if fall < self.tolerance:

@@ -50,6 +50,7 @@ EFFECTS = Registry(
         "servo": "identify.model.effects.servo:Servo",
         "spring-to-ground": "identify.model.effects.spring_to_ground:SpringToGround",
         "time-delay": "identify.model.effects.time_delay:TimeDelay",
+        "pre-trigger": "identify.model.effects.pre_trigger:PreTrigger",
         "window-decay": "identify.model.effects.window_decay:WindowDecay",
     },
 )
@@ -185,6 +186,11 @@ class Effect(BaseModel, ABC):
 
         Parameters are the same at every site: `site.inertia` and `site.reference` scale their defaults.
         """
+
+    @property
+    def has_form(self) -> bool:
+        """Whether its form may be off."""
+        return type(self).forms is not Effect.forms
 
     def forms(self, robot: Robot, points: Mapping[int, Point]) -> list[Form]:
         """What its form may be off by, where that is said to be uncertain; nothing by default."""

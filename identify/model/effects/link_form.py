@@ -6,7 +6,7 @@ end by other shapes than a beam's, and its mass moves with other sections than a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -21,6 +21,8 @@ from identify.robot.points import Point
 
 _STATIONS = {"third": 1 / 3, "two_thirds": 2 / 3, "end": 1.0}
 """Where along the link bodies may be that the rod of the model lacks or has too much of."""
+_MOMENTS = MOMENTS[:4]
+"""Of a body there: its mass and first moments."""
 _RAMP = 3.0
 """One over the share of the length, from either end, within which shapes come to differ."""
 _IN_PLANE = (
@@ -34,14 +36,15 @@ _IN_PLANE = (
 def link_form(link: Link, beam: Beam, names: Sequence[str], points: Mapping[int, Point]) -> Form:
     """Errors of a link's form; names: of the coordinates of its beam, those of the end last.
 
-    The mass of a body at each of three stations is in units of the link's, its first and second moments in
-    those of the link's times half its length, or times the square of that; the rigid link stays as it was.
+    The mass of a body at each of three stations is in units of the link's, its first moments in those of the
+    link's times half its length; the rigid link stays as it was.  Second moments of their own would let
+    sections have less than no inertia, and say little.
     The slope at a sensor is off in units of the end's slope, or of its deflection over the length; its
     deflection by a third of that.  At the start of the beam and at its end nothing is off.
     """
     own = {node: points[node] for node in sorted(points) if points[node].link == link.name}
     shapes = [f"{one}_at_{node}" for node in own for one in _shape_names()]
-    masses = [f"{name}_at_{station}" for station in _STATIONS for name in MOMENTS]
+    masses = [f"{name}_at_{station}" for station in _STATIONS for name in _MOMENTS]
     errors: list[tuple[str, What]] = [(name, "shape") for name in shapes]
     errors += [(name, "mass") for name in masses]
     return Form(link.name, tuple(errors), partial(_changes, link, beam, tuple(names), own))
@@ -57,16 +60,17 @@ def _changes(
     """As `Form` has it."""
     size, shapes = len(site.coordinates), len(_shape_names())
     each = len(points) * shapes
-    mass = np.zeros((each + len(_STATIONS) * len(MOMENTS), size, size))
+    mass = np.zeros((each + len(_STATIONS) * len(_MOMENTS), size, size))
     motion = {node: np.zeros((len(mass), 6, size)) for node in points}
     if link.name in site.detached:
         return mass, motion
     end = np.array([site.vector(name) for name in names[-len(Beam.names(1)) :]])
     for number, (node, point) in enumerate(points.items()):
         motion[node][number * shapes : (number + 1) * shapes] = _off(beam, point.position, end)
-    sizes = np.array(list(_sizes(link, beam)))[:, None, None]
+    sizes = link.mass * (beam.length / 2) ** np.array([0, 1, 1, 1])[:, None, None]
     places = [beam.start + share * (beam.end - beam.start) for share in _STATIONS.values()]
-    mass[each:] = np.concatenate([sizes * bodies_at(site, link.name, names, place) for place in places])
+    bodies = [bodies_at(site, link.name, names, place)[: len(_MOMENTS)] for place in places]
+    mass[each:] = np.concatenate([sizes * body for body in bodies])
     return mass, motion
 
 
@@ -99,10 +103,3 @@ def bodies_at(site: Site, link: str, names: Sequence[str], place: Array) -> Arra
         rigid[:, [site.number(name) for name in names]] = 0.0
     there, here = (rigid_body(motion[:3], motion[3:]) for motion in (moving, rigid))
     return np.array(there) - np.array(here)
-
-
-def _sizes(link: Link, beam: Beam) -> Iterator[float]:
-    """Units of the ten moments of a body."""
-    half = beam.length / 2
-    for power, count in ((0, 1), (1, 3), (2, 6)):
-        yield from [link.mass * half**power] * count

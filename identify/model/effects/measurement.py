@@ -51,6 +51,10 @@ class Reading(ABC):
         """
         return 0.0
 
+    def shortening(self) -> float:
+        """By how much one unit of each parameter shortens what the record has of the response, s."""
+        return 0.0
+
 
 class MeasurementEffect(Effect):
     """An effect that acts on FRFs through its `reading`, on no matrix, and frees nothing."""

@@ -56,7 +56,7 @@ class _Set:
         at = replace(self.told, mass=mass, stiffness=stiffness, slopes=slopes)
         changes = structural_changes(self.placed, at)
         power, s = POWER[there.data.quantity], there.s_at(values)
-        model = excited(at, there.system.matrices(values), s, power, there.ends, changes[:2])
+        model = excited(at, there.system.matrices(values), s, power, there.end_at(values), changes[:2])
         block = structural(self.placed, at, model, changes)
         h, gradient = there.gradient(values, free)
         every = np.concatenate([gradient, there.read(block.slopes, values)], axis=3)

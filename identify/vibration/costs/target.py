@@ -15,11 +15,11 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.model.effects.measurement import MeasurementEffect, Reading
-from identify.model.frf import frf, frf_and_gradient, frf_slope, gradient_with
+from identify.model.frf import frf, frf_slope, gradient_with
 from identify.model.impact import Impact
 from identify.model.impacted import impacted_frf
 from identify.model.system import System
-from identify.model.truncation import TruncationCorrection
+from identify.model.truncation import TruncationCorrection, end_of_record
 from identify.robot.points import Point
 from identify.vibration.costs.impact import ImpactSimulator, SimulatedImpact, simulated_impact
 from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
@@ -192,7 +192,7 @@ class FrfTarget:
         own, errors = values[:size], values[size:]
         at, (there, delay) = state(self.nuisances, errors), self.realised(errors)
         s, power, matrices = there.s_at(own), POWER[self.data.quantity], there.system.matrices(own)
-        end: TruncationCorrection | float | None = there.ends
+        end: TruncationCorrection | float | None = there.end_at(own)
         if there.simulated is not None:
             end = there._simulator.impacted(there.simulated, own, s, np.zeros(0, dtype=int))
         readings = [(reading, own[numbers]) for reading, numbers in self.readings]
@@ -218,9 +218,20 @@ class FrfTarget:
         return mixed
 
     def _linear(self, values: Array, s: Complex) -> Complex:
-        return frf(
-            *self.system.matrices(values), s, self.out, self.force, POWER[self.data.quantity], self.ends
-        )
+        power = POWER[self.data.quantity]
+        if values.ndim == 1 or not np.any(self._shortening):
+            at = values if values.ndim == 1 else np.zeros_like(self._shortening)
+            return frf(*self.system.matrices(values), s, self.out, self.force, power, self.end_at(at))
+        before, matrices = values.shape[:-1], self.system.matrices(values)
+        lines = np.broadcast_to(s, (*before, s.shape[-1]))
+        mass, damping, stiffness = (np.broadcast_to(one, (*before, *one.shape[-2:])) for one in matrices)
+        h = np.empty((*lines.shape, len(self.out), self.force.shape[1]), dtype=complex)
+        shorter = values @ self._shortening
+        for one in np.unique(shorter):  # most candidates have the same
+            there = shorter == one
+            chosen, end = (mass[there], damping[there], stiffness[there]), self.end_at(values[there][0])
+            h[there] = frf(*chosen, lines[there], self.out, self.force, power, end)
+        return h
 
     def _impacted(self, simulated: SimulatedImpact, values: Array) -> Complex:
         """What a hammer impact measures of a nonlinear system."""
@@ -248,10 +259,22 @@ class FrfTarget:
         """
         return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
 
-    @property
-    def ends(self) -> float | None:
-        """The record, but not with hysteretic damping, which has no free motion in time."""
-        return None if np.any(self.system.terms["hysteretic"]) else self.record
+    def end_at(self, values: Array) -> float | None:
+        """How long after the impact the record ends at values (parameters,), but not with hysteretic damping,
+        which has no free motion in time.
+        """
+        if self.record is None or np.any(self.system.terms["hysteretic"]):
+            return None
+        shorter: np.float64 = np.dot(values, self._shortening)
+        return self.record - shorter
+
+    @cached_property
+    def _shortening(self) -> Array:
+        """(parameters,): by how much each parameter shortens what the record has of the response."""
+        shortening = np.zeros(len(self.system.terms["stiffness"]))
+        for reading, numbers in self.readings:
+            shortening[numbers] += reading.shortening()
+        return shortening
 
     @cached_property
     def _decay(self) -> Array:
@@ -281,7 +304,12 @@ class FrfTarget:
         s, decay = self.s_at(values), self._decay[free]
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.simulated is None:
-            h, gradient = frf_and_gradient(matrices, self.system.factors, *at, free, self.ends)
+            record = self.end_at(values)
+            end = record and end_of_record(matrices, self.system.factors, s, self.force, record, free)
+            h, gradient = gradient_with(end or None, matrices, self.system.factors, *at, free)
+            if end and np.any(self._shortening[free]):
+                shortened = end.shortened(matrices, s, self.out, at[-1])
+                gradient = gradient + shortened[..., None] * self._shortening[free]
         else:
             impacted = self._simulator.impacted(self.simulated, values, s, free)
             h, gradient = gradient_with(impacted, matrices, self.system.factors, *at, free)
@@ -328,7 +356,7 @@ class FrfTarget:
         """(lines, outputs, inputs): dH/ds."""
         matrices, power = self.system.matrices(values), POWER[self.data.quantity]
         if self.simulated is None:
-            return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self.ends)
+            return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self.end_at(values))
         either = [self.s_at(values) + change for change in (_CHANGE, -_CHANGE)]
         impacted = [self._simulator.each(self.simulated, values[None], s)[0] for s in either]
         up, down = (

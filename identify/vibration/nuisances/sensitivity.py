@@ -90,7 +90,7 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
     load = load.transpose(0, 2, 3, 1).reshape(lines, size, -1)
     if isinstance(model.end, EndOfRecord):
         load += model.end.driving(model.matrices, model.s, model.power)
-    slopes = (model.transfer @ load).reshape(lines, -1, inputs, count)
+    slopes = (model.transfer @ load).reshape(lines, model.transfer.shape[1], inputs, count)
     heavy = placed.basis.heavy
     moving = np.array([placed.basis.geometry[n].moving for n in heavy], dtype=bool)
     if moving.any():

@@ -74,5 +74,12 @@ def test_instruments_that_may_err_count_as_noise(instruments: str, tmp_path: Pat
     assert costs[1] < 0.8 * costs[0]
 
 
+def test_where_links_are_exact_there_is_nothing_to_lead(tmp_path: Path) -> None:
+    problem = _problem(tmp_path, "channels: {gain: 0.05}")
+    product = LinksObjective(problem.targets(), 1.0).product(problem.initial, np.arange(3))
+    assert product.shape == (4, 4)
+    assert np.diag(product).min() > 0
+
+
 def test_it_is_not_for_data_without_a_statement() -> None:
     assert not of_links(load_problem(read_study(CONFIG)).targets())

@@ -1,0 +1,66 @@
+"""The records behind the FRFs begin some time before the impact, as analysers with a pre-trigger have it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from identify.core.arrays import Array, Complex
+from identify.core.parameters import Values, single_parameter
+from identify.measured.channel import Channel
+from identify.model.effects.base import Term
+from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.effects.site import Site
+from identify.robot.description import Robot
+from identify.robot.points import Point
+
+PRE_TRIGGER = "records.pre_trigger"
+"""Its parameter."""
+
+
+class PreTrigger(MeasurementEffect):
+    """So much later the impact is, and so much less of the response is in the record, of which the lines
+    know only the whole length.
+
+    It shows where the response has not died out at the end of the record (`identify.model.truncation`), and
+    only there.  The time is that of the middle of the impact.
+    """
+
+    kind: Literal["pre-trigger"] = "pre-trigger"
+    time: Values = Field(
+        Values(initial=0.005, bounds=(0.0, 0.1)),
+        description="from the beginning of the records to the middle of the impacts, s",
+    )
+
+    def sentence(self) -> str:
+        """Records that begin before the impact."""
+        return "records that begin before the impact"
+
+    @classmethod
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """The measurement as a whole."""
+        yield cls()
+
+    def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
+        """The time."""
+        return [Term(single_parameter(PRE_TRIGGER, "s", self.time, f"{where}.time"))]
+
+    def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
+        """The same for all channels."""
+        return _Early()
+
+
+@dataclass(frozen=True)
+class _Early(Reading):
+    def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return h
+
+    def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
+        return np.zeros((*h.shape, own.size), dtype=complex)
+
+    def shortening(self) -> float:
+        return 1.0
