@@ -35,6 +35,7 @@ from identify.vibration.nuisances.stated import stated_uncertainty
 from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
 from identify.vibration.provenance import description_of, provenance_of
+from identify.vibration.record_notes import record_notes
 from identify.vibration.uncertainty import covariance_root, gap, gap_elsewhere, uncertainty
 
 
@@ -74,6 +75,7 @@ def evaluate(
             *trusted.notes,
             *_unstated_note(problem, trusted),
             *fault_notes(targets.frf, fit.values),
+            *record_notes(targets.frf, fit.values),
             *_start_notes(fit),
         ),
         effects=tuple(effect.sentence() for effect in study.effects),

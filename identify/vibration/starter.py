@@ -49,6 +49,7 @@ effects:                             # the physics of the model; one line per ef
     # stiffness: {initial: [1.0e+6, ...], bounds: [1.0e+4, 1.0e+8]}   # N m/rad; default: from inertia
     # damping: {damping_ratio: 0.03}
   # - {kind: base-compliance, axes: [rx, ry]}
+  # - {kind: pre-trigger}            # records begin before the impact; slow modes ring on beyond their end
 # uncertainty: typical              # masses, sensors, gains and angles are not quite as told; or `careful`
 cost: {{ cost }}   # FRFs: frf-least-squares, frf-area, normalized-response; modal tables: eigenfrequency
 # optimizer: hybrid                  # default: Gauss-Newton with exact gradients from several starts
