@@ -56,6 +56,18 @@ class Reading(ABC):
         return 0.0
 
 
+class Unread(Reading):
+    """What changes which transform of the motion H is, and nothing that instruments make of it."""
+
+    def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
+        """As it is."""
+        return h
+
+    def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
+        """None."""
+        return np.zeros((*h.shape, own.size), dtype=complex)
+
+
 class MeasurementEffect(Effect):
     """An effect that acts on FRFs through its `reading`, on no matrix, and frees nothing."""
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Literal, Self
 
-import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array, Complex
 from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Term
-from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.effects.measurement import MeasurementEffect, Reading, Unread
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -54,13 +51,6 @@ class PreTrigger(MeasurementEffect):
         return _Early()
 
 
-@dataclass(frozen=True)
-class _Early(Reading):
-    def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
-        return h
-
-    def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
-        return np.zeros((*h.shape, own.size), dtype=complex)
-
+class _Early(Unread):
     def shortening(self) -> float:
         return 1.0

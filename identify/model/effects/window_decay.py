@@ -5,17 +5,14 @@ statement.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Literal, Self
 
-import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array, Complex
 from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Term
-from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.effects.measurement import MeasurementEffect, Reading, Unread
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
@@ -49,13 +46,6 @@ class WindowDecay(MeasurementEffect):
         return _Elsewhere()
 
 
-@dataclass(frozen=True)
-class _Elsewhere(Reading):
-    def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
-        return h
-
-    def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
-        return np.zeros((*h.shape, own.size), dtype=complex)
-
+class _Elsewhere(Unread):
     def decay(self) -> float:
         return 1.0

@@ -271,18 +271,19 @@ class FrfTarget:
     @cached_property
     def _shortening(self) -> Array:
         """(parameters,): by how much each parameter shortens what the record has of the response."""
-        shortening = np.zeros(len(self.system.terms["stiffness"]))
-        for reading, numbers in self.readings:
-            shortening[numbers] += reading.shortening()
-        return shortening
+        return self._by_readings(lambda reading: reading.shortening())
 
     @cached_property
     def _decay(self) -> Array:
         """(parameters,): what each parameter adds to the decay of the window."""
-        decay = np.zeros(len(self.system.terms["stiffness"]))
+        return self._by_readings(lambda reading: reading.decay())
+
+    def _by_readings(self, of: Callable[[Reading], float]) -> Array:
+        """(parameters,): what a unit of each does by the reading that owns it."""
+        found = np.zeros(len(self.system.terms["stiffness"]))
         for reading, numbers in self.readings:
-            decay[numbers] += reading.decay()
-        return decay
+            found[numbers] += of(reading)
+        return found
 
     def predict_pairs(self, values: Array) -> Complex:
         """(..., lines, pairs) at parameter values (..., parameters)."""
