@@ -35,6 +35,7 @@ from identify.fitting.fit import ENOUGH, agreeing, starting_points
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.model.effects.base import Effect
+from identify.model.effects.joint_compliance import JointCompliance
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem, with_effects, with_uncertainty
 
@@ -168,8 +169,22 @@ class ImpactWorkbench:
             return self._pair_softly(step, quick)
         if step.best is None:
             return None
+        quick += self._of_its_bearing(step.before, quick)
         two = screen.first_of_two(self.workers, step, quick)
         return (two.best,), two.explained
+
+    def _of_its_bearing(self, before: Trial, quick: Sequence[Trial]) -> list[Trial]:
+        """Quick trials of the other directions in which the joint may give way whose compliance is ahead of
+        all others': a bearing that is soft in one is often soft in several, which hide each other.
+        """
+        ahead = (one for trial in quick for one in trial.task.new if isinstance(one, JointCompliance))
+        joints, there = next((one.joints for one in ahead), None), [trial.task.new for trial in quick]
+        tasks = [
+            Task(before.task.effects, (one,), before.values)
+            for one in self._looked_at
+            if isinstance(one, JointCompliance) and one.joints == joints and (one,) not in there
+        ]
+        return self.workers.run(tasks)
 
     def _pair_softly(
         self, step: Step[Effect, Trial], quick: Sequence[Trial]

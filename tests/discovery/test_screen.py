@@ -19,6 +19,7 @@ from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.screen_softly import screened_softly
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import thinned
+from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
@@ -242,3 +243,20 @@ def test_a_law_takes_the_place_of_springs_that_were_added_where_it_acts() -> Non
     assert instead.values["joint2.rx.stiffness"] == 3.0
     assert not screen.in_place_of_springs(problem, [trial], (BASE,))
     assert not screen.in_place_of_springs(problem, [replace(trial, task=instead)], (TILT, BASE))
+
+
+def test_a_bearing_that_is_soft_in_one_direction_is_tried_with_its_others() -> None:
+    """Two directions of the same bearing hide each other, and the second may look like nothing by itself."""
+    tilt, radial, axial, elsewhere = (
+        parse_effect({"kind": "joint-compliance", "joints": [joint], "axes": axes})
+        for joint, axes in ((2, ["rx", "ry"]), (2, ["tx", "ty"]), (2, ["tz"]), (1, ["rx", "ry"]))
+    )
+    asked = _Asked()
+    bench = ImpactWorkbench(cast(Problem, None), cast(Workers, asked))
+    bench._looked_at = [elsewhere, tilt, radial, axial]
+    before = Trial(Task((DRIVES,), (), {}), {"stays": 1.0}, 1e4, 100)
+    link = parse_effect({"kind": "link-flexibility", "link": "link2"})
+    quick = [Trial(Task((DRIVES,), (one,), {}), {}, 100.0, 100) for one in (link, tilt, axial, elsewhere)]
+    found = bench._of_its_bearing(before, quick)
+    assert [trial.task.new for trial in found] == [(radial,)]
+    assert not bench._of_its_bearing(before, quick[:1])
