@@ -8,7 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.hidden import fitted, truth
+from identify.discovery.run import run_discover
+from identify.fitting.selection.workbench import Story
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
+from tests.hidden import fitted, truth, write_config
 
 CASES = {
     "absorber_l3_101": ["{kind: appended-resonator, link: link3, axis: y}"],
@@ -54,3 +58,16 @@ def test_a_beam_stands_for_a_chain_of_segments(tmp_path: Path) -> None:
         gaps.append((result.gap, result.gap_validation))
     for before, after in zip(*gaps, strict=True):
         assert after - 1 < 0.15 * (before - 1)
+
+
+def test_the_form_of_a_chain_of_segments_is_fitted_along(tmp_path: Path) -> None:
+    """Once a beam leaves little more than noise: no beam is quite a link, and the new study says so."""
+    config = write_config("link2_flex_101", tmp_path)
+    result, written = run_discover(config, tmp_path / "found.h5", {}, Story(), workers=1)
+    assert result.added.sentence == ("flexibility of link2 (bending, torsion, nonuniform)",)
+    assert result.after.gap < 1.06
+    assert result.map_after.gap.max() < result.map_before.gap.max()
+    assert "its form was fitted along" in written[1].read_text()
+    again = load_problem(read_study(written[1]))
+    assert [one.group for one in again.nuisances.entries] == ["form"] * len(again.nuisances.entries)
+    assert again.nuisances.entries

@@ -57,7 +57,7 @@ def wanted(problem: Problem, found: Discovery, at: str = "") -> list[Wanted]:
     `at`, or without it for the place that explains most of the rest; none where errors of what was told are
     stated, which a measured curve would hold exact.
     """
-    if problem.nuisances.entries:
+    if problem.file.study.uncertainty is not None:
         return []
     every: list[Wanted] = []
     for option in found.added:
