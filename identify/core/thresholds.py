@@ -26,3 +26,7 @@ SIGMAS_95_ONE_SIDED = 1.645
 
 QUIET = 1.15
 """Gap up to which a residual passes as noise."""
+
+
+MATERIAL = 0.015
+"""A smaller fall of the gap than this is within what estimators and noise models get wrong."""

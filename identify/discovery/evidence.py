@@ -16,7 +16,7 @@ import numpy as np
 
 from identify.core.arrays import Mask
 from identify.core.parameters import Scale
-from identify.core.thresholds import CONVINCING
+from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.discovery.task import Trial
 from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
@@ -27,11 +27,11 @@ from identify.vibration.uncertainty import uncertainty
 _CONFIRMED_FRACTION = 0.3
 """Fraction of what is above noise that an addition must remove from data that were not fitted, whose own
 noise level is not known as well."""
-MATERIAL = 0.015
-"""A smaller fall of the gap than this is within what estimators and noise models get wrong."""
 CLOSED = 1.1
 """Below this gap nothing is added unless data that were not fitted say more than their own noise level may be
 wrong by: `_CONFIRMED_FALL`."""
+_SMALL = 1.5
+"""Below this gap little is left."""
 _CONFIRMED_FALL = 0.05
 """Fall of the gap on data that were not fitted, and how much more than the others they must show for a gap to
 be open there: coherence from a few averages states noise to some 5 %."""
@@ -95,6 +95,11 @@ def closed(trial: Trial) -> bool:
     """
     open_elsewhere = trial.gap_validation >= max(CLOSED, trial.gap + _CONFIRMED_FALL)
     return trial.gap < CLOSED and not open_elsewhere
+
+
+def nearly_closed(trial: Trial) -> bool:
+    """Whether a model leaves something open, but little."""
+    return not closed(trial) and trial.gap < _SMALL
 
 
 def confirmed(before: Trial, after: Trial) -> bool:

@@ -12,10 +12,10 @@ from itertools import chain
 import numpy as np
 
 from identify.core.errors import InputError
+from identify.core.thresholds import MATERIAL
 from identify.discovery.candidates import candidates
 from identify.discovery.evidence import (
     CLOSED,
-    MATERIAL,
     EvidenceCriterion,
     disagreement,
     variance_inflation,

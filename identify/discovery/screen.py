@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 
 from identify.core.parameters import Scale
-from identify.core.thresholds import QUIET
-from identify.discovery.evidence import CLOSED, MATERIAL, EvidenceCriterion, closed, removed
+from identify.core.thresholds import MATERIAL, QUIET
+from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit

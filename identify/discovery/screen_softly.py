@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import QUIET
-from identify.discovery.evidence import CLOSED, closed, removed
+from identify.discovery.evidence import CLOSED, nearly_closed, removed
 from identify.discovery.neighbours import moved, siblings
 from identify.discovery.promote import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -36,9 +36,8 @@ _HALF = 0.5
 _TIMES, _AS_NEAR = 2.0, 1.3
 """How many times the best one's gap above noise a candidate may leave at the likelihood, and still win; and a
 variant, which few lines compare with it well."""
-SMALL, _FEW = 1.5, 3
-"""Gap up to which what is left above noise is also looked for from the present model, and how many of its
-candidates go on."""
+_FEW = 3
+"""How many candidates of those looked at from the present model go on."""
 
 
 def screened_softly(
@@ -53,42 +52,31 @@ def screened_softly(
     """
     known = before.task.effects
     left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
-    small = not closed(before) and before.gap < SMALL
-    if small and any(effect.has_form for effect in known):
-        return _from_present(workers, problem, left, before, done)
+    of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
+    others = [effect for effect in left if effect not in of_sensors]
+    if nearly_closed(before) and before.task.has_form:
+        # First looks hold the form of a bending link as it was told, so that where only that form brought the
+        # gap down none of them comes near the present model.
+        return _beside(workers, before, [*others, *_glanced(workers, before, of_sensors, done)], done)
     # Errors of the present model make up for a wrong channel: it is looked at beside a model that has few.
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
-    of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
-    glances = workers.run([Task(known, (e,), present.values, "glance") for e in of_sensors], done)
-    near = sorted(glances, key=squares_of)[:_GLANCED]
-    others = [effect for effect in left if effect not in of_sensors]
-    tasks = [Task(known, (e,), before.values, "brief") for e in (*others, *(t.task.new[0] for t in near))]
+    wrong = _glanced(workers, present, of_sensors, done)
+    tasks = [Task(known, (effect,), before.values, "brief") for effect in (*others, *wrong)]
     # The right one may still be under way after a few steps, so all go on.
     led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    seen = [*quick, *_beside(workers, before, others, done)] if small else quick
+    seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in led if trial.task.new not in tried)]
 
 
-def _from_present(
-    workers: Workers,
-    problem: Problem,
-    found: Sequence[Effect],
-    before: Trial,
-    done: Callable[[], None],
-) -> list[Trial]:
-    """Candidates by one step from the present model, the best first, of single sensors those that look best.
-
-    First looks hold the form of a bending link as it was told, so that where only that form brought the gap
-    down none of them comes near the present model.
-    """
-    of_sensors = [effect for effect in found if _of_a_sensor(problem, effect)]
-    tasks = [Task(before.task.effects, (effect,), before.values, "glance") for effect in of_sensors]
-    near = sorted(workers.run(tasks, done), key=squares_of)[:_GLANCED]
-    others = [effect for effect in found if effect not in of_sensors]
-    return _beside(workers, before, [*others, *(trial.task.new[0] for trial in near)], done)
+def _glanced(
+    workers: Workers, model: Trial, of_sensors: Sequence[Effect], done: Callable[[], None]
+) -> list[Effect]:
+    """The best few of these at a glance beside a model."""
+    tasks = [Task(model.task.effects, (effect,), model.values, "glance") for effect in of_sensors]
+    return [trial.task.new[0] for trial in sorted(workers.run(tasks, done), key=squares_of)[:_GLANCED]]
 
 
 def _found_again(workers: Workers, brief: Sequence[Trial], present: Trial) -> list[Trial]:

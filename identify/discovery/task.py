@@ -57,6 +57,11 @@ class Task:
         """All of them."""
         return (*self.known, *self.new)
 
+    @property
+    def has_form(self) -> bool:
+        """Whether the form of any of them may be off."""
+        return any(effect.has_form for effect in self.effects)
+
 
 @dataclass(frozen=True)
 class Trial:

@@ -33,7 +33,7 @@ from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.model.effects.base import Effect
-from identify.model.effects.pre_trigger import PRE_TRIGGER
+from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, with_effects
@@ -49,8 +49,6 @@ _SEEN = 0.03
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _ONE_STEP = LevenbergMarquardt(steps=1)
 _TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
-_TIMES = 26
-"""At which the pre-trigger is tried."""
 _SOFTNESS = {"start": SOFT, "quick": SOFT, "led": LEADING[1]}
 _SOFTNESS |= dict.fromkeys(("glance", "brief", "astray"), LEADING[0])
 """By how much less residuals count in each way to try a model with errors of what was told."""
@@ -189,11 +187,11 @@ class TrialRunner:
         then on all lines.
         """
         problem = self._model("thin", task)
+        if task.how == "thorough" and problem.nuisances.entries:
+            return self._thorough_with_errors(problem, task)
         start = retimed(problem, problem.initial)
         if task.how != "thorough":
             return self._on_all_lines(problem, task, [(start, 0.0)], _ON_ALL_LINES[task.how])
-        if problem.nuisances.entries:
-            return self._thorough_with_errors(problem, task)
         given = start[None]
         ends = [_descend(problem, given, _QUICK)]
         simulated = any(
@@ -342,15 +340,16 @@ def _descend(
 
 
 def retimed(problem: Problem, values: Array) -> Array:
-    """Values (parameters,) with the pre-trigger at the best of a grid over its bounds, if it is free: what
-    rings on beyond the records looks much the same a period earlier, so that each is a valley of its own.
+    """Values (parameters,) with the pre-trigger in the best of its valleys, if it is free, and acts: where
+    impacts are simulated it is held.
     """
     known = enumerate(problem.parameters)
     number = next((n for n, p in known if p.name == PRE_TRIGGER and p.free), None)
-    if number is None:
+    if number is None or any(target.simulated is not None for target in problem.targets().frf):
         return values
-    own, trials = problem.parameters[number], np.repeat(values[None], _TIMES + 1, axis=0)
-    trials[1:, number] = np.linspace(own.lower, own.upper, _TIMES)
+    times = valleys(problem.parameters[number].lower, problem.parameters[number].upper)
+    trials = np.repeat(values[None], len(times) + 1, axis=0)
+    trials[1:, number] = times
     return _best(problem, trials)[0]
 
 

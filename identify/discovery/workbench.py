@@ -12,10 +12,16 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
-from identify.discovery.evidence import CLOSED, POLICY, EvidenceCriterion, closed, variance_inflation
+from identify.discovery.evidence import (
+    CLOSED,
+    POLICY,
+    EvidenceCriterion,
+    closed,
+    nearly_closed,
+    variance_inflation,
+)
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.screen_softly import (
-    SMALL,
     faults_beside,
     further,
     promising_softly,
@@ -98,7 +104,7 @@ class ImpactWorkbench:
         """Every effect of the catalogue wherever it can sit, but those that an amplitude rules out."""
         present = with_effects(self.problem, model.task.effects, model.values)
         # Stated uncertainty and what is known suffice; at other postures the form of a link tells more.
-        closes = closed(model) or (model.gap < CLOSED and _has_form(model))
+        closes = closed(model) or (model.gap < CLOSED and model.task.has_form)
         if present.nuisances.entries and closes:
             return []
         return plausible(present, model.values, candidates(self.problem, model.task.effects))
@@ -208,8 +214,7 @@ class ImpactWorkbench:
         With a link that bends, which leaves little more than noise, its form too is fitted along from now on;
         where it leaves much it stands for something else.
         """
-        little = not closed(model) and model.gap < SMALL
-        if not self.workers.with_errors and little and _has_form(model):
+        if not self.workers.with_errors and nearly_closed(model) and model.task.has_form:
             if self.problem.file.study.uncertainty is None:
                 self.problem = with_uncertainty(self.problem, FORMS_ALONE)
             self.workers.turn_to(self.problem, with_errors=True)
@@ -293,11 +298,6 @@ class ImpactWorkbench:
         """The gap on fitted and on other data."""
         elsewhere = f", {model.gap_validation:.2f} on data not fitted" if model.count_validation else ""
         return f"gap {model.gap:.2f}{elsewhere}"
-
-
-def _has_form(trial: Trial) -> bool:
-    """Whether a model has anything whose form may be off."""
-    return any(effect.has_form for effect in trial.task.effects)
 
 
 def _without(trial: Trial, effect: Effect) -> tuple[Effect, ...]:

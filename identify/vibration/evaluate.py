@@ -75,7 +75,7 @@ def evaluate(
             *trusted.notes,
             *_unstated_note(problem, trusted),
             *fault_notes(targets.frf, fit.values),
-            *record_notes(targets.frf, fit.values),
+            *record_notes(targets, fit.values),
             *_start_notes(fit),
         ),
         effects=tuple(effect.sentence() for effect in study.effects),

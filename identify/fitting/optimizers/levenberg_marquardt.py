@@ -26,7 +26,9 @@ class LevenbergMarquardt(Optimizer):
     """Minimises the sum of squared residuals of the cost within bounds; never moves uphill."""
 
     kind: Literal["levenberg-marquardt"] = "levenberg-marquardt"
-    evaluations: int = Field(1000, ge=1, description="budget of evaluations, per start; a step takes eight")
+    evaluations: int = Field(
+        1000, ge=1, description="budget of evaluations, per start; a step takes eight, or eleven"
+    )
     steps: int = Field(100, ge=1, description="steps at most")
     tolerance: float = Field(
         1e-10, gt=0, description="relative fall of the sum of squares in a step below which it is done"

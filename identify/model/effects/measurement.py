@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field
@@ -72,6 +72,11 @@ class MeasurementEffect(Effect):
     """An effect that acts on FRFs through its `reading`, on no matrix, and frees nothing."""
 
     of_measurement: ClassVar[bool] = True
+
+    @classmethod
+    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
+        """The measurement as a whole; others say at which channels or points."""
+        yield cls.model_validate({})
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """None, unless the effect has a size; it adds to no matrix."""

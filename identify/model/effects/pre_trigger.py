@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import Literal
 
+import numpy as np
 from pydantic import Field
 
+from identify.core.arrays import Array
 from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Term
@@ -17,6 +19,14 @@ from identify.robot.points import Point
 
 PRE_TRIGGER = "records.pre_trigger"
 """Its parameter."""
+_LATEST_S, _TIMES = 0.1, 26
+
+
+def valleys(earliest: float = 0.0, latest: float = _LATEST_S) -> Array:
+    """Times (26,), s, at which it is tried: what rings on beyond the records looks much the same a period
+    earlier, so that each is a valley of its own.
+    """
+    return np.linspace(earliest, latest, _TIMES)
 
 
 class PreTrigger(MeasurementEffect):
@@ -29,18 +39,13 @@ class PreTrigger(MeasurementEffect):
 
     kind: Literal["pre-trigger"] = "pre-trigger"
     time: Values = Field(
-        Values(initial=0.005, bounds=(0.0, 0.1)),
+        Values(initial=0.005, bounds=(0.0, _LATEST_S)),
         description="from the beginning of the records to the middle of the impacts, s",
     )
 
     def sentence(self) -> str:
         """Records that begin before the impact."""
         return "records that begin before the impact"
-
-    @classmethod
-    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """The measurement as a whole."""
-        yield cls()
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The time."""

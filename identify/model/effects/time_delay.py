@@ -4,9 +4,9 @@ channel lacks.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -33,11 +33,6 @@ class TimeDelay(MeasurementEffect):
     def sentence(self) -> str:
         """Time delay of all responses."""
         return "time delay of all responses"
-
-    @classmethod
-    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """The measurement as a whole."""
-        yield cls()
 
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
         """All FRFs."""

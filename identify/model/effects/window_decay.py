@@ -4,8 +4,8 @@ statement.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import Literal
 
 from pydantic import Field
 
@@ -31,11 +31,6 @@ class WindowDecay(MeasurementEffect):
     def sentence(self) -> str:
         """Window decay other than stated."""
         return "decay of the exponential window other than stated"
-
-    @classmethod
-    def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
-        """The measurement as a whole."""
-        yield cls()
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """True less stated decay."""

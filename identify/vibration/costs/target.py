@@ -218,16 +218,14 @@ class FrfTarget:
         return mixed
 
     def _linear(self, values: Array, s: Complex) -> Complex:
-        power = POWER[self.data.quantity]
-        if values.ndim == 1 or not np.any(self._shortening):
-            at = values if values.ndim == 1 else np.zeros_like(self._shortening)
-            return frf(*self.system.matrices(values), s, self.out, self.force, power, self.end_at(at))
-        before, matrices = values.shape[:-1], self.system.matrices(values)
+        before, matrices, power = values.shape[:-1], self.system.matrices(values), POWER[self.data.quantity]
+        shorter = values @ self._shortening
+        if (several := np.unique(shorter)).size == 1:
+            return frf(*matrices, s, self.out, self.force, power, self.end_at(values[(0,) * len(before)]))
         lines = np.broadcast_to(s, (*before, s.shape[-1]))
         mass, damping, stiffness = (np.broadcast_to(one, (*before, *one.shape[-2:])) for one in matrices)
         h = np.empty((*lines.shape, len(self.out), self.force.shape[1]), dtype=complex)
-        shorter = values @ self._shortening
-        for one in np.unique(shorter):  # most candidates have the same
+        for one in several:
             there = shorter == one
             chosen, end = (mass[there], damping[there], stiffness[there]), self.end_at(values[there][0])
             h[there] = frf(*chosen, lines[there], self.out, self.force, power, end)
@@ -306,9 +304,10 @@ class FrfTarget:
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.simulated is None:
             record = self.end_at(values)
-            end = record and end_of_record(matrices, self.system.factors, s, self.force, record, free)
-            h, gradient = gradient_with(end or None, matrices, self.system.factors, *at, free)
-            if end and np.any(self._shortening[free]):
+            factors = self.system.factors
+            end = None if record is None else end_of_record(matrices, factors, s, self.force, record, free)
+            h, gradient = gradient_with(end, matrices, factors, *at, free)
+            if end is not None and np.any(self._shortening[free]):
                 shortened = end.shortened(matrices, s, self.out, at[-1])
                 gradient = gradient + shortened[..., None] * self._shortening[free]
         else:
