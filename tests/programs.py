@@ -4,6 +4,7 @@ and not its imports; and files compared dataset by dataset.
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import re
@@ -56,9 +57,10 @@ class Run:
     said: Path
 
     def signal(self, number: int) -> None:
-        """Send it a signal."""
+        """Send it a signal, unless it has ended: then its exit code says that it was not hit."""
         assert self.process.pid is not None
-        os.kill(self.process.pid, number)
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self.process.pid, number)
 
     def ended(self) -> int | None:
         """Its exit code, or the signal that ended it, negative; waits for it."""
