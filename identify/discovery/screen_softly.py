@@ -52,6 +52,8 @@ def screened_softly(
     """
     known = before.task.effects
     left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
+    if not left:
+        return []
     of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
     others = [effect for effect in left if effect not in of_sensors]
     if nearly_closed(before) and before.task.has_form:

@@ -14,7 +14,7 @@ from identify.discovery.loop import Discovery, Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable
-from identify.vibration.nuisances.settings import FORMS_ALONE
+from identify.vibration.nuisances.settings import FORMS_ALONE, IMPACTS_ALONE
 from identify.vibration.problem import Problem
 
 
@@ -88,6 +88,11 @@ def assumed(problem: Problem, found: Discovery) -> str:
             "All that was told was taken as exact, but the form of the link that bends was fitted along: how"
             " its sensors follow its end, and where its mass is, which no beam has as a real link has it"
             " (`uncertainty: {flexible_links: ...}` in the new study)."
+        )
+    if stated == IMPACTS_ALONE:
+        return (
+            "All that was told was taken as exact, but strengths and duration of the impacts were fitted"
+            " along, on which what was found depends (`uncertainty: {impacts: ...}` in the new study)."
         )
     if stated is not None:
         like = f" `{stated.like}`" if stated.like else ""

@@ -42,7 +42,7 @@ from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import JointCompliance
-from identify.vibration.nuisances.settings import FORMS_ALONE
+from identify.vibration.nuisances.settings import FORMS_ALONE, IMPACTS_ALONE
 from identify.vibration.problem import Problem, with_effects, with_uncertainty
 
 _AT_ONCE = 4
@@ -104,7 +104,8 @@ class ImpactWorkbench:
         """Every effect of the catalogue wherever it can sit, but those that an amplitude rules out."""
         present = with_effects(self.problem, model.task.effects, model.values)
         # Stated uncertainty and what is known suffice; at other postures the form of a link tells more.
-        closes = closed(model) or (model.gap < CLOSED and model.task.has_form)
+        along = model.task.has_form or self.problem.file.study.uncertainty == IMPACTS_ALONE
+        closes = closed(model) or (model.gap < CLOSED and along)
         if present.nuisances.entries and closes:
             return []
         return plausible(present, model.values, candidates(self.problem, model.task.effects))
@@ -212,13 +213,32 @@ class ImpactWorkbench:
         to their end: what the last steps would do must not be taken for the next effect's.
 
         With a link that bends, which leaves little more than noise, its form too is fitted along from now on;
-        where it leaves much it stands for something else.
+        where it leaves much it stands for something else.  Beside what depends on amplitude so are the
+        impacts, if that closes the gap.
         """
         if not self.workers.with_errors and nearly_closed(model) and model.task.has_form:
             if self.problem.file.study.uncertainty is None:
                 self.problem = with_uncertainty(self.problem, FORMS_ALONE)
             self.workers.turn_to(self.problem, with_errors=True)
+        if not self.workers.with_errors and not closed(model) and screen.anchor_of(model):
+            return self._with_impacts(model)
         return further(self.workers, [model], "settled")[0] if self.workers.with_errors else model
+
+    def _with_impacts(self, model: Trial) -> Trial:
+        """With strengths and duration of the impacts fitted along, from now on, where that closes the gap;
+        else the same, because everything else is missing beside impacts that are as they were told.
+        """
+        before = self.problem
+        if before.file.study.uncertainty is not None:
+            return model
+        problem = with_uncertainty(before, IMPACTS_ALONE)
+        self.workers.turn_to(problem, with_errors=True)
+        [settled] = further(self.workers, [model], "settled")
+        if settled.gap < CLOSED:
+            self.problem = problem
+            return settled
+        self.workers.turn_to(before, with_errors=False)
+        return model
 
     def leave_out(self, model: Trial, effects: Sequence[Effect]) -> list[Trial]:
         """Refitted without each of them, or models that it grew from where these are nearer to the data.

@@ -21,6 +21,10 @@ class Impact:
         """With what is left of the record where the middle of the impact is that long after its start, s."""
         return replace(self, record=self.record - max(middle - self.width / 2, 0.0))
 
+    def lasting(self, times: float) -> Impact:
+        """With so many times its width."""
+        return replace(self, width=times * self.width)
+
     def transform(self, s: Complex) -> Complex:
         """Laplace transform, N s, at s (...), rad/s."""
         pulsation = np.pi / self.width

@@ -66,6 +66,12 @@ class Response:
         """Some of the models."""
         return Response(self.step, self.torque[:, :, models], self.x[models], self.v[models])
 
+    def over(self, strength: Array) -> Response:
+        """Per unit of the impacts' strengths (S, inputs)."""
+        return Response(
+            self.step, self.torque / strength, self.x / strength[:, None], self.v / strength[:, None]
+        )
+
     def transform(self, s: Complex) -> Complex:
         """(lines, J, S, inputs): Laplace transform of the torques over the record at s (lines,)."""
         steps = len(self.torque)

@@ -302,7 +302,9 @@ def _assembled(
     postures = Postures(robot, points, file.study.effects, given[0].posture, built or Built())
     forms = [form for effect in file.study.effects for form in effect.forms(robot, points)]
     if file.study.uncertainty is not None:
-        nuisances = nuisances.with_forms(forms, file.study.uncertainty)
+        nonlinear = any(effect.of_amplitude for effect in file.study.effects)
+        simulated = [one for one in given if nonlinear and one.impact is not None]
+        nuisances = nuisances.of_model(forms, simulated, file.study.uncertainty)
     given_values = {**file.study.initial, **(values or {})}
     measurements = collect(
         [partial(_measurement, points, postures, nuisances, forms, given_values, one) for one in given]

@@ -7,8 +7,9 @@ and the models with parameters moved a little, from which derivatives come, run 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,8 +25,10 @@ from identify.model.truncation import EndOfRecord
 
 _STEPS_PER_PERIOD = 16
 """Time steps in a period of the highest line."""
-_MOVED = 1e-4
-"""Relative change of a parameter, or of what it contributes to, for derivatives of the torques."""
+MOVED = 1e-4
+"""Relative change of a parameter, or of what it contributes to, or of the impacts, for derivatives of the
+torques.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +36,7 @@ class SimulatedImpact:
     """What is simulated for one set.
 
     force (n, inputs); laws: each with the coordinate (n,) that it turns and the numbers of its parameters;
-    the record is cut in `steps`.
+    the record is cut in `steps`.  strength (inputs,): of each impact over that of `impact`.
     """
 
     system: System
@@ -41,6 +44,11 @@ class SimulatedImpact:
     impact: Impact
     laws: tuple[tuple[TorqueLaw, Array, Index], ...]
     steps: int
+    strength: Array
+
+    def changed(self, stronger: float = 1.0, longer: float = 1.0) -> SimulatedImpact:
+        """With impacts so many times as strong and as long."""
+        return replace(self, strength=stronger * self.strength, impact=self.impact.lasting(longer))
 
     @property
     def alike(self) -> tuple[object, ...]:
@@ -97,31 +105,66 @@ def simulated_impact(
         impact,
         laws,
         int(np.ceil(impact.record * _STEPS_PER_PERIOD * float(data.frequency_hz[-1]))),
+        np.ones(force.shape[1]),
     )
 
 
 class ImpactSimulator:
-    """Simulates impacts that are alike side by side, and remembers the last values that it was asked for."""
+    """Simulates impacts that are alike side by side, and remembers the last values that it was asked for.
 
-    def __init__(self, simulations: Sequence[SimulatedImpact]) -> None:
-        self._simulations = tuple(simulations)
+    with_errors: what the impacts are where what was told is off by errors (nuisances,).
+    """
+
+    def __init__(
+        self,
+        simulations: Sequence[SimulatedImpact],
+        with_errors: Sequence[Callable[[Array], SimulatedImpact]] = (),
+    ) -> None:
+        self._simulations, self._with_errors = tuple(simulations), with_errors
+        self._off: dict[bytes, ImpactSimulator] = {}
         self._last = np.zeros((0, len(simulations[0].system.terms["stiffness"])))
         self._known: dict[SimulatedImpact, Response] = {}
 
+    def off(self, simulated: SimulatedImpact, errors: Array) -> tuple[ImpactSimulator, SimulatedImpact]:
+        """What simulates all of them, and one of them, where what was told is off by errors (nuisances,)."""
+        [there] = self._all_off(errors[None])
+        return there, there.simulations[self._simulations.index(simulated)]
+
+    def expect(self, errors: Array, values: Sequence[Array]) -> None:
+        """Simulate side by side what will be asked for: off by each of errors (E, nuisances), models at
+        values (S, parameters) of its own.
+        """
+        _simulate_all(self._all_off(errors), values)
+
+    def _all_off(self, errors: Array) -> list[ImpactSimulator]:
+        keys = [one.tobytes() for one in errors]
+        if any(key not in self._off for key in keys):
+            known = self._off
+            self._off = {
+                key: known.get(key) or ImpactSimulator([one(error) for one in self._with_errors])
+                for key, error in zip(keys, errors, strict=True)
+            }
+        return [self._off[key] for key in keys]
+
+    @property
+    def simulations(self) -> tuple[SimulatedImpact, ...]:
+        """All that it simulates."""
+        return self._simulations
+
+    @cached_property
+    def stronger(self) -> ImpactSimulator:
+        """Of impacts that are a little stronger."""
+        return ImpactSimulator([one.changed(stronger=1 + MOVED) for one in self._simulations])
+
+    @cached_property
+    def longer(self) -> ImpactSimulator:
+        """Of impacts that last a little longer."""
+        return ImpactSimulator([one.changed(longer=1 + MOVED) for one in self._simulations])
+
     def responses(self, simulated: SimulatedImpact, values: Array) -> Response:
         """What follows the impact at values (S, parameters), S models."""
-        count = len(values)
-        if not np.array_equal(self._last[:count], values):
-            self._last, self._known = values.copy(), {}
-        known = self._known
-        if simulated not in known:
-            group = [one for one in self._simulations if one.alike == simulated.alike]
-            side_by_side = _simulate(group, self._last)
-            size = len(self._last)
-            known.update(
-                (one, side_by_side.of(slice(n * size, (n + 1) * size))) for n, one in enumerate(group)
-            )
-        return known[simulated].of(slice(count))
+        _simulate_all([self], [values])
+        return self._known[simulated].of(slice(len(values)))
 
     def impacted(self, simulated: SimulatedImpact, values: Array, s: Complex, free: Index) -> ImpactedFrf:
         """What the torques do to FRFs at s (lines,) and values (parameters,), with derivatives by parameters
@@ -132,7 +175,7 @@ class ImpactSimulator:
         columns = np.flatnonzero((shares[free] > 0) | np.isin(free, own))
         moving, moved = free[columns], np.tile(values, (len(columns) + 1, 1))
         share = shares[moving]
-        steps = _MOVED / np.where(
+        steps = MOVED / np.where(
             share > 0, share, 1 / np.maximum(np.abs(values[moving]), np.finfo(float).tiny)
         )
         moved[np.arange(1, len(moved)), moving] += steps
@@ -166,24 +209,44 @@ class ImpactSimulator:
         return result
 
 
-def _simulate(simulations: Sequence[SimulatedImpact], values: Array) -> Response:
-    """What follows impacts that are alike at values (S, parameters): the models of the first, then those
-    of the second, and so on.
+def _simulate_all(simulators: Sequence[ImpactSimulator], values: Sequence[Array]) -> None:
+    """Let simulators remember what follows at values (S, parameters) of each, if they do not know it yet."""
+    new = [
+        (one, at)
+        for one, at in zip(simulators, values, strict=True)
+        if not np.array_equal(one._last[: len(at)], at)
+    ]
+    groups: dict[tuple[object, ...], list[tuple[ImpactSimulator, SimulatedImpact]]] = {}
+    for simulator, at in new:
+        simulator._last, simulator._known = at.copy(), {}
+        for simulated in simulator.simulations:
+            groups.setdefault(simulated.alike, []).append((simulator, simulated))
+    for group in groups.values():
+        side_by_side = _simulate([(simulated, simulator._last) for simulator, simulated in group])
+        begin = 0
+        for simulator, simulated in group:
+            end = begin + len(simulator._last)
+            simulator._known[simulated] = side_by_side.of(slice(begin, end))
+            begin = end
+
+
+def _simulate(models: Sequence[tuple[SimulatedImpact, Array]]) -> Response:
+    """What follows impacts that are alike, each at values (S, parameters) of its own: the models of the
+    first, then those of the second, and so on.
     """
-    matrices = [simulated.system.matrices(values) for simulated in simulations]
+    matrices = [simulated.system.matrices(values) for simulated, values in models]
     mass, damping, stiffness = (np.concatenate(parts) for parts in zip(*matrices, strict=True))
-    force = np.concatenate(
-        [np.broadcast_to(simulated.force, (len(values), *simulated.force.shape)) for simulated in simulations]
-    )
-    impacts = tuple(simulated.impact for simulated in simulations for _ in values)
-    attached = []
-    for number, (law, _, numbers) in enumerate(simulations[0].laws):
-        turned = np.repeat([simulated.laws[number][1] for simulated in simulations], len(values), axis=0)
-        attached.append(AttachedTorque(law, turned, np.tile(values[:, numbers], (len(simulations), 1))))
+    each = [simulated for simulated, values in models for _ in values]
+    strength = np.array([one.strength for one in each])
+    force = np.array([one.strength * one.force for one in each])
+    first, attached = each[0], []
+    for number, (law, _, _) in enumerate(first.laws):
+        turned = np.array([one.laws[number][1] for one in each])
+        own = np.concatenate([values[:, simulated.laws[number][2]] for simulated, values in models])
+        attached.append(AttachedTorque(law, turned, own))
+    impacts = tuple(one.impact for one in each)
     with np.errstate(all="ignore"):  # a model that grows without bound ends in NaN, which costs infinity
-        return simulate(
-            Models(mass, damping, stiffness, force, impacts),
-            attached,
-            simulations[0].impact.record,
-            simulations[0].steps,
+        response = simulate(
+            Models(mass, damping, stiffness, force, impacts), attached, first.impact.record, first.steps
         )
+    return response.over(strength)

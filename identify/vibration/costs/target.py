@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,7 +21,7 @@ from identify.model.impacted import impacted_frf
 from identify.model.system import System
 from identify.model.truncation import TruncationCorrection, end_of_record
 from identify.robot.points import Point
-from identify.vibration.costs.impact import ImpactSimulator, SimulatedImpact, simulated_impact
+from identify.vibration.costs.impact import MOVED, ImpactSimulator, SimulatedImpact, simulated_impact
 from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
 from identify.vibration.nuisances.placed import Placed, state
 from identify.vibration.nuisances.sensitivity import Block
@@ -119,8 +119,7 @@ class FrfTarget:
         """(..., lines, outputs, inputs) at parameter values (..., parameters)."""
         if self._errs(values):
             return self._predict_each(values)
-        s = self.s_at(values)
-        h = self._linear(values, s) if self.simulated is None else self._impacted(self.simulated, values)
+        s, h = self.s_at(values), self.of_model(values)
         for reading, numbers in self.readings:
             h = reading.apply(h, values[..., numbers], s)
         return self._at_once(h[..., : len(self.data.outputs), :])
@@ -148,9 +147,11 @@ class FrfTarget:
         )
         unique, which = np.unique(errors, axis=0, return_inverse=True)
         found: list[Complex] = [np.zeros(0, dtype=complex)] * len(own)
-        for number, error in enumerate(unique):
+        shared = [np.flatnonzero(which.ravel() == number) for number in range(len(unique))]
+        if self.simulated is not None:
+            self._simulator.expect(unique, [own[rows] for rows in shared])
+        for error, rows in zip(unique, shared, strict=True):
             there, delay = self.realised(error)
-            rows = np.flatnonzero(which.ravel() == number)
             h = there.predict(own[rows])
             late = np.exp(-delay * there.s_at(own[rows]))[..., None, None]
             for row, one in zip(rows, h * late, strict=True):
@@ -165,17 +166,23 @@ class FrfTarget:
             return self, 0.0
         at = state(self.nuisances, errors)
         system = self.system.with_more(at.mass, at.stiffness)
-        simulated = self.simulated and replace(self.simulated, system=system, force=at.force)
-        there = replace(
-            self,
-            system=system,
-            out=at.out,
-            force=at.force,
-            nuisances=None,
-            simulated=simulated,
-            simulator=None,
-        )
+        there = replace(self, system=system, out=at.out, force=at.force, nuisances=None)
+        if self.simulated is not None:
+            simulator, simulated = self._simulator.off(self.simulated, errors)
+            there = replace(there, simulated=simulated, simulator=simulator)
         return there, at.delay
+
+    def impact_with_errors(self, errors: Array) -> SimulatedImpact:
+        """What is simulated where what was told is off by errors (nuisances,)."""
+        assert self.simulated is not None and self.nuisances is not None
+        at = state(self.nuisances, errors)
+        return replace(
+            self.simulated,
+            system=self.system.with_more(at.mass, at.stiffness),
+            force=at.force,
+            strength=at.strength * self.simulated.strength,
+            impact=self.simulated.impact.lasting(at.duration),
+        )
 
     def at(self, values: Array) -> tuple[FrfTarget, Array]:
         """The same at values (unknowns,), but for the delay, and the values of the parameters."""
@@ -197,8 +204,8 @@ class FrfTarget:
             end = there._simulator.impacted(there.simulated, own, s, np.zeros(0, dtype=int))
         readings = [(reading, own[numbers]) for reading, numbers in self.readings]
         late = np.exp(-delay * s)[:, None, None, None]
-        found = []
-        for block in nuisance_blocks(self.nuisances, at, matrices, s, power, end):
+        found, told = [], nuisance_blocks(self.nuisances, at, matrices, s, power, end)
+        for block in [*told, *there.blows(self.nuisances, own)]:
             one = recorded(block, readings, s, len(self.out), len(self.data.outputs))
             slopes = late * one.slopes if delay else one.slopes
             slopes = np.swapaxes(self._at_once(np.swapaxes(slopes, 2, 3)), 2, 3)
@@ -208,6 +215,32 @@ class FrfTarget:
             every = np.arange(len(self.data.outputs))
             found.append(Block(every, size + self.nuisances.delay.numbers.reshape(1), slopes))
         return found
+
+    def blows(self, placed: Placed, values: Array) -> Iterator[Block]:
+        """Derivatives of what the model itself does with respect to strengths and duration of simulated
+        impacts, at values (parameters,).
+        """
+        if self.simulated is None:
+            return
+        number = self._simulator.simulations.index(self.simulated)
+        for slot, way in ((placed.strength, "stronger"), (placed.duration, "longer")):
+            numbers = np.broadcast_to(slot.numbers, self.force.shape[1])
+            unique, which = np.unique(numbers[numbers >= 0], return_inverse=True)
+            if not len(unique):
+                continue
+            simulator = getattr(self._simulator, way)
+            moved = replace(self, simulated=simulator.simulations[number], simulator=simulator)
+            change = (moved.of_model(values) - self.of_model(values)) / np.log1p(MOVED)
+            slopes = np.zeros((*change.shape, len(unique)), dtype=complex)
+            inputs = np.flatnonzero(numbers >= 0)
+            slopes[:, :, inputs, which] = (np.broadcast_to(slot.std, numbers.shape) * change)[:, :, inputs]
+            yield Block(np.arange(len(self.out)), unique, slopes)
+
+    def of_model(self, values: Array) -> Complex:
+        """(..., lines, channels, inputs): what the model itself does at values (..., parameters)."""
+        if self.simulated is not None:
+            return self._impacted(self.simulated, values)
+        return self._linear(values, self.s_at(values))
 
     def _at_once(self, h: Complex) -> Complex:
         """With forces that act together, their joint response in place of that of the first (..., inputs)."""
@@ -247,9 +280,7 @@ class FrfTarget:
     @cached_property
     def _simulator(self) -> ImpactSimulator:
         """The simulator that it shares, or one of its own."""
-        return self.simulator or ImpactSimulator(
-            [simulated for simulated in (self.simulated,) if simulated is not None]
-        )
+        return self.simulator or _simulator([self])
 
     def s_at(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect
@@ -383,11 +414,18 @@ class FrfTarget:
 
 def share_simulator(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
     """The same targets; the impacts on nonlinear systems are simulated together."""
-    simulations = [target.simulated for target in targets if target.simulated is not None]
-    if not simulations:
+    if all(target.simulated is None for target in targets):
         return tuple(targets)
-    simulator = ImpactSimulator(simulations)
+    simulator = _simulator(targets)
     return tuple(replace(target, simulator=simulator) for target in targets)
+
+
+def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
+    nonlinear = [target for target in targets if target.simulated is not None]
+    return ImpactSimulator(
+        [target.simulated for target in nonlinear if target.simulated is not None],
+        [target.impact_with_errors for target in nonlinear if target.nuisances is not None],
+    )
 
 
 def frf_target(

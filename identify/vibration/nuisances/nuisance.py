@@ -23,14 +23,16 @@ from identify.vibration.nuisances.settings import UncertaintySettings
 
 FORCE = "force"
 """The place of the sensitivity of the force transducer, which all impacts share."""
+IMPACTS = "impacts"
+"""The place of what all impacts share."""
 Key = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
 class Nuisance:
     """One uncertain number: of what (`link`, `point`, `channel`, `impact`, `joint`, `kinematics`, `set`,
-    `form`), where, which change of it; its standard deviation in SI units (or relative, of logarithms);
-    whether it goes along to other measurements.
+    `form`, `blow`), where, which change of it; its standard deviation in SI units (or
+    relative, of logarithms); whether it goes along to other measurements.
     """
 
     group: str
@@ -86,14 +88,26 @@ class Nuisances:
     def _numbers(self) -> dict[Key, int]:
         return {one.key: number for number, one in enumerate(self.entries)}
 
-    def with_forms(self, forms: Iterable[Form], settings: UncertaintySettings) -> Nuisances:
-        """With errors of the forms of a model's effects in place of those of another's."""
-        told = (one for one in self.entries if one.group != "form")
-        more = (
+    def of_model(
+        self, forms: Iterable[Form], simulated: Sequence[Tested], settings: UncertaintySettings
+    ) -> Nuisances:
+        """With errors of the forms of a model's effects, and of the impacts of the measurements in which it
+        has them simulated, in place of those of another's.
+        """
+        told = (one for one in self.entries if one.group not in ("form", "blow"))
+        more = [
             Nuisance("form", form.place, name, settings.std("flexible_links", what), "1")
             for form in forms
             for name, what in form.errors
-        )
+        ]
+        strength = settings.std("impacts", "strength")
+        more += [
+            Nuisance("blow", f"{one.name} {channel}", "strength", strength, "1", lasting=False)
+            for one in simulated
+            for channel in one.inputs
+        ]
+        if simulated:
+            more.append(Nuisance("blow", IMPACTS, "duration", settings.std("impacts", "duration"), "1"))
         return Nuisances((*told, *(one for one in more if one.std > 0)))
 
     def has(self, group: str) -> bool:

@@ -15,7 +15,7 @@ from identify.model.nuisances.basis import Basis, Geometry, reduced
 from identify.model.nuisances.inertia import CHANGES, moments
 from identify.model.system import System
 from identify.robot.points import Point
-from identify.vibration.nuisances.nuisance import FORCE, Key, Nuisances, Slot, posture_name, unsigned
+from identify.vibration.nuisances.nuisance import FORCE, IMPACTS, Key, Nuisances, Slot, posture_name, unsigned
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,8 @@ class Placed:
     `System.jacobian` has it, axes (P, 3, 3) of their sensors.
 
     Slots: links (L, 10), geometry (g,), positions and rotations (P, 3), gains (outputs,), impacts (inputs, 3)
-    with the turns about all axes of the point, force and delay ().
+    with the turns about all axes of the point, force and delay (); strength (inputs,) and duration () of the
+    impacts where they are simulated.
     """
 
     basis: Basis
@@ -53,6 +54,8 @@ class Placed:
     impacts: Slot
     force: Slot
     delay: Slot
+    strength: Slot
+    duration: Slot
 
     def of_outputs(self, chosen: Index) -> Placed:
         """With some of the response channels only."""
@@ -104,6 +107,8 @@ def place(
         ),
         nuisances.slot([("channel", FORCE, "gain")], ()),
         nuisances.slot([("set", name, "delay")], ()),
+        nuisances.slot([("blow", f"{name} {c}", "strength") for c in channels[1]], (len(channels[1]),)),
+        nuisances.slot([("blow", IMPACTS, "duration")], ()),
     )
 
 
@@ -139,7 +144,8 @@ class State:
     sensors; sensors (P, 3, 3): rows are their axes; gain (outputs,) with the channels' signs; struck
     (inputs, 3): turns of the impacts about sensor axes, directions (inputs, 3) of the impacts in link axes;
     scale (inputs,): their signs over the sensitivity of the force
-    transducer; out (outputs, n), force (n, inputs); delay, s.
+    transducer; out (outputs, n), force (n, inputs); delay, s; strength
+    (inputs,) and duration of the impacts over what was stated.
     """
 
     mass: Array
@@ -156,6 +162,8 @@ class State:
     out: Array
     force: Array
     delay: float
+    strength: Array
+    duration: float
 
 
 def state(placed: Placed, values: Array) -> State:
@@ -188,6 +196,8 @@ def state(placed: Placed, values: Array) -> State:
         read(placed.outputs, motion, shift, sensors, gain),
         push(placed.inputs, motion, wrench(placed.inputs, directions, shift), scale),
         float(placed.delay.at(values)),
+        np.exp(placed.strength.at(values)),
+        float(np.exp(placed.duration.at(values))),
     )
 
 

@@ -16,6 +16,7 @@ _KINDS = {
     "kinematics": "places of joints",
     "set": "delays",
     "form": "forms of bending links",
+    "blow": "strengths of impacts",
 }
 
 
@@ -25,7 +26,7 @@ def kind_of(one: Nuisance) -> str:
         return {"mass": "masses", "centre": "centres of mass"}.get(one.change.split("_")[0], "inertias")
     if one.group == "point":
         return "directions of sensors" if one.change.startswith("r") else "places of points"
-    return _KINDS[one.group]
+    return "durations of impacts" if one.change == "duration" else _KINDS[one.group]
 
 
 def sentence(some: Sequence[Nuisance], shift: Array) -> str:
@@ -36,7 +37,7 @@ def sentence(some: Sequence[Nuisance], shift: Array) -> str:
     return f"{said} ({beyond:.1f} times what was stated)"
 
 
-_SINGLE = ("masses", "sensitivities", "delays")
+_SINGLE = ("masses", "sensitivities", "delays", "strengths of impacts", "durations of impacts")
 
 
 def _single(kind: str, place: str, amount: Array) -> str:
@@ -47,6 +48,10 @@ def _single(kind: str, place: str, amount: Array) -> str:
     if kind == "sensitivities":
         name = "the force transducer" if place == FORCE else f"channel {place}"
         return f"{name} reads {_percent(amount[0])} too {'much' if more else 'little'}"
+    if kind == "strengths of impacts":
+        return f"impacts {place} were {_percent(amount[0])} {'stronger' if more else 'weaker'} than stated"
+    if kind == "durations of impacts":
+        return f"impacts were {_percent(amount[0])} {'longer' if more else 'shorter'} than stated"
     return f"responses of {place} are {1e6 * abs(amount[0]):.0f} µs {'late' if more else 'early'}"
 
 

@@ -99,10 +99,19 @@ class ChannelsUncertainty(Settings):
 
 
 class ImpactsUncertainty(Settings):
-    """How the hammer was held."""
+    """How the hammer was held and swung."""
 
     direction_deg: float | None = Field(
         None, ge=0, lt=45, description="of each impact in each measurement, about two axes, degrees"
+    )
+    strength: float | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description="relative, of each mean peak force in each measurement; for effects that depend on it",
+    )
+    duration: float | None = Field(
+        None, ge=0, lt=1, description="relative, of all impacts; for effects that depend on amplitude"
     )
 
 
@@ -154,7 +163,9 @@ class UncertaintySettings(Settings):
     links: LinksUncertainty = Field(LinksUncertainty(), description="masses, centres and inertias of links")
     points: PointsUncertainty = Field(PointsUncertainty(), description="places and directions of sensors")
     channels: ChannelsUncertainty = Field(ChannelsUncertainty(), description="sensitivities")
-    impacts: ImpactsUncertainty = Field(ImpactsUncertainty(), description="directions of impacts")
+    impacts: ImpactsUncertainty = Field(
+        ImpactsUncertainty(), description="directions, strengths and duration of impacts"
+    )
     joints: JointsUncertainty = Field(JointsUncertainty(), description="joint angles")
     kinematics: KinematicsUncertainty = Field(KinematicsUncertainty(), description="places of joints")
     sets: SetsUncertainty = Field(SetsUncertainty(), description="delays")
@@ -193,7 +204,7 @@ _LEVELS: dict[Level, dict[str, dict[str, float]]] = {
         "links": {"mass": 0.02, "centre_m": 0.005, "inertia": 0.05},
         "points": {"position_m": 0.003, "direction_deg": 1.0},
         "channels": {"gain": 0.01, "force_gain": 0.0},
-        "impacts": {"direction_deg": 1.0},
+        "impacts": {"direction_deg": 1.0, "strength": 0.1, "duration": 0.2},
         "joints": {"angle_deg": 0.05},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
@@ -203,7 +214,7 @@ _LEVELS: dict[Level, dict[str, dict[str, float]]] = {
         "links": {"mass": 0.05, "centre_m": 0.015, "inertia": 0.15},
         "points": {"position_m": 0.01, "direction_deg": 3.0},
         "channels": {"gain": 0.03, "force_gain": 0.0},
-        "impacts": {"direction_deg": 3.0},
+        "impacts": {"direction_deg": 3.0, "strength": 0.2, "duration": 0.3},
         "joints": {"angle_deg": 0.1},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
@@ -218,6 +229,14 @@ FORMS_ALONE = UncertaintySettings(
     flexible_links=FlexibleLinksUncertainty(**_LEVELS["careful"]["flexible_links"])
 )
 """All is exactly as told, but links that bend are not quite what a beam is."""
+IMPACTS_ALONE = UncertaintySettings(
+    impacts=ImpactsUncertainty(
+        **{what: _LEVELS["careful"]["impacts"][what] for what in ("strength", "duration")}
+    )
+)
+"""All is exactly as told, but no two impacts are equally strong: what a joint that slips or hardens does
+depends on each.
+"""
 
 
 def parse_uncertainty(data: Any) -> Any:
