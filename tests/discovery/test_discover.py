@@ -26,6 +26,7 @@ from identify.vibration.costs.base import parse_cost
 from identify.vibration.fitted_model import fitted_model
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
+from tests.discovery.conftest import only
 from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
@@ -34,6 +35,12 @@ from tests.hidden import config_of
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hidden_effects.yaml"
 NODES = [5, 9, 12, 14]
+
+
+@pytest.fixture
+def rubbing_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction and a delay."""
+    only(monkeypatch, lambda effect: effect.kind in ("joint-friction", "time-delay"))
 
 
 def hidden(folder: Path, case: str, seed: int) -> Path:
@@ -70,6 +77,28 @@ def test_the_hidden_effect_is_named_and_nothing_else(
     assert "tilt compliance of joint 2" in result.verdict[0]
     assert re.search(r"joint2\.rx\.stiffness = \S+ N m/rad \(\S+ to \S+\)", result.added.named[0])
     assert any("tilt compliance of joint 2" in sentence for sentence in said)
+
+
+@pytest.mark.usefixtures("rubbing_alone")
+def test_impacts_are_fitted_along_where_friction_leaves_what_they_explain(tmp_path: Path) -> None:
+    spec = hide(
+        TestSpec(MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=2, averages=3, oversampling=8),
+        "friction_j2",
+    )
+    generate(replace(spec, case="rubbing", levels=(0.3, 3.0)), tmp_path / "rubbing")
+    about = json.loads((tmp_path / "rubbing" / "test.json").read_text())
+    for one in about["files"]:
+        one["level_n"] *= 0.6 if one["level_n"] < 150 else 1.4
+    (tmp_path / "rubbing" / "test.json").write_text(json.dumps(about))
+    config = config_of(tmp_path / "rubbing", tmp_path, extra="starts: 1")
+    result, written = run_discover(config, tmp_path / "found.h5", {}, Story(), workers=1)
+    assert result.added.sentence == ("dry friction of joint 2 (rz)",)
+    assert result.after.gap < 1.1
+    assert any("strengths and duration of the impacts" in sentence for sentence in result.verdict)
+    [new] = [path for path in written if path.suffix == ".yaml"]
+    again = read_study(new).study.uncertainty
+    assert again is not None and again.std("impacts", "strength") == pytest.approx(0.1)
+    assert again.std("links", "mass") == 0
 
 
 def test_the_truth_is_in_the_intervals(tilted: tuple[DiscoveryResult, list[Path], list[str]]) -> None:

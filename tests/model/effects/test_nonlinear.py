@@ -20,8 +20,10 @@ from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.impact import Impact
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.nuisances.sentences import sentence
+from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
 from identify.vibration.study import read_study
 from tests.arms import arm, initial
 from tests.generator.cases import hide
@@ -176,6 +178,7 @@ def _study(
     effects: list[dict[str, Any]],
     stated: bool = True,
     start: Mapping[str, float] | None = None,
+    uncertainty: Mapping[str, Any] | None = None,
 ) -> Path:
     """A config beside the test; `stated` says whether it tells how hard the impacts were; start: values to
     begin with.
@@ -200,6 +203,8 @@ def _study(
     }
     study |= {"band_hz": [3, 80], "effects": [springs, *effects], "starts": 1, "optimizer": STAGES}
     study["initial"] = dict(start or {})
+    if uncertainty is not None:
+        study["uncertainty"] = uncertainty
     (test / "study.yaml").write_text(json.dumps(study))
     return test / "study.yaml"
 
@@ -239,6 +244,74 @@ def test_it_is_found_in_a_simulated_test(
     assert named[parameter] == pytest.approx(hidden, rel=close)
     wrong = _fitted(test, [{"kind": kind, "joints": [4]}], linear)[2]
     assert wrong - 1 > 0.8 * (before - 1)
+
+
+@pytest.fixture(scope="module")
+def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """A test of an arm with friction, two levels, whose impacts were not quite as told."""
+    test = _tested("friction_j2", tmp_path_factory.mktemp("rubbing"))
+    path = _study(test, [FRICTION], uncertainty={"impacts": {"strength": 0.3, "duration": 0.2}})
+    study = json.loads(path.read_text())
+    for one, factor in zip(study["measurements"], (0.6, 1.4), strict=True):
+        one["impact"]["peak_n"] *= factor
+    path.write_text(json.dumps(study))
+    return load_problem(read_study(path))
+
+
+def test_errors_of_impacts_are_those_of_the_sets_that_are_simulated(rubbing: Problem, tmp_path: Path) -> None:
+    sets = [m.name for m in rubbing.measurements]
+    named = {(one.place, one.change) for one in rubbing.nuisances.entries}
+    inputs = rubbing.measurements[0].target.data.inputs
+    assert named == {
+        *((f"{name} {channel}", "strength") for name in sets for channel in inputs),
+        ("impacts", "duration"),
+    }
+    linear = with_effects(rubbing, rubbing.file.study.effects[:1], {})
+    assert not linear.nuisances.entries, "no linear model depends on them"
+
+
+def test_derivatives_by_strength_and_duration_are_those_of_differences(rubbing: Problem) -> None:
+    target, values = rubbing.targets().frf[1], rubbing.initial.copy()
+    values[rubbing.size :] = 0.3 * np.random.default_rng(0).normal(size=len(values) - rubbing.size)
+    _, slopes = target.gradient(values, np.arange(len(values)))
+    felt = 0
+    for number in range(rubbing.size, len(values)):
+        step = np.zeros(len(values))
+        step[number] = 3e-3
+        expected = (target.predict(values + step) - target.predict(values - step)) / (2 * step[number])
+        if target.name in rubbing.parameters[number].name or "duration" in rubbing.parameters[number].name:
+            felt += 1
+            assert _apart(slopes[..., number], expected) < 0.01, rubbing.parameters[number].name
+        else:
+            assert not expected.any() and not slopes[..., number].any()
+    assert felt == 1 + len(target.data.inputs)
+
+
+def test_errors_side_by_side_are_predicted_as_each_alone(rubbing: Problem) -> None:
+    objective = parse_cost("frf-least-squares").objective(rubbing.targets())
+    crowd = np.repeat(rubbing.initial[None], 5, axis=0)
+    crowd[:, rubbing.size :] = np.random.default_rng(1).normal(size=(5, crowd.shape[1] - rubbing.size))
+    crowd[3, rubbing.size :] = crowd[1, rubbing.size :]
+    crowd[3, 0] *= 1.1
+    alone = [
+        float(parse_cost("frf-least-squares").objective(rubbing.targets()).costs(one[None])[0])
+        for one in crowd
+    ]
+    assert objective.costs(crowd) == pytest.approx(alone, rel=1e-9)
+    assert np.ptp(alone) > 0.01
+    assert objective.costs(crowd[[4, 0]]) == pytest.approx([alone[4], alone[0]], rel=1e-9)
+
+
+def test_impacts_that_may_be_off_explain_what_they_leave_and_say_so(rubbing: Problem) -> None:
+    told = fit(fit_plan(with_uncertainty(rubbing, FORMS_ALONE))).cost
+    found = fit(fit_plan(rubbing))
+    off = found.values[rubbing.size :]
+    assert told > 1.2
+    assert found.cost - 1 < 0.7 * (told - 1)
+    assert 0.3 * off.max() == pytest.approx(-np.log(0.6), abs=0.15), "what makes the joint slip at all"
+    entries = rubbing.nuisances.entries
+    said = [sentence([one], off[[number]]) for number, one in enumerate(entries) if abs(off[number]) > 0.5]
+    assert any("stronger than stated" in one or "weaker than stated" in one for one in said), said
 
 
 def test_levels_agree_where_nothing_depends_on_them(tmp_path: Path) -> None:
