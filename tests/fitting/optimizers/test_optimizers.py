@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.optimize
 from pydantic import ValidationError
 
 from identify.core.parameters import Parameter, Scale
@@ -225,3 +226,36 @@ def test_levenberg_marquardt_says_why_it_ended() -> None:
     outcome = optimizer.minimize(search("many", 4), np.full(4, 0.4), np.random.default_rng(0))
     assert outcome.converged
     assert outcome.sentence == "the sum of squares fell by less than 0.001 of itself"
+
+
+class Noisy(Objective):
+    """Linear in ten parameters, of which some combinations are hardly seen, and mostly noise."""
+
+    def __init__(self) -> None:
+        rng = np.random.default_rng(0)
+        left, right = (np.linalg.qr(rng.normal(size=size))[0] for size in ((200, 10), (10, 10)))
+        self.slopes = left * np.logspace(3, -1, 10) @ right.T
+        self.measured = self.slopes @ rng.uniform(-2, 2, 10) + 30 * rng.normal(size=200)
+
+    def costs(self, candidates: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(candidates @ self.slopes.T - self.measured, axis=1)
+
+    def residuals(self, values: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.slopes @ values - self.measured, self.slopes[:, free]
+
+
+@pytest.mark.parametrize("limit", [5.0, 1.0], ids=["few bounds met", "many bounds met"])
+def test_gauss_newton_comes_to_bounds_and_noise_in_few_evaluations(limit: float) -> None:
+    """Where the trust region of scipy's `trf` is rounded off towards them it does not in a hundred."""
+    problem = Noisy()
+    parameters = tuple(Parameter(f"p{n}", "1", 0.0, -limit, limit, log=False) for n in range(10))
+    found = Search(problem, Scale(parameters), 1000)
+    outcome = parse_optimizer({"kind": "gauss-newton"}).minimize(
+        found, np.zeros(10), np.random.default_rng(0)
+    )
+    best = scipy.optimize.lsq_linear(problem.slopes, problem.measured, (-limit, limit), method="bvls")
+    at_bounds = int(np.sum(best.active_mask != 0))
+    assert at_bounds >= (3 if limit == 1 else 1)
+    assert outcome.converged
+    assert found.evaluations < 60
+    assert found.best_cost**2 == pytest.approx(2 * best.cost, rel=1e-8)
