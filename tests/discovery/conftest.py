@@ -45,3 +45,9 @@ def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
         return compliance or effect.kind == "time-delay"
 
     only(monkeypatch, some)
+
+
+@pytest.fixture
+def friction_or_delay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction of any joint, and a delay."""
+    only(monkeypatch, lambda effect: effect.kind in ("joint-friction", "time-delay"))

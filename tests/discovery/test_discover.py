@@ -26,7 +26,6 @@ from identify.vibration.costs.base import parse_cost
 from identify.vibration.fitted_model import fitted_model
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
-from tests.discovery.conftest import only
 from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
@@ -35,12 +34,6 @@ from tests.hidden import config_of
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hidden_effects.yaml"
 NODES = [5, 9, 12, 14]
-
-
-@pytest.fixture
-def rubbing_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Friction and a delay."""
-    only(monkeypatch, lambda effect: effect.kind in ("joint-friction", "time-delay"))
 
 
 def hidden(folder: Path, case: str, seed: int) -> Path:
@@ -79,7 +72,7 @@ def test_the_hidden_effect_is_named_and_nothing_else(
     assert any("tilt compliance of joint 2" in sentence for sentence in said)
 
 
-@pytest.mark.usefixtures("rubbing_alone")
+@pytest.mark.usefixtures("friction_or_delay")
 def test_impacts_are_fitted_along_where_friction_leaves_what_they_explain(tmp_path: Path) -> None:
     spec = hide(
         TestSpec(MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=2, averages=3, oversampling=8),

@@ -14,7 +14,7 @@ from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.objective import Objective
-from identify.vibration.costs.target import FrfTarget, Targets, share_simulator
+from identify.vibration.costs.target import FrfTarget, Targets
 
 COSTS = Registry(
     "cost",
@@ -52,7 +52,7 @@ class FrfObjective(Objective, Generic[CostOfFrf]):
                 f"{cost.kind} compares FRFs, and no measurement to be fitted has any",
                 "`measurements` with `file`",
             )
-        self.cost, self.targets = cost, share_simulator(targets.frf)
+        self.cost, self.targets = cost, targets.frf
 
     def costs(self, candidates: Array) -> Array:
         """The sum over measurements, a chunk of the population at a time, so that what they share is computed

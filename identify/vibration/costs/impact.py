@@ -112,7 +112,8 @@ def simulated_impact(
 class ImpactSimulator:
     """Simulates impacts that are alike side by side, and remembers the last values that it was asked for.
 
-    with_errors: what the impacts are where what was told is off by errors (nuisances,).
+    simulations: all that it simulates; with_errors: what the impacts are where what was told is off by errors
+    (nuisances,).
     """
 
     def __init__(
@@ -120,7 +121,7 @@ class ImpactSimulator:
         simulations: Sequence[SimulatedImpact],
         with_errors: Sequence[Callable[[Array], SimulatedImpact]] = (),
     ) -> None:
-        self._simulations, self._with_errors = tuple(simulations), with_errors
+        self.simulations, self._with_errors = tuple(simulations), with_errors
         self._off: dict[bytes, ImpactSimulator] = {}
         self._last = np.zeros((0, len(simulations[0].system.terms["stiffness"])))
         self._known: dict[SimulatedImpact, Response] = {}
@@ -128,7 +129,7 @@ class ImpactSimulator:
     def off(self, simulated: SimulatedImpact, errors: Array) -> tuple[ImpactSimulator, SimulatedImpact]:
         """What simulates all of them, and one of them, where what was told is off by errors (nuisances,)."""
         [there] = self._all_off(errors[None])
-        return there, there.simulations[self._simulations.index(simulated)]
+        return there, there.simulations[self.simulations.index(simulated)]
 
     def expect(self, errors: Array, values: Sequence[Array]) -> None:
         """Simulate side by side what will be asked for: off by each of errors (E, nuisances), models at
@@ -146,20 +147,15 @@ class ImpactSimulator:
             }
         return [self._off[key] for key in keys]
 
-    @property
-    def simulations(self) -> tuple[SimulatedImpact, ...]:
-        """All that it simulates."""
-        return self._simulations
-
     @cached_property
     def stronger(self) -> ImpactSimulator:
         """Of impacts that are a little stronger."""
-        return ImpactSimulator([one.changed(stronger=1 + MOVED) for one in self._simulations])
+        return ImpactSimulator([one.changed(stronger=1 + MOVED) for one in self.simulations])
 
     @cached_property
     def longer(self) -> ImpactSimulator:
         """Of impacts that last a little longer."""
-        return ImpactSimulator([one.changed(longer=1 + MOVED) for one in self._simulations])
+        return ImpactSimulator([one.changed(longer=1 + MOVED) for one in self.simulations])
 
     def responses(self, simulated: SimulatedImpact, values: Array) -> Response:
         """What follows the impact at values (S, parameters), S models."""
@@ -171,7 +167,7 @@ class ImpactSimulator:
         `free`.
         """
         own = np.concatenate([numbers for _, _, numbers in simulated.laws])
-        shares = np.max([one.shares(values) for one in self._simulations], axis=0)
+        shares = np.max([one.shares(values) for one in self.simulations], axis=0)
         columns = np.flatnonzero((shares[free] > 0) | np.isin(free, own))
         moving, moved = free[columns], np.tile(values, (len(columns) + 1, 1))
         share = shares[moving]

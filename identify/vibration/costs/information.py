@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
-from identify.vibration.costs.target import FrfTarget, share_simulator
+from identify.vibration.costs.target import FrfTarget
 from identify.vibration.nuisances.blocks import chosen
 from identify.vibration.nuisances.sensitivity import Block
 
@@ -46,7 +46,7 @@ def information(
 ) -> Information:
     """The information of FRF sets at values (unknowns,) about the free unknowns."""
     product, count = np.zeros((len(free) + 1, len(free) + 1)), 0
-    for target in share_simulator(targets):
+    for target in targets:
         product += _rows(target, values, free, residuals).product(free)
         count += 2 * target.sigma.size
     return Information(product, count)
@@ -55,7 +55,7 @@ def information(
 def information_by_force(targets: Sequence[FrfTarget], values: Array, free: Index) -> list[Information]:
     """The same of each force of each set on its own."""
     found = []
-    for target in share_simulator(targets):
+    for target in targets:
         rows, inputs = _rows(target, values, free, over_noise), target.pairs[1]
         for force in np.unique(inputs):
             count = 2 * len(target.sigma) * int(np.sum(inputs == force))

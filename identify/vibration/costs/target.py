@@ -222,15 +222,17 @@ class FrfTarget:
         """
         if self.simulated is None:
             return
-        number = self._simulator.simulations.index(self.simulated)
-        for slot, way in ((placed.strength, "stronger"), (placed.duration, "longer")):
+        own = self._simulator
+        moves = ((placed.strength, own.stronger), (placed.duration, own.longer))
+        uncertain = [(slot, simulator) for slot, simulator in moves if np.any(slot.numbers >= 0)]
+        if not uncertain:
+            return
+        number, here = own.simulations.index(self.simulated), self.of_model(values)
+        for slot, simulator in uncertain:
             numbers = np.broadcast_to(slot.numbers, self.force.shape[1])
             unique, which = np.unique(numbers[numbers >= 0], return_inverse=True)
-            if not len(unique):
-                continue
-            simulator = getattr(self._simulator, way)
             moved = replace(self, simulated=simulator.simulations[number], simulator=simulator)
-            change = (moved.of_model(values) - self.of_model(values)) / np.log1p(MOVED)
+            change = (moved.of_model(values) - here) / np.log1p(MOVED)
             slopes = np.zeros((*change.shape, len(unique)), dtype=complex)
             inputs = np.flatnonzero(numbers >= 0)
             slopes[:, :, inputs, which] = (np.broadcast_to(slot.std, numbers.shape) * change)[:, :, inputs]
@@ -412,19 +414,15 @@ class FrfTarget:
         return [slice(n * candidates // count, (n + 1) * candidates // count) for n in range(count)]
 
 
-def share_simulator(targets: Sequence[FrfTarget]) -> tuple[FrfTarget, ...]:
-    """The same targets; the impacts on nonlinear systems are simulated together."""
-    if all(target.simulated is None for target in targets):
-        return tuple(targets)
-    simulator = _simulator(targets)
-    return tuple(replace(target, simulator=simulator) for target in targets)
-
-
 def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
-    nonlinear = [target for target in targets if target.simulated is not None]
+    """Simulates the impacts on nonlinear systems of some targets together."""
     return ImpactSimulator(
-        [target.simulated for target in nonlinear if target.simulated is not None],
-        [target.impact_with_errors for target in nonlinear if target.nuisances is not None],
+        [one.simulated for one in targets if one.simulated is not None],
+        [
+            one.impact_with_errors
+            for one in targets
+            if one.simulated is not None and one.nuisances is not None
+        ],
     )
 
 
@@ -485,7 +483,7 @@ class ModalTarget:
 
 @dataclass(frozen=True)
 class Targets:
-    """All data that a cost compares.
+    """All data that a cost compares; the impacts on nonlinear systems are simulated together.
 
     nuisances: numbers of the unknowns that are errors of what was told, which cost their squares.
     """
@@ -493,3 +491,9 @@ class Targets:
     frf: tuple[FrfTarget, ...] = ()
     modal: tuple[ModalTarget, ...] = ()
     nuisances: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if any(target.simulated is not None for target in self.frf):
+            simulator = _simulator(self.frf)
+            together = tuple(replace(target, simulator=simulator) for target in self.frf)
+            object.__setattr__(self, "frf", together)

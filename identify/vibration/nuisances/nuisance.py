@@ -31,8 +31,8 @@ Key = tuple[str, str, str]
 @dataclass(frozen=True)
 class Nuisance:
     """One uncertain number: of what (`link`, `point`, `channel`, `impact`, `joint`, `kinematics`, `set`,
-    `form`, `blow`), where, which change of it; its standard deviation in SI units (or
-    relative, of logarithms); whether it goes along to other measurements.
+    `form`, `blow`), where, which change of it; its standard deviation in SI units (or relative, of
+    logarithms); whether it goes along to other measurements.
     """
 
     group: str

@@ -143,9 +143,8 @@ class State:
     (P, 6, n) of the told points; shift (P, 3), m: where they are; turns (P, 3): rotation vectors of the
     sensors; sensors (P, 3, 3): rows are their axes; gain (outputs,) with the channels' signs; struck
     (inputs, 3): turns of the impacts about sensor axes, directions (inputs, 3) of the impacts in link axes;
-    scale (inputs,): their signs over the sensitivity of the force
-    transducer; out (outputs, n), force (n, inputs); delay, s; strength
-    (inputs,) and duration of the impacts over what was stated.
+    scale (inputs,): their signs over the sensitivity of the force transducer; out (outputs, n), force
+    (n, inputs); delay, s; strength (inputs,) and duration of the impacts over what was stated.
     """
 
     mass: Array

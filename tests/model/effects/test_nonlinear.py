@@ -178,7 +178,6 @@ def _study(
     effects: list[dict[str, Any]],
     stated: bool = True,
     start: Mapping[str, float] | None = None,
-    uncertainty: Mapping[str, Any] | None = None,
 ) -> Path:
     """A config beside the test; `stated` says whether it tells how hard the impacts were; start: values to
     begin with.
@@ -203,8 +202,6 @@ def _study(
     }
     study |= {"band_hz": [3, 80], "effects": [springs, *effects], "starts": 1, "optimizer": STAGES}
     study["initial"] = dict(start or {})
-    if uncertainty is not None:
-        study["uncertainty"] = uncertainty
     (test / "study.yaml").write_text(json.dumps(study))
     return test / "study.yaml"
 
@@ -250,15 +247,15 @@ def test_it_is_found_in_a_simulated_test(
 def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     """A test of an arm with friction, two levels, whose impacts were not quite as told."""
     test = _tested("friction_j2", tmp_path_factory.mktemp("rubbing"))
-    path = _study(test, [FRICTION], uncertainty={"impacts": {"strength": 0.3, "duration": 0.2}})
-    study = json.loads(path.read_text())
+    path = _study(test, [FRICTION])
+    study = json.loads(path.read_text()) | {"uncertainty": {"impacts": {"strength": 0.3, "duration": 0.2}}}
     for one, factor in zip(study["measurements"], (0.6, 1.4), strict=True):
         one["impact"]["peak_n"] *= factor
     path.write_text(json.dumps(study))
     return load_problem(read_study(path))
 
 
-def test_errors_of_impacts_are_those_of_the_sets_that_are_simulated(rubbing: Problem, tmp_path: Path) -> None:
+def test_errors_of_impacts_are_those_of_the_sets_that_are_simulated(rubbing: Problem) -> None:
     sets = [m.name for m in rubbing.measurements]
     named = {(one.place, one.change) for one in rubbing.nuisances.entries}
     inputs = rubbing.measurements[0].target.data.inputs
