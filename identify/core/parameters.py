@@ -69,10 +69,20 @@ def spread(values: Values, default: np.ndarray, where: str) -> np.ndarray:
 
 
 def parameter(
-    name: str, unit: str, initial: float, values: Values, where: str, *, log: bool = True
+    name: str,
+    unit: str,
+    initial: float,
+    values: Values,
+    where: str,
+    *,
+    log: bool = True,
+    span: float = _SPAN,
 ) -> Parameter:
-    """A parameter whose start and bounds agree; crossed bounds or a start outside them are an InputError."""
-    lower, upper = values.bounds or (initial / _SPAN, initial * _SPAN)
+    """A parameter whose start and bounds agree; crossed bounds or a start outside them are an InputError.
+
+    span: the factor either side of the start where `values` gives no bounds.
+    """
+    lower, upper = values.bounds or (initial / span, initial * span)
     if not lower < upper:
         raise InputError(f"{where}.bounds", f"[{lower:g}, {upper:g}]", "the smaller bound first")
     if log and lower <= 0:

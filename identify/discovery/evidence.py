@@ -97,6 +97,11 @@ def closed(trial: Trial) -> bool:
     return trial.gap < CLOSED and not open_elsewhere
 
 
+def above_noise(trial: Trial) -> bool:
+    """Whether a model leaves more than a noise level may be wrong by."""
+    return trial.gap >= 1 + _CONFIRMED_FALL
+
+
 def nearly_closed(trial: Trial) -> bool:
     """Whether a model leaves something open, but little."""
     return not closed(trial) and trial.gap < _SMALL

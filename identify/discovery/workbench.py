@@ -9,13 +9,14 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.core.thresholds import QUIET
+from identify.core.thresholds import MATERIAL, QUIET
 from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import (
     CLOSED,
     POLICY,
     EvidenceCriterion,
+    above_noise,
     closed,
     nearly_closed,
     variance_inflation,
@@ -220,21 +221,24 @@ class ImpactWorkbench:
             if self.problem.file.study.uncertainty is None:
                 self.problem = with_uncertainty(self.problem, FORMS_ALONE)
             self.workers.turn_to(self.problem, with_errors=True)
-        if not self.workers.with_errors and not closed(model) and screen.anchor_of(model):
+        if not self.workers.with_errors and above_noise(model) and screen.anchor_of(model):
             return self._with_impacts(model)
         return further(self.workers, [model], "settled")[0] if self.workers.with_errors else model
 
     def _with_impacts(self, model: Trial) -> Trial:
         """With strengths and duration of the impacts fitted along, from now on, where that closes the gap;
         else the same, because everything else is missing beside impacts that are as they were told.
+
+        By way of few lines, with the impacts from as they were told: on all lines, straight from where others
+        made up for them, it ends in a poorer valley.
         """
         before = self.problem
         if before.file.study.uncertainty is not None:
             return model
         problem = with_uncertainty(before, IMPACTS_ALONE)
         self.workers.turn_to(problem, with_errors=True)
-        [settled] = further(self.workers, [model], "settled")
-        if settled.gap < CLOSED:
+        [settled] = self.workers.run([replace(model.task, values=model.values, how="thorough")])
+        if settled.gap < CLOSED and model.gap - settled.gap >= MATERIAL:
             self.problem = problem
             return settled
         self.workers.turn_to(before, with_errors=False)

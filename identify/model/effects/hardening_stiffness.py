@@ -18,8 +18,11 @@ from identify.model.effects.springs import START_HZ
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
 
-_FELT = 1e-3
-"""Deflection, rad, at which the cubic spring of the default start is a tenth as stiff as the linear one."""
+_FELT, _SPAN = 1e-4, 1e6
+"""Deflection, rad, at which the cubic spring of the default start is a tenth as stiff as the linear one, and
+the factor of its stiffness either side: felt from 0.1 rad, by which the drive of a small arm winds up, down
+to 0.1 urad, by which a hammer deflects a large one.
+"""
 
 
 class CubicSpring(TorqueLaw):
@@ -45,7 +48,9 @@ class HardeningStiffness(NonlinearEffect):
     kind: Literal["hardening-stiffness"] = "hardening-stiffness"
     law: ClassVar[TorqueLaw] = CubicSpring()
     cubic: Values = Field(
-        Values(), description="k_3, N m/rad^3; default start: a tenth of the linear stiffness at 1 mrad"
+        Values(),
+        description="k_3, N m/rad^3; default start: a tenth of the linear stiffness at 0.1 mrad, default"
+        " bounds: a factor of 1e6 either side",
     )
 
     def sentence(self) -> str:
@@ -59,7 +64,7 @@ class HardeningStiffness(NonlinearEffect):
         starts = spread(self.cubic, 0.1 * linear / _FELT**2, key)
         return [
             Term(
-                parameter(f"{name}.cubic_stiffness", "N m/rad^3", start, self.cubic, key),
+                parameter(f"{name}.cubic_stiffness", "N m/rad^3", start, self.cubic, key, span=_SPAN),
                 torque=Torque(self.law, name),
             )
             for name, start in zip(names, starts, strict=True)

@@ -62,6 +62,19 @@ def _apart(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.abs(one - other).max() / np.abs(other).max())
 
 
+@pytest.mark.parametrize("angle", [1e-6, 1e-2])
+def test_default_bounds_of_a_cubic_spring_hold_those_of_hammers_on_large_arms_and_of_small_ones_in_motion(
+    angle: float, tmp_path: Path
+) -> None:
+    _, parameters = model(
+        arm(tmp_path), [parse_effect(DRIVES), parse_effect({"kind": "hardening-stiffness", "joints": [2]})]
+    )
+    by_name = {p.name: p for p in parameters}
+    alike = by_name["joint2.rz.stiffness"].initial / angle**2  # as stiff as the linear spring there
+    cubic = by_name["joint2.rz.cubic_stiffness"]
+    assert cubic.lower < 0.01 * alike < alike < cubic.upper
+
+
 @pytest.mark.parametrize(
     ("effect", "lost", "felt"),
     [
