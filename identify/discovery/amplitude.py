@@ -119,6 +119,6 @@ def _driven(target: FrfTarget, values: Array, number: int) -> Complex:
         dynamic_stiffness(*target.system.matrices(values), s), np.broadcast_to(unit, (len(s), *unit.shape))
     )
     h = np.asarray((s ** POWER[target.data.quantity])[:, None, None] * (target.out @ moved), dtype=complex)
-    for reading, numbers in target.readings:
+    for reading, numbers in target.instruments:
         h = reading.apply(h, values[numbers], s)
     return h[:, : len(target.data.outputs)]

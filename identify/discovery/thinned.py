@@ -1,5 +1,5 @@
-"""A problem with less data: few frequency lines or channels for quick trials, some left aside for
-validation, or what an effect does to it taken off.
+"""A problem with less data: few frequency lines for quick trials, channels left aside for validation, or what
+an effect does to it taken off.
 """
 
 from __future__ import annotations
@@ -10,16 +10,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.discovery.task import Task
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Given, Measurement, Problem, with_effects
 
 _LINES, _FEWEST = 84, 21
 """Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread
 evenly over the band.
-"""
-_MANY, _PLENTY = 12, 100
-"""Response channels of which the first look takes a third, if it then has so many numbers for each parameter.
 """
 
 
@@ -44,35 +40,6 @@ def thinned(problem: Problem) -> Problem:
         return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
 
     return replace(problem, measurements=tuple(fewer(m) for m in fitted))
-
-
-def narrowed(problem: Problem) -> Problem:
-    """The same problem with a third of the response channels of every set that has many; all where the
-    measurement has effects too.
-    """
-
-    def fewer(m: Measurement) -> Measurement:
-        t = m.target
-        if not isinstance(t, FrfTarget) or t.readings or len(t.data.outputs) < _MANY:
-            return m
-        chosen = np.flatnonzero(_third(len(t.data.outputs)))
-        data, noise = (
-            t.data.pairs(chosen.tolist(), list(range(len(t.data.inputs)))),
-            None if t.noise is None else t.noise[:, chosen],
-        )
-        placed = t.nuisances and t.nuisances.of_outputs(chosen)
-        return replace(m, target=replace(t, data=data, noise=noise, out=t.out[chosen], nuisances=placed))
-
-    return replace(problem, measurements=tuple(fewer(m) for m in problem.measurements))
-
-
-def fewer_channels(problem: Problem, task: Task) -> Problem:
-    """A third of the channels, where these have plenty of numbers for each parameter and no effect changes
-    single ones of them.
-    """
-    few = narrowed(problem)
-    single = any(effect.of_measurement for effect in task.effects)
-    return few if not single and count_of(few, "fit") > _PLENTY * free_of(problem) else problem
 
 
 def _third(channels: int) -> NDArray[np.bool_]:

@@ -27,7 +27,7 @@ from identify.discovery.softly import (
     without_errors,
 )
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import count_of, fewer_channels, free_of, left_out, less_by, thinned
+from identify.discovery.thinned import count_of, free_of, left_out, less_by, thinned
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -104,7 +104,7 @@ class TrialRunner:
         elif task.how == "brief":
             values, cost = self._briefly(problem, starts, task)
         else:
-            values, cost = _best(problem, _descend(fewer_channels(problem, task), starts, _QUICK)[0][None])
+            values, cost = _descend(problem, starts, _QUICK)
         count = count_of(problem, "fit")
         if problem.nuisances.entries:
             cost *= _SOFTNESS.get(
@@ -126,7 +126,7 @@ class TrialRunner:
         if task.how == "led":
             return led_by_links(problem, problem.initial, LEADING)
         if task.how in ("brief", "astray"):
-            start = self._first_start(fewer_channels(problem, task), starts, task)
+            start = self._first_start(problem, starts, task)
             return led_by_links(problem, start, LEADING[:1], _FEW_STEPS)
         if task.how in ("nearby", "likely", "afresh"):
             return self._to_likelihood(problem, task)
@@ -149,7 +149,7 @@ class TrialRunner:
             return on_to_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
         return self._likely_afresh(problem, task)
 
-    def _first_start(self, few: Problem, starts: Array, task: Task) -> Array:
+    def _first_start(self, problem: Problem, starts: Array, task: Task) -> Array:
         """Where a first look starts with errors of what was told: with what is known afresh and no errors,
         because those of the present model make up for what it lacks; a look that went astray, where a few
         steps by logarithmic residuals lead, whose valley is wide, from there or from the present values.
@@ -157,30 +157,29 @@ class TrialRunner:
         A resonance of its own is as narrow as its peak: it needs the present values beside it, and each
         frequency followed.
         """
-        site = few.measurements[0].system.site
-        terms = [{term.quantity for term in effect.terms(few.robot, site, "")} for effect in task.new]
-        held, present = without_errors(few), starts.copy()
-        present[:, few.size :] = 0.0
+        site = problem.measurements[0].system.site
+        terms = [{term.quantity for term in effect.terms(problem.robot, site, "")} for effect in task.new]
+        held, present = without_errors(problem), starts.copy()
+        present[:, problem.size :] = 0.0
         if any({"mass", "stiffness"} <= quantities for quantities in terms):
             return from_each(held, present, _FOLLOWED)
         if task.how == "astray":
             return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
-        fresh = self._afresh(few, starts)
-        return np.asarray(fresh[int(np.argmin(_logarithmic(few).costs(fresh)))])
+        fresh = self._afresh(problem, starts)
+        return np.asarray(fresh[int(np.argmin(_logarithmic(problem).costs(fresh)))])
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
-        """A few steps from the best of the starts, on some of the channels.
+        """A few steps from the best of the starts.
 
         Where the present model is far from the data, also from the best by logarithmic residuals: those see a
         resonance from far, where for the likelihood any other place, or an effect too small to see, is
         better; and with what is known afresh.
         """
-        few = fewer_channels(problem, task)
-        ends = [_descend(few, starts, _BRIEF)]
+        near = [starts]
         if task.far:
-            ends.append(_descend(few, starts[int(np.argmin(_logarithmic(few).costs(starts)))][None], _BRIEF))
-            ends.append(_descend(few, self._robustly(few, self._afresh(few, starts), _BRIEF)[None], _BRIEF))
-        return _best(problem, np.array([values for values, _ in ends]))
+            near.append(starts[[int(np.argmin(_logarithmic(problem).costs(starts)))]])
+            near.append(self._robustly(problem, self._afresh(problem, starts), _BRIEF)[None])
+        return min((_descend(problem, one, _BRIEF) for one in near), key=lambda end: end[1])
 
     def _thorough(self, task: Task) -> Trial:
         """From the values given and, as a local minimum looks like a wrong model, from several other starts;

@@ -21,7 +21,7 @@ from identify.discovery.siblings import (
 )
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import narrowed, thinned
+from identify.discovery.thinned import thinned
 from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect, parse_effect
@@ -108,7 +108,7 @@ def _measured(problem: Problem, model: Problem) -> Problem:
 def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     """With its direction, stiffness and four parameters in place of twelve; and not where much is left."""
     known, true = tuple(problem.file.study.effects), np.array([0.6, -0.48, 0.64])
-    thin = narrowed(thinned(problem))
+    thin = thinned(problem)
     link = thin.robot.links[3].name
     strut = {"kind": "spring-to-ground", "link": link, "at_m": [0.1, -0.2, 0.3]}
     own = {f"{link}.strut.stiffness": 3e5, f"{link}.strut.damping": 300.0}

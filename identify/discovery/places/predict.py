@@ -221,7 +221,7 @@ class _Part:
         self.system, self.out, self.force = view.over(np.concatenate([view.known, extra]))
         self.directions = None if isinstance(place, Release) else view.directions(place)
         self._compressed: tuple[Array, Complex, float] | None = None
-        if view.plain:
+        if view.target.plain:
             self._compressed = view.compressed(np.concatenate([view.known, extra]))
             self.out = np.eye(len(self.force))
         self._size, self._leaning = size, len(leanings(place))

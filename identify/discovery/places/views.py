@@ -74,11 +74,6 @@ class View:
         """Of s in H."""
         return POWER[self.target.data.quantity]
 
-    @property
-    def plain(self) -> bool:
-        """Whether H is read as it is, so that everything can be compared in coordinates."""
-        return not self.target.readings and self.target.data.simultaneous_inputs is None
-
     @cached_property
     def gram(self) -> tuple[Array, Complex, Array]:
         """(lines, inputs, n, n), (lines, inputs, n) and (lines, inputs): products of the outputs with each

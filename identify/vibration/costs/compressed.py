@@ -58,7 +58,7 @@ def compressed_frfs(target: FrfTarget) -> CompressedFrfs | None:
     """
     size = target.out.shape[1]
     weight = weights(target)
-    plain = not target.readings and target.data.simultaneous_inputs is None and target.nuisances is None
+    plain = target.plain and target.nuisances is None
     if not plain or size >= len(target.data.outputs) or not np.isfinite(weight).all():
         return None
     turned = np.swapaxes(weight, 1, 2)[..., None]

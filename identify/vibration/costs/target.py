@@ -14,7 +14,7 @@ from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
-from identify.model.effects.measurement import MeasurementEffect, Reading
+from identify.model.effects.measurement import MeasurementEffect, Reading, Unread
 from identify.model.frf import frf, frf_slope, gradient_with
 from identify.model.impact import Impact
 from identify.model.impacted import impacted_frf
@@ -88,6 +88,16 @@ class FrfTarget:
         return outputs, inputs
 
     @cached_property
+    def instruments(self) -> tuple[tuple[Reading, NDArray[np.intp]], ...]:
+        """Readings by which instruments record something else than H where they sample it."""
+        return tuple(pair for pair in self.readings if not isinstance(pair[0], Unread))
+
+    @property
+    def plain(self) -> bool:
+        """Whether H is recorded as it is, so that it may be compared in coordinates."""
+        return not self.instruments and self.data.simultaneous_inputs is None
+
+    @cached_property
     def observable(self) -> NDArray[np.intp]:
         """Which pairs the model moves at all: a point on a rigid base has no FRF to compare on a logarithmic
         scale.
@@ -120,7 +130,7 @@ class FrfTarget:
         if self._errs(values):
             return self._predict_each(values)
         s, h = self.s_at(values), self.of_model(values)
-        for reading, numbers in self.readings:
+        for reading, numbers in self.instruments:
             h = reading.apply(h, values[..., numbers], s)
         return self._at_once(h[..., : len(self.data.outputs), :])
 
@@ -129,7 +139,7 @@ class FrfTarget:
         in which they are linear.
         """
         s, flat = self.s_at(values), h.reshape(*h.shape[:2], -1)
-        for reading, numbers in self.readings:
+        for reading, numbers in self.instruments:
             flat = reading.apply(flat, values[numbers], s)
         read = flat.reshape(h.shape)[:, : len(self.data.outputs)]
         return np.asarray(np.moveaxis(self._at_once(np.moveaxis(read, 2, 3)), 3, 2))
@@ -202,7 +212,7 @@ class FrfTarget:
         end: TruncationCorrection | float | None = there.end_at(own)
         if there.simulated is not None:
             end = there._simulator.impacted(there.simulated, own, s, np.zeros(0, dtype=int))
-        readings = [(reading, own[numbers]) for reading, numbers in self.readings]
+        readings = [(reading, own[numbers]) for reading, numbers in self.instruments]
         late = np.exp(-delay * s)[:, None, None, None]
         found, told = [], nuisance_blocks(self.nuisances, at, matrices, s, power, end)
         for block in [*told, *there.blows(self.nuisances, own)]:
@@ -348,7 +358,7 @@ class FrfTarget:
             h, gradient = gradient_with(impacted, matrices, self.system.factors, *at, free)
         if np.any(decay):
             gradient = gradient + self._slope(values)[..., None] * decay
-        for reading, numbers in self.readings:
+        for reading, numbers in self.instruments:
             own = values[numbers]
             slopes = reading.slopes(h, own, s) @ (numbers[:, None] == free)
             if np.any(decay):

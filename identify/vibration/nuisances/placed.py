@@ -57,12 +57,6 @@ class Placed:
     strength: Slot
     duration: Slot
 
-    def of_outputs(self, chosen: Index) -> Placed:
-        """With some of the response channels only."""
-        gains = Slot(self.gains.numbers[chosen], self.gains.std[chosen])
-        fields = {**self.__dict__, "outputs": self.outputs.of(chosen), "gains": gains}
-        return Placed(**fields)
-
 
 def place(
     nuisances: Nuisances,
