@@ -269,10 +269,26 @@ def rest_by_exponential(
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
     state = np.concatenate([upper, lower], axis=-2)
     lasts, grows = _outlasts(np.linalg.eigvals(state), s, record)
-    lasts = (lasts & ~grows.any(axis=-1, keepdims=True))[..., None]
-    moved = lasts * scipy.linalg.expm(record * lasts * state)[..., size:] @ np.linalg.solve(mass, force)
+    lasts, some = lasts[..., None], np.asarray(grows.any(axis=-1))
+    propagator = scipy.linalg.expm(record * (lasts & ~some[..., None, None]) * state)
+    bound = np.broadcast_to(s.real.min(axis=-1), some.shape)
+    for one in map(tuple, np.argwhere(some)):
+        propagator[one] = _of_decaying(state[one], bound[one], record)
+    moved = lasts * propagator[..., size:] @ np.linalg.solve(mass, force)
     x, v = moved[..., :size, :], moved[..., size:, :]
     line = s[..., None, None]
     m, c, k, x, v = (matrix[..., None, :, :] for matrix in (mass, damping, stiffness, x, v))
     free = line**power * np.linalg.solve(k + line * c + line**2 * m, (line * m + c) @ x + m @ v)
     return np.asarray(np.exp(-line * record) * (out @ (free - (0.0, x, line * x + v)[power])))
+
+
+def _of_decaying(state: Array, bound: float, record: float) -> Array:
+    """e^(AT) (2n, 2n) of a state matrix A without the motions whose eigenvalues lie at the bound or beyond:
+    the Schur form splits what decays from what grows (Bavely and Stewart, SIAM J. Numer. Anal. 16 (1979)
+    359-367).
+    """
+    form, basis, count = scipy.linalg.schur(state, "complex", sort=lambda value: value.real < bound)
+    decays, grows, between = form[:count, :count], form[count:, count:], form[:count, count:]
+    apart = scipy.linalg.solve_sylvester(decays, -grows, -between)
+    left, right = basis[:, :count], basis[:, :count].conj().T - apart @ basis[:, count:].conj().T
+    return np.asarray((left @ scipy.linalg.expm(record * decays) @ right).real)
