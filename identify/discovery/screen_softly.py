@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from identify.core.thresholds import QUIET
+from identify.core.thresholds import MISSING, QUIET
 from identify.discovery.evidence import CLOSED, nearly_closed, removed
 from identify.discovery.neighbours import moved, siblings
 from identify.discovery.promote import stated_already
@@ -195,24 +195,42 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     if len(beside) == len(trials):  # looked at from the present model alone
         ends = further(workers, beside, "nearby")
     else:
-        ends = further(workers, [trial for trial in trials if trial not in beside], "likely")
-        again = [replace(trial.task, how="afresh") for trial in beside]
-        ends = sorted([*ends, *workers.run(again)], key=squares_of)
-        if ends and ends[0].gap > QUIET:
-            ends = _afresh(workers, ends)
+        ends = _to_likelihood(workers, [trial for trial in trials if trial not in beside], beside)
     whole = further(workers, _near_enough(ends), "onward")
     if not whole:
         return []
-    varied = [
-        replace(one.task, new=(variant,)) for one in whole[:_VARIED] for variant in one.task.new[0].variants()
+    tasks = [
+        replace(one.task, new=(variant,), values=one.values)
+        for one in whole[:_VARIED]
+        for variant in one.task.new[0].variants()
     ]
-    tasks = [_from_quick(task, trials) for task in varied]
     added = whole[0].task.new if removed(present, whole[0].gap) >= _HALF else ()
     others = varied_softly(workers, tasks, whole[0], added)
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole
     ]
+
+
+def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Trial]) -> list[Trial]:
+    """Quick trials at the likelihood, best first, and what was looked at beside the present model afresh.
+
+    The best of the quick ones also afresh where none of them closes the gap; at once where none of them will.
+    """
+
+    def afresh(some: Sequence[Trial]) -> list[Task]:
+        return [replace(trial.task, values=trial.values, how="afresh") for trial in some]
+
+    first = quick[:_VARIED] if quick[0].gap > MISSING else []
+    likely = [replace(trial.task, values=trial.values, how="likely") for trial in quick]
+    besides = [replace(trial.task, how="afresh") for trial in beside]
+    ends = sorted(workers.run([*likely, *afresh(first), *besides]), key=squares_of)
+    best = once(ends)
+    if best[0].gap > QUIET:
+        tried = [trial.task.new for trial in first]
+        left = [end for end in best[:_VARIED] if end.task.new not in tried]
+        best = once(sorted([*best, *workers.run(afresh(left))], key=squares_of))
+    return best
 
 
 def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
@@ -238,16 +256,3 @@ def varied_softly(
     ]
     every = sorted([*ends, *workers.run(again)], key=squares_of)
     return further(workers, near_enough(once(every), best.gap, _AS_NEAR), "onward")
-
-
-def _afresh(workers: Workers, ends: Sequence[Trial]) -> list[Trial]:
-    """The trials, the best of them by another start where that comes nearer."""
-    again = workers.run([replace(end.task, how="afresh") for end in ends[:_VARIED]])
-    better = [min(pair, key=squares_of) for pair in zip(ends[:_VARIED], again, strict=True)]
-    return sorted([*better, *ends[_VARIED:]], key=squares_of)
-
-
-def _from_quick(task: Task, trials: Sequence[Trial]) -> Task:
-    """The task of a variant from where its effect was when residuals counted for little."""
-    own = next(trial for trial in trials if task.new[0] in trial.task.new[0].variants())
-    return replace(task, values=own.values)

@@ -48,14 +48,14 @@ _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _ONE_STEP = LevenbergMarquardt(steps=1)
-_TO_LIKELIHOOD = LevenbergMarquardt(steps=15, tolerance=1e-4)
+_TO_LIKELIHOOD = GaussNewton(evaluations=30, tolerance=1e-4)
 _SOFTNESS = {"start": SOFT, "quick": SOFT, "led": LEADING[1]}
 _SOFTNESS |= dict.fromkeys(("glance", "brief", "astray"), LEADING[0])
 """By how much less residuals count in each way to try a model with errors of what was told."""
 _ON_ALL_LINES = {
     "thorough": GaussNewton(evaluations=30, tolerance=1e-6),
-    "onward": LevenbergMarquardt(steps=10, tolerance=1e-6),
-    "settled": LevenbergMarquardt(steps=25, tolerance=1e-6),
+    "onward": GaussNewton(evaluations=12, tolerance=1e-5),
+    "settled": GaussNewton(evaluations=50, tolerance=1e-6),
 }
 """By what a model is refitted on all lines."""
 
@@ -139,7 +139,7 @@ class TrialRunner:
         if task.how == "start":
             either = best_softly(problem, either)[0][None]
         near = (led_by_links(problem, one, LEADING)[0] for one in either)
-        return min((led(problem, one, [SOFT]) for one in near), key=lambda end: end[1])
+        return min((led(problem, one, [SOFT]) for one in near), key=_cost)
 
     def _to_likelihood(self, problem: Problem, task: Task) -> tuple[Array, float]:
         """On few lines: from where it is, from where residuals counted for little, or from afresh."""
@@ -179,7 +179,7 @@ class TrialRunner:
         if task.far:
             near.append(starts[[int(np.argmin(_logarithmic(problem).costs(starts)))]])
             near.append(self._robustly(problem, self._afresh(problem, starts), _BRIEF)[None])
-        return min((_descend(problem, one, _BRIEF) for one in near), key=lambda end: end[1])
+        return min((_descend(problem, one, _BRIEF) for one in near), key=_cost)
 
     def _thorough(self, task: Task) -> Trial:
         """From the values given and, as a local minimum looks like a wrong model, from several other starts;
@@ -221,7 +221,7 @@ class TrialRunner:
             found.append(likely(problem, self._robustly(held, end[None], _QUICK), _TO_LIKELIHOOD))
             if found[-1][1] <= QUIET:
                 break
-        return min(found, key=lambda one: one[1])
+        return min(found, key=_cost)
 
     def _nearest(self, problem: Problem, starts: Array) -> Array:
         """Where few steps by logarithmic residuals lead from the best few of starts (m, parameters), the best
@@ -236,7 +236,7 @@ class TrialRunner:
         self, problem: Problem, task: Task, ends: Sequence[tuple[Array, float]], optimizer: Optimizer
     ) -> Trial:
         """The best of the ends (values, cost) of some lines, refitted."""
-        values = min(ends, key=lambda end: end[1])[0]
+        values = min(ends, key=_cost)[0]
         problem = self._model("whole", replace(task, values=_named(problem, values)))
         values, cost = _descend(problem, problem.initial[None], optimizer)
         count, found = count_of(problem, "fit"), _named(problem, values)
@@ -327,6 +327,11 @@ def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
     return starts[int(np.argmin(costs))], float(costs.min())
 
 
+def _cost(end: tuple[Array, float]) -> float:
+    """Of values and their cost."""
+    return end[1]
+
+
 def _descend(
     problem: Problem, starts: Array, optimizer: Optimizer, objective: Objective | None = None
 ) -> tuple[Array, float]:
@@ -363,7 +368,7 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     seen = np.abs(costs / costs.min() - 1) > _SEEN
     tried = starts[seen] if seen.any() else starts[:1]
     ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
-    return min(ends, key=lambda end: end[1])[0]
+    return min(ends, key=_cost)[0]
 
 
 def _anew(problem: Problem, task: Task) -> Task:

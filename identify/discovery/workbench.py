@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.core.thresholds import MATERIAL, QUIET
+from identify.core.thresholds import MATERIAL, MISSING, QUIET
 from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import (
@@ -211,7 +211,8 @@ class ImpactWorkbench:
 
     def settled(self, model: Trial) -> Trial:
         """The trial itself, which was thorough; beside errors of what was told, whose valleys are long, taken
-        to their end: what the last steps would do must not be taken for the next effect's.
+        to their end where little is left: what the last steps would do must not be taken for the next
+        effect's.
 
         With a link that bends, which leaves little more than noise, its form too is fitted along from now on;
         where it leaves much it stands for something else.  Beside what depends on amplitude so are the
@@ -223,7 +224,9 @@ class ImpactWorkbench:
             self.workers.turn_to(self.problem, with_errors=True)
         if not self.workers.with_errors and above_noise(model) and screen.anchor_of(model):
             return self._with_impacts(model)
-        return further(self.workers, [model], "settled")[0] if self.workers.with_errors else model
+        if not self.workers.with_errors or model.gap > MISSING:
+            return model
+        return further(self.workers, [model], "settled")[0]
 
     def _with_impacts(self, model: Trial) -> Trial:
         """With strengths and duration of the impacts fitted along, from now on, where that closes the gap;
