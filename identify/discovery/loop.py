@@ -262,12 +262,12 @@ def in_turn(
     problem: Problem, workers: Workers, first: Trial, options: Sequence[Option], final: Trial
 ) -> list[Option]:
     """The options with what each adds to those before it, which is not what it was found with where others
-    were taken out since.
+    were taken out since; the last one with the final model, which was taken further than it was found.
     """
     known = first.task.effects
     effects = [(*known, *(one.effect for one in options[: n + 1])) for n in range(len(options))]
     if all(option.model.task.effects == own for option, own in zip(options, effects, strict=True)):
-        return list(options)
+        return [*options[:-1], *(replace(one, model=final) for one in options[-1:])]
     criterion, before = EvidenceCriterion(variance_inflation(problem, final)), first
     result: list[Option] = []
     for option, own in zip(options, effects, strict=True):

@@ -254,6 +254,9 @@ def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: p
     assert [option.model.gap for option in in_turn] == pytest.approx([8.0, 1.0])
     assert in_turn[-1].model is final
     assert loop.in_turn(cast(Problem, None), _workers(world), first, options, found) == options
+    settled = replace(found, squares=found.squares / 2)
+    [one, last] = loop.in_turn(cast(Problem, None), _workers(world), first, options, settled)
+    assert (one, last.model) == (options[0], settled)
     assert wrong.gap == pytest.approx(8.0)
 
 
