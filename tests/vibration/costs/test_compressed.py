@@ -16,6 +16,11 @@ from tests.arms import initial
 from tests.targets import targets
 
 FRICTION = [{"kind": "joint-compliance"}, {"kind": "joint-friction", "joints": [2]}]
+SAMPLED = [
+    {"kind": "joint-compliance"},
+    {"kind": "pre-trigger"},
+    {"kind": "window-decay", "error": {"initial": 0.3}},
+]
 
 
 def _products(rows: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -34,12 +39,12 @@ def _louder(target: FrfTarget) -> FrfTarget:
     return replace(target, noise=target.noise * factor)
 
 
-@pytest.mark.parametrize("effects", [None, FRICTION])
+@pytest.mark.parametrize("effects", [None, FRICTION, SAMPLED])
 def test_squares_and_products_are_those_of_all_channels(
     tmp_path: Path, effects: list[dict[str, object]] | None
 ) -> None:
-    """Also of a robot that rubs, whose impacts are simulated; with the noise of one number changed they
-    differ.
+    """Also of a robot that rubs, whose impacts are simulated, and where H is sampled elsewhere than stated;
+    with the noise of one number changed they differ.
     """
     whole, parameters = targets(tmp_path, effects, noise=0.02)
     [target] = (_louder(one) for one in whole.frf)
