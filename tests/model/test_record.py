@@ -152,6 +152,10 @@ def test_what_grows_far_above_the_band_leaves_the_rest_as_it_was() -> None:
     assert found == pytest.approx(plain, rel=1e-5)
     whole = frf(*matrices, S, out, out.T, 2)
     assert np.abs(found / whole - 1).max() > 0.01, "the record ends before the response does"
+    by_exponential = frf_by_solve(*matrices, S, out, out.T, 2) - rest_by_exponential(
+        *matrices, S, out, out.T, 2, T
+    )
+    assert by_exponential == pytest.approx(found, rel=1e-6)
     softer, (m, c, k) = np.array([[1.0, -1.0], [-1.0, 1.0]]), matrices
     model = end_by_matrices(matrices, S, out.T, T, np.zeros((1, 2, 2)), softer[None])
     assert model is not None
