@@ -1,4 +1,4 @@
-"""Effects of one kind that sit on the same link or joint, or right beside it."""
+"""Effects of one kind that sit on the same link or joint, or right beside it; and forms of one that turn."""
 
 from __future__ import annotations
 
@@ -20,6 +20,11 @@ def siblings(problem: Problem, effect: Effect, found: Sequence[Effect]) -> list[
     alike = [one for one in found if one.kind == effect.kind and _axes(one) & _axes(effect)]
     places = [(one, _link_of(problem, one)) for one in alike]
     return [one for one, place in places if place is not None and abs(place - own) <= 1]
+
+
+def turning(effect: Effect) -> list[Effect]:
+    """Its forms that begin in several valleys, because their directions turn."""
+    return [form for form in effect.variants() if form.valleys > effect.valleys]
 
 
 def _axes(effect: Effect) -> set[str]:

@@ -40,8 +40,6 @@ step from where the fits of its places ended must come down to for an effect who
 there to be tried: a fit that has settled far above promises nothing any more."""
 _AT_BOUND = 1e-3
 """Share of the way between its bounds within which a parameter is at one of them."""
-_SETTLED = 1.25
-"""The gap above which the best effect at the best places may not be all that is missing, or the wrong one."""
 _UNEXPLAINED, _EXPLAINED, _LAWLESS = 2.0, 0.1, 0.03
 """How many times the gap above noise that the best place leaves the best effect must leave for a law that no
 effect has to be tried there; which gap above noise counts as none for an effect that came as far as its
@@ -124,7 +122,7 @@ def _refitted(
     others = [o for o in looked if np.isnan(o.gap) and not o.effect.of_amplitude]
     brief = [*_simulated(workers, found, before, anchor, one), *tried(others, "brief")]
     reached = min((trial.gap for trial in (*quick, *brief)), default=np.inf)
-    if reached > _SETTLED:
+    if reached > QUIET:
         arrived = _arrived(model, quick, places)
         seen = [*(o for o in placed[:_REFITTED] if o.effect in arrived), *others]
         seen += [Looked(effect, np.nan) for effect in found if effect.of_amplitude]

@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.core.thresholds import MISSING, QUIET
 from identify.discovery.evidence import CLOSED, nearly_closed, removed
-from identify.discovery.neighbours import moved, siblings
+from identify.discovery.neighbours import moved, siblings, turning
 from identify.discovery.promote import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
 from identify.discovery.workers import Workers
@@ -68,6 +68,7 @@ def screened_softly(
     led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
+    quick = _with_turning(workers, before, quick, others)
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in led if trial.task.new not in tried)]
@@ -106,6 +107,20 @@ def _with_siblings(
         near = [trial for trial in others if trial.gap <= _LEVEL * own.gap]
         result = sorted([*result, *further(workers, near, "quick")], key=squares_of)
     return once(result)
+
+
+def _with_turning(
+    workers: Workers, before: Trial, quick: Sequence[Trial], found: Sequence[Effect]
+) -> list[Trial]:
+    """Quick trials, the best first; where none of them will close the gap also of the best few of two
+    directions in the form whose soft direction lies anywhere between them: without it they may not get far.
+    """
+    if min((trial.gap for trial in quick), default=0.0) <= MISSING:
+        return list(quick)
+    forms = [form for effect in found for form in turning(effect)]
+    tasks = [Task(before.task.effects, (form,), before.values, "brief") for form in forms]
+    led = further(workers, workers.run(tasks), "led")
+    return sorted([*quick, *further(workers, led[:_FEW], "quick")], key=squares_of)
 
 
 def _beside(

@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.core.thresholds import QUIET
 from identify.discovery.lean import leaning_task, may_lean
-from identify.discovery.neighbours import siblings
+from identify.discovery.neighbours import siblings, turning
 from identify.discovery.screen import likeliest_first, thorough
 from identify.discovery.screen_softly import further
 from identify.discovery.strut import springs_of, strut_task
@@ -113,7 +113,7 @@ def with_coupled(
     """
     if min((trial.gap for group in groups for trial in group), default=0.0) <= _OPEN:
         return list(groups)
-    pairs = [(trial, forms) for trial in quick if (forms := _turning(trial.task.new[0]))]
+    pairs = [(trial, forms) for trial in quick if (forms := turning(trial.task.new[0]))]
     tried = [trial.task.new for group in groups for trial in group]
     tasks = [
         Task(trial.task.known, (form,), trial.values, "thorough")
@@ -122,11 +122,6 @@ def with_coupled(
         if (form,) not in tried
     ]
     return [*groups, *([trial] for trial in workers.run(tasks) if solved(trial))]
-
-
-def _turning(effect: Effect) -> list[Effect]:
-    """Its forms that begin in several valleys, because their directions turn."""
-    return [form for form in effect.variants() if form.valleys > effect.valleys]
 
 
 def _strut_task(problem: Problem, trial: Trial) -> Task | None:
