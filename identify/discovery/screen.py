@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.core.parameters import Scale
 from identify.core.thresholds import MATERIAL, QUIET
-from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, removed
+from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, nearly_closed, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
@@ -122,11 +122,15 @@ def _refitted(
     others = [o for o in looked if np.isnan(o.gap) and not o.effect.of_amplitude]
     brief = [*_simulated(workers, found, before, anchor, one), *tried(others, "brief")]
     reached = min((trial.gap for trial in (*quick, *brief)), default=np.inf)
-    if reached > QUIET:
+    if reached > QUIET or nearly_closed(before):
         arrived = _arrived(model, quick, places)
         seen = [*(o for o in placed[:_REFITTED] if o.effect in arrived), *others]
         seen += [Looked(effect, np.nan) for effect in found if effect.of_amplitude]
-        brief += tried(_astray(model, _not_seen(found, seen), places, before, reached), "brief")
+        left = _not_seen(found, seen)
+        # What is faint hides at many places, which their fits put in any order.
+        brief += tried(
+            left if nearly_closed(before) else _astray(model, left, places, before, reached), "brief"
+        )
     quick += _again(workers, brief, quick)
     best = min((trial.gap for trial in quick), default=np.inf)
     if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _LAWLESS):
