@@ -76,7 +76,7 @@ class EvidenceCriterion:
         were not fitted too.
         """
         elsewhere = (
-            not after.count_validation
+            _silent(before, after)
             or removed(before.gap_validation, after.gap_validation) >= _CONFIRMED_FRACTION
         )
         fell = before.gap_validation - after.gap_validation if after.count_validation else 0.0
@@ -97,9 +97,9 @@ def closed(trial: Trial) -> bool:
     return trial.gap < CLOSED and not open_elsewhere
 
 
-def above_noise(trial: Trial) -> bool:
-    """Whether a model leaves more than a noise level may be wrong by."""
-    return trial.gap >= 1 + _CONFIRMED_FALL
+def above_noise(gap: float) -> bool:
+    """Whether a gap is larger than a noise level may be wrong by."""
+    return gap >= 1 + _CONFIRMED_FALL
 
 
 def nearly_closed(trial: Trial) -> bool:
@@ -108,8 +108,16 @@ def nearly_closed(trial: Trial) -> bool:
 
 
 def confirmed(before: Trial, after: Trial) -> bool:
-    """Whether data that were not fitted say so too; True where there are none."""
-    return not after.count_validation or after.squares_validation < before.squares_validation
+    """Whether data that were not fitted say so too; True where they can say nothing."""
+    return _silent(before, after) or after.squares_validation < before.squares_validation
+
+
+def _silent(before: Trial, after: Trial) -> bool:
+    """Whether there are no data that were not fitted, or neither model leaves anything open there: errors of
+    what was told that turn a sensor round predict as well as a reversed channel does.
+    """
+    worse = after.gap_validation - before.gap_validation
+    return not after.count_validation or (not above_noise(before.gap_validation) and worse < MATERIAL)
 
 
 def removed(before: float, after: float) -> float:

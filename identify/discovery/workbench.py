@@ -222,7 +222,7 @@ class ImpactWorkbench:
             if self.problem.file.study.uncertainty is None:
                 self.problem = with_uncertainty(self.problem, FORMS_ALONE)
             self.workers.turn_to(self.problem, with_errors=True)
-        if not self.workers.with_errors and above_noise(model) and screen.anchor_of(model):
+        if not self.workers.with_errors and above_noise(model.gap) and screen.anchor_of(model):
             return self._with_impacts(model)
         if not self.workers.with_errors or model.gap > MISSING:
             return model
