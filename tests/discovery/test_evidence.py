@@ -53,6 +53,24 @@ def test_where_the_gap_is_closed_other_data_must_say_more(
 
 
 @pytest.mark.parametrize(
+    ("elsewhere", "then", "confirmed"),
+    [(1.007, 1.009, True), (1.007, 1.03, False), (1.2, 1.201, False), (1.2, 1.05, True)],
+)
+def test_data_that_leave_nothing_open_cannot_confirm_nor_refuse(
+    elsewhere: float, then: float, confirmed: bool
+) -> None:
+    """Errors of what was told that turn a sensor round predict other postures as a reversed channel
+    does.  What makes them worse, or leaves open what was open there, is refused.
+    """
+
+    def trial(gap: float, validation: float) -> Trial:
+        return Trial(Task((), (), {}), {}, 1e5 * gap**2, 100_000, 1e5 * validation**2, 100_000, 5)
+
+    found = EvidenceCriterion(1.0).gain(trial(1.19, elsewhere), trial(1.01, then))
+    assert (found.confirmed, found.material) == (confirmed, confirmed)
+
+
+@pytest.mark.parametrize(
     ("gap", "validation", "is_closed"),
     [(1.05, 1.06, True), (1.05, 1.4, False), (1.09, 1.11, True), (1.2, 1.0, False)],
 )

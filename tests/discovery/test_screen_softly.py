@@ -182,3 +182,16 @@ def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem:
     screened = screened_softly(_workers(world), problem, [one for one, _ in looks], before)
     assert [task.new for task in world.tasks if task.how == "astray"] == [(DELAY,), (BASE,)]
     assert len(screened) == len(looks)
+
+
+@pytest.mark.parametrize(("plain", "turned"), [(5.0, True), (1.5, False)])
+def test_directions_that_turn_are_looked_at_where_nothing_else_closes_the_gap(
+    problem: Problem, plain: float, turned: bool
+) -> None:
+    """A bearing that is far softer in a direction between its axes than across it."""
+    before = _trial(Task(tuple(problem.file.study.effects), (), {}), 6.0)
+    [form] = [one for one in TILT.variants() if one.valleys > 1]
+    world = _World(lambda task: 1.2 if task.new == (form,) else plain)
+    best = screened_softly(_workers(world), problem, [TILT, DELAY, BASE], before)[0]
+    assert (best.task.new == (form,)) is turned
+    assert any(task.new == (form,) for task in world.tasks) is turned
