@@ -143,8 +143,11 @@ class Promotion:
         Residuals count for less, as in all evidence; errors of what was told are independent.  Beside a rival
         whose gap is the same but for what noise models get wrong, they count as that one's: a spring under a
         body fits a little of that.  Where forces disagree the model's form is not quite what was measured,
-        and errors of what was told make up for it: all of it counts for less.
+        and errors of what was told make up for it: all of it counts for less.  What predicts data that were
+        not fitted worse is no cause.
         """
+        if after.count_validation and after.gap_validation - self.model.gap_validation >= MATERIAL:
+            return float("-inf")
         errors = self._errors(self.model) - self._errors(after)
         like = rival if rival and abs(rival.gap - after.gap) < MATERIAL else after
         residuals = self.model.squares - like.squares - self._errors(self.model) + self._errors(like)
@@ -194,7 +197,8 @@ def promoted(
         tried.append(effect)
         [trial] = workers.run([Task(model.task.effects, (effect,), {**model.values, **start}, "onward")])
         if judge.log_odds(trial) > _BEYOND_CHANCE:
-            trial = _best_alike(judge, workers, trial)
+            [trial] = further(workers, [_best_alike(judge, workers, trial)], "settled")
+        if judge.log_odds(trial) > _BEYOND_CHANCE:
             [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
             gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(trial))
             kept.append(selection.Option(named, trial, trial.free - model.free, gain))

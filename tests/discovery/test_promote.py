@@ -145,12 +145,34 @@ def test_an_error_is_an_effect_where_chance_among_all_causes_does_not_let_it_be(
     class Fitting:
         """Workers whose refits take the error away."""
 
-        def run(self, tasks: Sequence[Task]) -> list[Trial]:
+        def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
             return [Trial(t, believed, 100.0, 100, free=1) for t in tasks]
 
     beyond = Trial(Task((), (), {}), {**believed, names[10]: shift}, 100.0 + shift**2, 150)
     kept, _ = promoted(_judge(beyond), cast(Workers, Fitting()), [], Story())
     assert bool(kept) == named
+
+
+@pytest.mark.parametrize(("elsewhere", "named"), [(1.02, True), (1.14, False)])
+def test_what_predicts_other_data_worse_once_settled_is_no_cause(elsewhere: float, named: bool) -> None:
+    """A rotor took an error of a mass away and led to another valley, where another posture was off."""
+    names = [one.name for one in _ENTRIES]
+    believed = dict.fromkeys(names, 0.0)
+
+    class Fitting:
+        """Workers whose refits take the error away, but predict a posture worse in the end."""
+
+        def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
+            gaps = [elsewhere if t.how == "settled" else 1.02 for t in tasks]
+            return [
+                Trial(t, believed, 100.0, 100, 100 * gap**2, 100, free=1)
+                for t, gap in zip(tasks, gaps, strict=True)
+            ]
+
+    beyond = Trial(Task((), (), {}), {**believed, names[10]: 9.0}, 100.0 + 81, 150, 100 * 1.02**2, 100)
+    kept, model = promoted(_judge(beyond), cast(Workers, Fitting()), [], Story())
+    assert bool(kept) == named
+    assert (model is not beyond) == named
 
 
 @pytest.mark.parametrize(("left", "named"), [(1.0, True), (5.9, False)])
@@ -226,7 +248,7 @@ def test_a_sensor_that_is_turned_may_have_exchanged_axes() -> None:
     class Fitting:
         """Workers whose refits explain most with exchanged axes."""
 
-        def run(self, tasks: Sequence[Task]) -> list[Trial]:
+        def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
             asked.extend(tasks)
             fall = {"channel-swap": 60.0, "sensor-rotation": 40.0}
             return [Trial(t, believed, 100.0 - fall.get(t.new[0].kind, 0.0), 100, free=1) for t in tasks]
@@ -234,7 +256,7 @@ def test_a_sensor_that_is_turned_may_have_exchanged_axes() -> None:
     beyond = Trial(first, {**believed, names[8]: 30.0}, 100.0, 100)
     kept, model = promoted(_judge(beyond, points), cast(Workers, Fitting()), [], Story())
     assert [option.effect.kind for option in kept] == ["channel-swap"]
-    assert model.task.how == "onward"
+    assert model.task.how == "settled"
     assert asked[0].values[names[8]] == 0.0
     assert asked[0].values["7.ry.angle"] == pytest.approx(30.0 * 0.02)
     [swap] = [task for task in asked if task.new[0] == kept[0].effect and task.how == "nearby"]
