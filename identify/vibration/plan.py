@@ -17,11 +17,9 @@ from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.eliminated import EliminatedObjective
 from identify.vibration.costs.frf_least_squares import PosteriorObjective
 from identify.vibration.problem import Problem
-from identify.vibration.softened import softened
+from identify.vibration.softened import SOFT_STAGE, softened
 from identify.vibration.study import VibrationStage
 
-_LEADING = GaussNewton(evaluations=15, tolerance=1e-2)
-"""By which stages that lead a fit with errors of what was told to its likelihood are minimised: roughly."""
 _TOLERANCE = 1e-6
 """Relative change of the sum of squares below which a fit with errors of what was told has converged."""
 _ROUNDS = 2
@@ -86,7 +84,7 @@ def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objecti
         moves = np.any([stage.moves for stage in stages], axis=0) | errors
         held.append(Stage(_told(GaussNewton()), objective, moves))
     first = next(number for number, stage in enumerate(held) if moves_errors(stage))
-    leading = [Stage(_LEADING, soft, held[first].moves | errors) for soft in softened(problem.targets())]
+    leading = [Stage(SOFT_STAGE, soft, held[first].moves | errors) for soft in softened(problem.targets())]
     return (*held[:first], *leading, *held[first:])
 
 
@@ -98,7 +96,7 @@ def _eliminating(
     """
     held = replace(stage, moves=stage.moves & ~errors)
     eliminated = replace(held, objective=EliminatedObjective(objective, initial))
-    best = Stage(_LEADING, objective, errors)
+    best = Stage(SOFT_STAGE, objective, errors)
     return [held, best, *[eliminated, best] * _ROUNDS]
 
 
