@@ -9,11 +9,15 @@ the force F + n_f, so the variance of H_ij is
 alpha = S_nx / S_ff being noise of the response and beta = S_nf / S_ff noise of the force, common to all
 outputs of an input, both per number of averages and smooth over frequency.  The line estimates are gamma
 distributed around it; alpha and beta are piecewise linear and found by maximum likelihood.
+
+Noise of the force also makes H1 too small, to first order by the share beta (n - 1) of n averages: S_ff in
+its denominator is measured with the noise (Bendat and Piersol, section 9.1), but what an average's own noise
+does to the numerator makes up for one n-th of that.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +39,14 @@ if TYPE_CHECKING:
     _Bases = tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]
 
 
+@dataclass(frozen=True)
+class _Pooled:
+    """variance (lines, outputs, inputs) of complex FRFs, of_force (lines, inputs) its share beta of |H|^2."""
+
+    variance: Array
+    of_force: Array
+
+
 def noise_std(frf_set: FrfSet) -> Array:
     """Standard deviation (lines, outputs, inputs) of the real part, and equally of the imaginary part, of
     each FRF value; NaN where none.
@@ -44,6 +56,20 @@ def noise_std(frf_set: FrfSet) -> Array:
     on n independent averages), pooled as said above. InputError where coherence or averages are missing or
     averages < 2.
     """
+    return np.sqrt(_of_coherence(frf_set).variance / 2)
+
+
+def without_bias(frf_set: FrfSet) -> FrfSet:
+    """H1 with its noise (`noise_std`), and without what noise of the force takes off it, as said above.
+
+    InputError as for `noise_std`.
+    """
+    pooled = _of_coherence(frf_set)
+    more = pooled.of_force * ((frf_set.averages or 1) - 1)
+    return replace(frf_set, frf=frf_set.frf * (1 + more[:, None, :]), noise=np.sqrt(pooled.variance / 2))
+
+
+def _of_coherence(frf_set: FrfSet) -> _Pooled:
     where, averages, coherence = frf_set.source or "FRF set", frf_set.averages, frf_set.coherence
     if coherence is None:
         raise InputError(
@@ -64,7 +90,7 @@ def noise_std(frf_set: FrfSet) -> Array:
     power = np.abs(frf_set.frf) ** 2
     lost = np.maximum(1 - coherence, _PRINTED / 2)
     line_variance = power * lost / (np.maximum(coherence, 1e-9) * (averages - 1))
-    return np.sqrt(pooled_variance(power, line_variance, 2 * (averages - 1)) / 2)
+    return _pooled(power, line_variance, 2 * (averages - 1))
 
 
 def noise_std_from_repeats(sets: list[FrfSet]) -> Array:
@@ -118,6 +144,10 @@ def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
     power is |H|^2; NaN in either marks what was not measured.  A line that stands out beyond chance (mains
     hum) keeps its own estimate and stays out of its neighbours'.
     """
+    return _pooled(power, line_variance, freedom).variance
+
+
+def _pooled(power: Array, line_variance: Array, freedom: int) -> _Pooled:
     # Outputs last, because sums run over them and factors are common to them.
     power, line_variance = (np.ascontiguousarray(one.swapaxes(1, 2)) for one in (power, line_variance))
     known = np.isfinite(power) & np.isfinite(line_variance)
@@ -130,7 +160,8 @@ def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
         model, parts = _fit(power, np.where(use, line_variance, np.nan), (alpha_basis, beta_basis), parts)
         use = known & (line_variance <= limit * model)
     pooled = np.where(known, np.where(use, model, np.maximum(model, line_variance)), np.nan)
-    return np.ascontiguousarray(pooled.swapaxes(1, 2))
+    assert parts is not None
+    return _Pooled(np.ascontiguousarray(pooled.swapaxes(1, 2)), beta_basis @ parts[1])
 
 
 def _fit(

@@ -19,7 +19,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import read_modal_table
-from identify.measured.noise import noise_std
+from identify.measured.noise import noise_std, without_bias
 from identify.measured.source import read_source
 from identify.model.effects.base import Effect
 from identify.model.effects.form import Form
@@ -401,9 +401,8 @@ def _read(file: StudyFile, settings: MeasurementSettings, name: str, posture: Ar
         shapes = file.resolve(settings.shapes) if settings.shapes else None
         return Given(name, settings, posture, read_modal_table(file.resolve(settings.modes), shapes))
     data = _in_band(_select(read_frfs(file, settings), settings, name), file.study.band_hz, name)
-    return Given(
-        name, settings, posture, data, _noise(data, settings), record_length(data), _impact(data, settings)
-    )
+    data = _with_noise(data, settings)
+    return Given(name, settings, posture, data, data.noise, record_length(data), _impact(data, settings))
 
 
 def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
@@ -466,10 +465,13 @@ def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSe
     return inside
 
 
-def _noise(data: FrfSet, settings: MeasurementSettings) -> Array | None:
+def _with_noise(data: FrfSet, settings: MeasurementSettings) -> FrfSet:
+    """With what is known of their noise; FRFs whose coherence tells it are taken for H1."""
     if isinstance(settings.noise, RelativeNoise):
         level = np.sqrt(np.mean(np.abs(data.frf) ** 2, axis=0))
-        return np.broadcast_to(settings.noise.relative * level / np.sqrt(2), data.frf.shape).copy()
+        noise = np.broadcast_to(settings.noise.relative * level / np.sqrt(2), data.frf.shape).copy()
+        return replace(data, noise=noise)
     if data.noise is not None or data.coherence is None:
-        return data.noise
-    return noise_std(data)
+        return data
+    estimated = settings.estimate is not None and settings.estimate.method != "h1"
+    return replace(data, noise=noise_std(data)) if estimated else without_bias(data)

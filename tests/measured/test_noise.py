@@ -21,6 +21,7 @@ from identify.measured.noise import (
     noise_std,
     noise_std_from_repeats,
     pooled_variance,
+    without_bias,
 )
 from identify.measured.time_history import TimeHistory
 from tests.measured.frf_sets import some_set
@@ -92,6 +93,29 @@ def test_stated_noise_is_true_noise_in_every_class_of_lines(kind: str) -> None:
     assert 0.95 < np.mean(np.concatenate(normalised)) < 1.05
     for name, squares in by_class.items():
         assert 0.9 < np.sqrt(np.mean(np.concatenate(squares))) < 1.1, name
+
+
+def _too_large(frf: np.ndarray, truth: np.ndarray) -> float:
+    """By what share FRFs are larger than the truth where that is large."""
+    ratio = (frf * truth.conj()).real / np.abs(truth) ** 2
+    return float(np.mean(ratio[np.abs(truth) > np.median(np.abs(truth))])) - 1
+
+
+def test_what_noise_of_the_force_takes_off_h1_is_made_up_for() -> None:
+    sets = [hammer(seed, NOISE["of the force"]) for seed in range(8)]
+    h1, corrected = (
+        np.mean([_too_large(one.frf, truth) for one, truth in zip(ones, [t for _, t in sets], strict=True)])
+        for ones in ([noisy for noisy, _ in sets], [without_bias(noisy) for noisy, _ in sets])
+    )
+    assert h1 < -2e-3
+    assert abs(corrected) < -h1 / 8
+
+
+def test_noise_of_responses_takes_nothing_off_h1() -> None:
+    noisy, _ = hammer(0, NOISE["of the response"])
+    corrected = without_bias(noisy)
+    np.testing.assert_allclose(corrected.frf, noisy.frf, rtol=1e-4)
+    np.testing.assert_array_equal(corrected.noise, noise_std(noisy))
 
 
 def _pooled(level: np.ndarray, power: np.ndarray, freedom: int, seeds: int) -> np.ndarray:
