@@ -30,6 +30,8 @@ noise level is not known as well."""
 CLOSED = 1.1
 """Below this gap nothing is added unless data that were not fitted say more than their own noise level may be
 wrong by: `_CONFIRMED_FALL`."""
+FAR = 5.0
+"""Gap, over that of the best model known, that no other start would bring down."""
 _SMALL = 1.5
 """Below this gap little is left."""
 _CONFIRMED_FALL = 0.05

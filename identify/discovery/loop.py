@@ -52,6 +52,8 @@ from identify.vibration.study import StudyFile
 
 _PROMOTED = 6
 """Errors of what was told that become effects at most."""
+_AT_ONCE = 2
+"""How many of them are tried at once, on the chance that the first is refused."""
 _BEYOND_CHANCE = float(np.log(100))
 """They must be rarer than once in a hundred tests."""
 Option = selection.Option[Effect, Trial]
@@ -102,7 +104,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         doubts = partial(variance_inflation, problem), partial(disagreement, problem)
         judge = Promotion(problem, *doubts, final)
         if final.gap < CLOSED and judge.found():
-            judge, options = in_another_form(judge, bench.variants(final), options, story)
+            judge, options = in_another_form(judge, bench.variants(final, richer=True), options, story)
         options, final = promoted(judge, workers, options, story)
         if final is not found.final:
             final = bench.settled(final)
@@ -186,23 +188,28 @@ def promoted(
     Only once the gap is closed: before, they make up for what was not found.  What looks like a wrong link is
     compared with what else adds inertia, and a wrong sensor with whatever else may be wrong there.
     """
-    kept, tried = list(options), list[Effect]()
+    kept, tried, ahead = list(options), list[Effect](), list[Trial]()
     for _ in range(_PROMOTED if judge.model.gap < CLOSED else 0):
         model = judge.model
-        effect, start = next(
-            (one for one in judge.found() if one[0] not in (*tried, *model.task.effects)), (None, {})
-        )
-        if effect is None:
+        left = [one for one in judge.found() if one[0] not in (*tried, *model.task.effects)]
+        if not left:
             break
+        effect = left[0][0]
+        if all(trial.task.new != (effect,) for trial in ahead):
+            tasks = [
+                Task(model.task.effects, (one,), {**model.values, **start}, "onward")
+                for one, start in left[:_AT_ONCE]
+            ]
+            ahead = workers.run(tasks)
+        trial = next(trial for trial in ahead if trial.task.new == (effect,))
         tried.append(effect)
-        [trial] = workers.run([Task(model.task.effects, (effect,), {**model.values, **start}, "onward")])
         if judge.log_odds(trial) > _BEYOND_CHANCE:
             [trial] = further(workers, [_best_alike(judge, workers, trial)], "settled")
         if judge.log_odds(trial) > _BEYOND_CHANCE:
             [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
             gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(trial))
             kept.append(selection.Option(named, trial, trial.free - model.free, gain))
-            judge = replace(judge, model=trial)
+            judge, ahead = replace(judge, model=trial), []  # which were beside another model
             story.say(f"{named.sentence()}: more than stated uncertainty allows.")
     return kept, judge.model
 

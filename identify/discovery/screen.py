@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.parameters import Scale
-from identify.core.thresholds import MATERIAL, QUIET
+from identify.core.thresholds import MATERIAL, MISSING, QUIET
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, nearly_closed, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
@@ -352,13 +352,16 @@ def first_of_two(workers: Workers, step: Step[Effect, Trial], quick: Sequence[Tr
     """What the step chose, or the better of two simple ones that together would explain far more than it.
 
     Two effects hide each other, and what stands for both of them at once, with many parameters, is not
-    either.
+    either.  Where errors of what was told are fitted along, which takes long, only if they nearly close the
+    gap.
     """
     before, best = step.before, step.found[0]
     known, pairs = before.task.effects, _pairs(workers, step.before, quick)
     if not pairs:
         return Two(best, best.gain.explained)
     tried = _together(workers, known, pairs)
+    if workers.with_errors and tried[0].gap > MISSING:
+        return Two(best, max(best.gain.explained, removed(before.gap, tried[0].gap)), tried)
     at_first, by_one, by_two = _above_noise(workers, step, quick, tried[0])
     if by_two > _FAR_MORE * by_one:
         return Two(best, best.gain.explained, tried)

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import MISSING, QUIET
-from identify.discovery.evidence import CLOSED, nearly_closed, removed
+from identify.discovery.evidence import CLOSED, FAR, nearly_closed, removed
 from identify.discovery.neighbours import moved, siblings, turning
 from identify.discovery.promote import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -29,6 +29,8 @@ _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
+_STANDS_OUT = 2.0
+"""How many times the gap of the best first look others may leave and still be followed."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
 _HALF = 0.5
@@ -64,14 +66,16 @@ def screened_softly(
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
     wrong = _glanced(workers, present, of_sensors, done)
     tasks = [Task(known, (effect,), before.values, "brief") for effect in (*others, *wrong)]
-    # The right one may still be under way after a few steps, so all go on.
-    led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
+    looks = _found_again(workers, workers.run(tasks, done), present)
+    # The right one may still be under way after a few steps, so all go on unless one of them stands out.
+    behind = [look for look in looks if look.gap > _STANDS_OUT * looks[0].gap]
+    led = further(workers, looks[: len(looks) - len(behind)], "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
     quick = _with_turning(workers, before, quick, others)
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
-    return [*seen, *(trial for trial in led if trial.task.new not in tried)]
+    return [*seen, *(trial for trial in (*led, *behind) if trial.task.new not in tried)]
 
 
 def _glanced(
@@ -187,7 +191,8 @@ def second_of_two(workers: Workers, model: Trial, pairs: Sequence[Trial]) -> lis
         if (*pair.task.known, one) == known
     ]
     quick.sort(key=squares_of)
-    return quick if any(end.gap < CLOSED for end in further(workers, quick[:1], "likely")) else []
+    near = [trial for trial in quick[:1] if trial.gap <= MISSING]
+    return quick if any(end.gap < CLOSED for end in further(workers, near, "likely")) else []
 
 
 def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
@@ -214,11 +219,11 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     whole = further(workers, _near_enough(ends), "onward")
     if not whole:
         return []
-    tasks = [
-        replace(one.task, new=(variant,), values=one.values)
-        for one in whole[:_VARIED]
-        for variant in one.task.new[0].variants()
-    ]
+    tried, tasks = [one.task.new for one in whole], list[Task]()
+    for one in whole[:_VARIED]:
+        left = [variant for variant in one.task.new[0].variants() if (variant,) not in tried]
+        tried += [(variant,) for variant in left]
+        tasks += [replace(one.task, new=(variant,), values=one.values) for variant in left]
     added = whole[0].task.new if removed(present, whole[0].gap) >= _HALF else ()
     others = varied_softly(workers, tasks, whole[0], added)
     return [
@@ -230,21 +235,15 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
 def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Trial]) -> list[Trial]:
     """Quick trials at the likelihood, best first, and what was looked at beside the present model afresh.
 
-    The best of the quick ones also afresh where none of them closes the gap; at once where none of them will.
+    The best of the quick ones also afresh where none of them closes the gap, but not where they leave so much
+    that something else is missing.
     """
-
-    def afresh(some: Sequence[Trial]) -> list[Task]:
-        return [replace(trial.task, values=trial.values, how="afresh") for trial in some]
-
-    first = quick[:_VARIED] if quick[0].gap > MISSING else []
     likely = [replace(trial.task, values=trial.values, how="likely") for trial in quick]
     besides = [replace(trial.task, how="afresh") for trial in beside]
-    ends = sorted(workers.run([*likely, *afresh(first), *besides]), key=squares_of)
-    best = once(ends)
-    if best[0].gap > QUIET:
-        tried = [trial.task.new for trial in first]
-        left = [end for end in best[:_VARIED] if end.task.new not in tried]
-        best = once(sorted([*best, *workers.run(afresh(left))], key=squares_of))
+    best = once(sorted(workers.run([*likely, *besides]), key=squares_of))
+    if QUIET < best[0].gap <= FAR:
+        afresh = [replace(end.task, values=end.values, how="afresh") for end in best[:_VARIED]]
+        best = once(sorted([*best, *workers.run(afresh)], key=squares_of))
     return best
 
 

@@ -14,6 +14,7 @@ from identify.discovery import screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import (
     CLOSED,
+    FAR,
     POLICY,
     EvidenceCriterion,
     above_noise,
@@ -265,19 +266,24 @@ class ImpactWorkbench:
     def _left_out_softly(
         self, model: Trial, tasks: Sequence[Task], there: Sequence[Trial | None]
     ) -> list[Trial]:
-        """Beside errors of what was told, whose refits take long, only those that are not there; and on from
-        the model where one that is there, and not where all begins, is far from the data, which may be its
-        valley.
+        """Beside errors of what was told, whose refits take long: on from the model, and from afresh only
+        those that are not there, unless they are far from the data; none where all begins, and none of a
+        model that leaves more than noise, that is there.
         """
         first, asked = tuple(self.problem.file.study.effects), list[Task]()
         for task, one in zip(tasks, there, strict=True):
-            if one is None:
-                asked.append(task)
-            elif not closed(one) and closed(model) and task.known != first:
+            if one is None or (not closed(one) and closed(model) and task.known != first):
                 asked.append(replace(task, how="onward"))
         tried = {_key(trial.task.effects): trial for trial in self.workers.run(asked)}
-        pairs = [(one, tried.get(_key(task.known))) for task, one in zip(tasks, there, strict=True)]
-        return [min(filter(None, pair), key=squares_of) for pair in pairs]
+        found = [(one, tried.get(_key(task.known))) for task, one in zip(tasks, there, strict=True)]
+        near = [
+            task
+            for task, (one, trial) in zip(tasks, found, strict=True)
+            if one is None and trial and trial.gap <= FAR * model.gap
+        ]
+        again = {_key(trial.task.effects): trial for trial in self.workers.run(near)}
+        pairs = zip(tasks, found, strict=True)
+        return [min(filter(None, (*two, again.get(_key(task.known)))), key=squares_of) for task, two in pairs]
 
     def removable(self, model: Trial) -> Sequence[Effect]:
         """All that were added."""
@@ -300,14 +306,16 @@ class ImpactWorkbench:
         [without] = self.leave_out(model, [effect])
         return model.free - without.free
 
-    def variants(self, model: Trial) -> list[Attempt[Effect, Trial]]:
-        """The model with an added effect in another variant, refitted; those that were tried when it was
-        found are not tried anew.
+    def variants(self, model: Trial, *, richer: bool = False) -> list[Attempt[Effect, Trial]]:
+        """The model with an added effect in another variant, or only in one with more parameters, refitted;
+        those that were tried when it was found are not tried anew.
         """
+        own = self._parameters(model.task.effects)
         tasks = [
             Task(_without(model, effect), (variant,), model.values)
             for effect in self.added(model)
             for variant in effect.variants()
+            if not richer or self._parameters((*_without(model, effect), variant)) > own
         ]
         known = [trial for task in tasks if (trial := self._refitted.get(_key(task.effects)))]
         left = [task for task in tasks if _key(task.effects) not in self._refitted]
@@ -316,6 +324,10 @@ class ImpactWorkbench:
         else:
             trials = screen.varied_thoroughly(self.workers, left, model.gap)
         return [screen.attempt(model, trial) for trial in [*known, *trials] if np.isfinite(trial.squares)]
+
+    def _parameters(self, effects: Sequence[Effect]) -> int:
+        """How many a model with these effects has."""
+        return with_effects(self.problem, effects, {}).size
 
     def at_noise(self, model: Trial) -> bool:
         """Whether the residual passes as noise."""
