@@ -43,7 +43,7 @@ _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _NEAREST = 4
 """Starts that are followed for a few steps before one of them is."""
-_STEPPED, _FOLLOWED = (GaussNewton(evaluations=many, tolerance=1e-2) for many in (2, 4))
+_FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
@@ -358,8 +358,7 @@ def retimed(problem: Problem, values: Array) -> Array:
 
 
 def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
-    """Where logarithmic residuals lead from the starts (m, parameters) that change what they see; the best
-    of those that one step brings furthest.
+    """Where logarithmic residuals lead from the starts (m, parameters) that change what they see; the best.
 
     A resonator's valley is as narrow as its peak, so that the best of a grid of starts is one that does
     nothing.
@@ -368,9 +367,6 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     costs = objective.costs(starts)
     seen = np.abs(costs / costs.min() - 1) > _SEEN
     tried = starts[seen] if seen.any() else starts[:1]
-    if len(tried) > _NEAREST:
-        stepped = [_descend(problem, one[None], _STEPPED, objective) for one in tried]
-        tried = np.array([end for end, _ in sorted(stepped, key=_cost)[:_NEAREST]])
     ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
     return min(ends, key=_cost)[0]
 

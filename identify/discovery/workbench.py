@@ -310,12 +310,11 @@ class ImpactWorkbench:
         """The model with an added effect in another variant, or only in one with more parameters, refitted;
         those that were tried when it was found are not tried anew.
         """
-        own = self._parameters(model.task.effects)
         tasks = [
             Task(_without(model, effect), (variant,), model.values)
             for effect in self.added(model)
             for variant in effect.variants()
-            if not richer or self._parameters((*_without(model, effect), variant)) > own
+            if not richer or self._richer(model, effect, variant)
         ]
         known = [trial for task in tasks if (trial := self._refitted.get(_key(task.effects)))]
         left = [task for task in tasks if _key(task.effects) not in self._refitted]
@@ -325,9 +324,11 @@ class ImpactWorkbench:
             trials = screen.varied_thoroughly(self.workers, left, model.gap)
         return [screen.attempt(model, trial) for trial in [*known, *trials] if np.isfinite(trial.squares)]
 
-    def _parameters(self, effects: Sequence[Effect]) -> int:
-        """How many a model with these effects has."""
-        return with_effects(self.problem, effects, {}).size
+    def _richer(self, model: Trial, effect: Effect, variant: Effect) -> bool:
+        """Whether a model has more parameters with a variant in place of an effect."""
+        other = (*_without(model, effect), variant)
+        mine, its = (with_effects(self.problem, effects, {}).size for effects in (model.task.effects, other))
+        return its > mine
 
     def at_noise(self, model: Trial) -> bool:
         """Whether the residual passes as noise."""
