@@ -22,6 +22,10 @@ from identify.vibration.study import VibrationStage
 
 _TOLERANCE = 1e-6
 """Relative change of the sum of squares below which a fit with errors of what was told has converged."""
+_LEADING = GaussNewton(evaluations=15, tolerance=1e-2)
+"""By which the stages that lead a fit with errors to its likelihood are minimised, roughly; where impacts are
+simulated, whose valleys are less smooth, by a ladder of damped steps.
+"""
 _ROUNDS = 2
 """How often errors are linearised anew under an optimizer that searches the parameters alone."""
 _ALIKE = 1e-3
@@ -84,7 +88,9 @@ def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objecti
         moves = np.any([stage.moves for stage in stages], axis=0) | errors
         held.append(Stage(_told(GaussNewton()), objective, moves))
     first = next(number for number, stage in enumerate(held) if moves_errors(stage))
-    leading = [Stage(SOFT_STAGE, soft, held[first].moves | errors) for soft in softened(problem.targets())]
+    targets = problem.targets()
+    optimizer = SOFT_STAGE if any(one.simulated is not None for one in targets.frf) else _LEADING
+    leading = [Stage(optimizer, soft, held[first].moves | errors) for soft in softened(targets)]
     return (*held[:first], *leading, *held[first:])
 
 
