@@ -29,8 +29,6 @@ _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
-_STANDS_OUT = 2.0
-"""How many times the gap of the best first look others may leave and still be followed."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
 _HALF = 0.5
@@ -66,16 +64,14 @@ def screened_softly(
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
     wrong = _glanced(workers, present, of_sensors, done)
     tasks = [Task(known, (effect,), before.values, "brief") for effect in (*others, *wrong)]
-    looks = _found_again(workers, workers.run(tasks, done), present)
-    # The right one may still be under way after a few steps, so all go on unless one of them stands out.
-    behind = [look for look in looks if look.gap > _STANDS_OUT * looks[0].gap]
-    led = further(workers, looks[: len(looks) - len(behind)], "led", done)
+    # The right one may still be under way after a few steps, so all go on.
+    led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
     quick = _with_turning(workers, before, quick, others)
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
-    return [*seen, *(trial for trial in (*led, *behind) if trial.task.new not in tried)]
+    return [*seen, *(trial for trial in led if trial.task.new not in tried)]
 
 
 def _glanced(
