@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
 from identify.core.thresholds import MATERIAL, MISSING, QUIET
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, nearly_closed, removed
@@ -244,9 +245,14 @@ def _simpler(
     return [alike[n] for size, n in sizes if size < _size(problem, best.task.new[0])][:_REFITTED]
 
 
-def _size(problem: Problem, effect: Effect) -> int:
-    """Number of free parameters that an effect would bring."""
-    beside = with_effects(problem, (*problem.file.study.effects, effect), {})
+def _size(problem: Problem, effect: Effect) -> float:
+    """Number of free parameters that an effect would bring; infinite where it cannot be beside what is there,
+    as a second spring on a link.
+    """
+    try:
+        beside = with_effects(problem, (*problem.file.study.effects, effect), {})
+    except (InputError, InputErrors):
+        return np.inf
     return sum(p.free for p in beside.parameters) - sum(p.free for p in problem.parameters)
 
 

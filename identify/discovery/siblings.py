@@ -5,6 +5,7 @@ joints beside it, and simpler forms that only its refit can suggest.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -77,9 +78,12 @@ def with_struts(workers: Workers, groups: Sequence[list[Trial]]) -> list[list[Tr
     result = [list(group) for group in groups]
     if not near:
         return result
-    found = zip(near, workers.each(_strut_task, [trial for _, trial in near]), strict=True)
-    tasks = [(number, task) for (number, _), task in found if task]
-    for (number, _), trial in zip(tasks, workers.run([task for _, task in tasks]), strict=True):
+    found = list(zip(near, workers.each(_strut_task, [trial for _, trial in near]), strict=True))
+    numbers, tasks = [n for (n, _), task in found if task], [task for _, task in found if task]
+    if workers.with_errors:  # which made up for what the springs left open
+        ends = workers.run([replace(task, how="likely") for task in tasks])
+        tasks = [replace(task, values=end.values) for task, end in zip(tasks, ends, strict=True)]
+    for number, trial in zip(numbers, workers.run(tasks), strict=True):
         if solved(trial):
             result[number].append(trial)
     return result

@@ -31,6 +31,9 @@ _STRIDE, _INSIDE = 0.5, 1e-6
 """How far the other parameters go at first, on a logarithmic scale; how far from bounds a search starts."""
 _DAMPING = (1e-6, 1.0)
 """Damping over stiffness of a strut, s: it is searched on a logarithmic scale."""
+_INNER = np.log(_DAMPING[0]) + _INSIDE, np.log(_DAMPING[1]) - _INSIDE
+_REDUCED = 50
+"""Steps of a strut alone, everything else where a linear step leads."""
 
 
 def springs_of(trial: Trial) -> SpringToGround | None:
@@ -114,23 +117,42 @@ class _Strut:
         return np.hstack(lower), np.hstack(upper)
 
     def starts(self) -> list[Array]:
-        """In each direction what one linear step from the springs as they are leads to, where that is a
-        strut.
+        """Where one linear step from the springs as they are leads, with the strut that is best then from
+        each direction.
         """
         scale, values = Scale(self.problem.parameters), self.problem.initial
         x = scale.to_x(values)
         residuals, slopes = self.objective.residuals(values, scale.free)
         own, beside = slopes[:, np.isin(scale.free, self.own)], self.others(slopes * scale.slope(x))
-        target, (lower, upper), found = own @ values[self.own] - residuals, self.bounds(), list[Array]()
+        target, (lower, upper) = own @ values[self.own] - residuals, self.bounds()
+        everything = np.column_stack([own, target])
+        left = everything - beside @ np.linalg.lstsq(beside, everything, rcond=None)[0]
+        rows, found = np.asarray(np.linalg.qr(left, mode="r")), list[Array]()
         for direction in _directions():
-            entries = direction[_UPPER].prod(axis=1)
-            matrix = np.column_stack([beside, own[:, 0::2] @ entries, own[:, 1::2] @ entries])
-            *step, k, c = np.linalg.lstsq(matrix, target, rcond=None)[0]
-            if k > 0:
-                moved = self.others(x) + np.clip(step, -_STRIDE, _STRIDE)
-                y = [moved, direction * np.sqrt(k), np.log(np.clip(c / k, *_DAMPING))]
-                found.append(np.clip(np.hstack(y), lower + _INSIDE, upper - _INSIDE))
+            if (strut := self._best_from(direction, rows[:, :-1], rows[:, -1])) is not None:
+                step = np.linalg.lstsq(beside, target - own @ self.springs(strut)[0], rcond=None)[0]
+                y = np.hstack([self.others(x) + np.clip(step, -_STRIDE, _STRIDE), strut])
+                found.append(np.clip(y, lower + _INSIDE, upper - _INSIDE))
         return found
+
+    def _best_from(self, direction: Array, own: Array, target: Array) -> Array | None:
+        """The last four of y that bring springs (rows own (r, 12)) nearest to a target (r,), from a
+        direction; None where nothing along it is a strut.
+        """
+        entries = direction[_UPPER].prod(axis=1)
+        pair = np.column_stack([own[:, 0::2] @ entries, own[:, 1::2] @ entries])
+        k, c = np.linalg.lstsq(pair, target, rcond=None)[0]
+        if k <= 0:
+            return None
+        end = scipy.optimize.least_squares(
+            lambda y: own @ self.springs(y)[0] - target,
+            np.append(direction * np.sqrt(k), np.log(np.clip(c / k, *np.exp(_INNER)))),
+            lambda y: own @ self.springs(y)[1],
+            bounds=([*[-np.inf] * 3, np.log(_DAMPING[0])], [*[np.inf] * 3, np.log(_DAMPING[1])]),
+            x_scale="jac",
+            max_nfev=_REDUCED,
+        )
+        return np.asarray(end.x)
 
 
 def _directions() -> list[Array]:

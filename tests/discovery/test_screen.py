@@ -23,7 +23,7 @@ from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
@@ -53,6 +53,19 @@ def test_inflation_is_a_ratio_of_variances(monkeypatch: pytest.MonkeyPatch) -> N
     assert found[1] / found[0] == pytest.approx(9.0, rel=0.01)
     monkeypatch.setattr(evidence, "with_effects", lambda p, effects, values: _louder(problem, 1e4))
     assert evidence.variance_inflation(problem, trial) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_second_spring_on_a_link_is_not_compared_by_its_size() -> None:
+    """Both would have the same parameters."""
+    problem = load_problem(read_study(CONFIG))
+    link = problem.robot.links[2].name
+    one, other = (
+        parse_effect({"kind": "spring-to-ground", "link": link, "at_m": at, "cross_coupling": True})
+        for at in ([0.0, 0.0, 0.1], [0.0, 0.0, 0.2])
+    )
+    assert screen._size(problem, other) == 12
+    with_one = with_effects(problem, (*problem.file.study.effects, one), {})
+    assert screen._size(with_one, other) == np.inf
 
 
 class _Present:

@@ -19,7 +19,7 @@ from identify.discovery.siblings import (
     with_springs_beside,
     with_struts,
 )
-from identify.discovery.strut import strut_task
+from identify.discovery.strut import _Strut, strut_task
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import thinned
 from identify.discovery.trial import TrialRunner
@@ -118,6 +118,11 @@ def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     values = {p.name: p.initial for p in measured.parameters}
     trial = runner.run(Task(known, (springs,), values, "onward"))
     assert trial.gap < 1.05
+    starts = np.array(
+        [y[-4:-1] for y in _Strut(with_effects(measured, trial.task.effects, trial.values)).starts()]
+    )
+    along = np.abs(starts @ true) / np.linalg.norm(starts, axis=1)
+    assert along.max() > np.cos(np.radians(2.0)), "a linear step from the springs knows the direction"
     task = strut_task(measured, trial)
     assert task is not None
     [found] = task.new
