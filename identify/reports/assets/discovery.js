@@ -7,6 +7,7 @@
   const upright = (x, dash = "dot", shade = "muted") => ({type: "line", yref: "paper", x0: x, x1: x, y0: 0, y1: 1, line: {color: color(shade), dash, width: 1.2}});
   // A long name goes on in further lines: what is cut off would be the place.
   const short = (text, most = 42) => text.split(" ").reduce((lines, word) => (lines.at(-1) + word).length > most ? [...lines, word] : [...lines.slice(0, -1), `${lines.at(-1)} ${word}`.trim()], [""]).join("<br>");
+  const tall = names => Math.max(25, 4 + 14 * Math.max(...names.map(name => short(name).split("<br>").length)));  // a row of so many lines
   const narrow = id => $(id).clientWidth < 560;  // a telephone: one panel above the other
   const rows = (names, reverse = true, most = 42) => ({
     tickmode: "array", tickvals: names.map((_, i) => i), ticktext: names.map(name => short(name, most)), range: reverse ? [names.length - 0.4, -0.6] : undefined, zeroline: false, showgrid: false, ticks: "", tickfont: {size: 11.5},
@@ -44,7 +45,7 @@
         {x: o.names.filter((_, i) => !tried[i]).map(() => 1), y: y.filter(i => !tried[i]), xaxis: "x2", yaxis: tight ? "y2" : "y", mode: "text", text: y.map(() => "ruled out"), textposition: "middle right", textfont: {size: 11, color: color("muted")}, hoverinfo: "skip", showlegend: false},
         ...o.standings.map((name, s) => ({x: [null], y: [0], mode: "markers", name, marker: {...STANDING[s], size: 10}, showlegend: o.standing.includes(s)})),
       ], {
-        height: tight ? 290 + 116 * y.length : 128 + 25 * y.length, margin: {l: tight ? 130 : 250, r: 16, t: tight ? 120 : 40, b: 48}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
+        height: tight ? 290 + 116 * y.length : 128 + tall(o.names) * y.length, margin: {l: tight ? 130 : 250, r: 16, t: tight ? 120 : 40, b: 48}, legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom"},
         xaxis: {...gapAxis(o.wide, [...o.gap, ...o.other, step.gap], 0.08), domain: [0, tight ? 1 : 0.56], anchor: "y"},
         xaxis2: {...(high > 1e3 ? {...logAxis([1, 1e4], "Log odds (–)"), dtick: Math.ceil(Math.log10(high) / 5), range: [-0.06, Math.log10(high) + 0.2]} : decades(0.87, 1.6 * high, "Log odds (–)")), domain: [tight ? 0 : 0.62, 1], anchor: tight ? "y2" : "y"},
         yaxis: {...rows(o.names, true, tight ? 20 : 42), anchor: "x", domain: tight ? [0.58, 1] : [0, 1]},
