@@ -24,7 +24,8 @@ from identify.model.modes import complex_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
 from identify.robot.points import Point
-from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets, frf_target, record_length
+from identify.vibration.costs.make_target import frf_target, record_length
+from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture
 

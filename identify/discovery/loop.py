@@ -195,13 +195,13 @@ def promoted(
         if not left:
             break
         effect = left[0][0]
-        if all(trial.task.new != (effect,) for trial in ahead):
+        trial = next((one for one in ahead if one.task.new == (effect,)), None)
+        if trial is None:
             tasks = [
                 Task(model.task.effects, (one,), {**model.values, **start}, "onward")
                 for one, start in left[:_AT_ONCE]
             ]
-            ahead = workers.run(tasks)
-        trial = next(trial for trial in ahead if trial.task.new == (effect,))
+            trial, *_ = ahead = workers.run(tasks)
         tried.append(effect)
         if judge.log_odds(trial) > _BEYOND_CHANCE:
             [trial] = further(workers, [_best_alike(judge, workers, trial)], "settled")

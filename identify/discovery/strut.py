@@ -31,7 +31,6 @@ _STRIDE, _INSIDE = 0.5, 1e-6
 """How far the other parameters go at first, on a logarithmic scale; how far from bounds a search starts."""
 _DAMPING = (1e-6, 1.0)
 """Damping over stiffness of a strut, s: it is searched on a logarithmic scale."""
-_INNER = np.log(_DAMPING[0]) + _INSIDE, np.log(_DAMPING[1]) - _INSIDE
 _REDUCED = 50
 """Steps of a strut alone, everything else where a linear step leads."""
 
@@ -144,11 +143,13 @@ class _Strut:
         k, c = np.linalg.lstsq(pair, target, rcond=None)[0]
         if k <= 0:
             return None
+        lower, upper = (ends[-4:] for ends in self.bounds())
+        start = np.append(direction * np.sqrt(k), np.log(np.clip(c / k, *_DAMPING)))
         end = scipy.optimize.least_squares(
             lambda y: own @ self.springs(y)[0] - target,
-            np.append(direction * np.sqrt(k), np.log(np.clip(c / k, *np.exp(_INNER)))),
+            np.clip(start, lower + _INSIDE, upper - _INSIDE),
             lambda y: own @ self.springs(y)[1],
-            bounds=([*[-np.inf] * 3, np.log(_DAMPING[0])], [*[np.inf] * 3, np.log(_DAMPING[1])]),
+            bounds=(lower, upper),
             x_scale="jac",
             max_nfev=_REDUCED,
         )

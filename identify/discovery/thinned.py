@@ -35,8 +35,9 @@ def thinned(problem: Problem) -> Problem:
             % max(1, round(len(m.target.data.frequency_hz) / wanted))
             == 0
         )
-        data, noise = m.target.data.lines(lines), None if m.target.noise is None else m.target.noise[lines]
-        given: Given = replace(m.given, data=data, noise=noise)
+        noise = None if m.target.noise is None else m.target.noise[lines]
+        data = replace(m.target.data.lines(lines), noise=noise)
+        given: Given = replace(m.given, data=data)
         return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
 
     return replace(problem, measurements=tuple(fewer(m) for m in fitted))
@@ -67,10 +68,11 @@ def left_out(problem: Problem) -> Problem:
     def part(m: Measurement, aside: bool) -> Measurement:
         assert isinstance(m.target, FrfTarget)
         chosen = np.flatnonzero(_third(len(m.target.data.outputs)) == aside).tolist()
-        data = m.target.data.pairs(chosen, list(range(len(m.target.data.inputs))))
         noise = None if m.target.noise is None else m.target.noise[:, chosen]
+        picked = m.target.data.pairs(chosen, list(range(len(m.target.data.inputs))))
+        data = replace(picked, noise=noise)
         use: Literal["fit", "validate"] = "validate" if aside else "fit"
-        given = replace(m.given, data=data, noise=noise, settings=m.settings.model_copy(update={"use": use}))
+        given = replace(m.given, data=data, settings=m.settings.model_copy(update={"use": use}))
         return replace(m, given=given)
 
     split = [

@@ -349,7 +349,7 @@ def retimed(problem: Problem, values: Array) -> Array:
     """
     known = enumerate(problem.parameters)
     number = next((n for n, p in known if p.name == PRE_TRIGGER and p.free), None)
-    if number is None or any(target.simulated is not None for target in problem.targets().frf):
+    if number is None or problem.targets().simulated:
         return values
     times = valleys(problem.parameters[number].lower, problem.parameters[number].upper)
     trials = np.repeat(values[None], len(times) + 1, axis=0)

@@ -270,20 +270,20 @@ class ImpactWorkbench:
         those that are not there, unless they are far from the data; none where all begins, and none of a
         model that leaves more than noise, that is there.
         """
-        first, asked = tuple(self.problem.file.study.effects), list[Task]()
-        for task, one in zip(tasks, there, strict=True):
-            if one is None or (not closed(one) and closed(model) and task.known != first):
-                asked.append(replace(task, how="onward"))
-        tried = {_key(trial.task.effects): trial for trial in self.workers.run(asked)}
-        found = [(one, tried.get(_key(task.known))) for task, one in zip(tasks, there, strict=True)]
-        near = [
-            task
-            for task, (one, trial) in zip(tasks, found, strict=True)
-            if one is None and trial and trial.gap <= FAR * model.gap
-        ]
-        again = {_key(trial.task.effects): trial for trial in self.workers.run(near)}
-        pairs = zip(tasks, found, strict=True)
-        return [min(filter(None, (*two, again.get(_key(task.known)))), key=squares_of) for task, two in pairs]
+        first = tuple(self.problem.file.study.effects)
+        found = {_key(task.known): [one] if one else [] for task, one in zip(tasks, there, strict=True)}
+        missing = [task for task in tasks if not found[_key(task.known)]]
+
+        def stuck(task: Task) -> bool:
+            return task.known != first and closed(model) and not closed(found[_key(task.known)][0])
+
+        def refit(some: Sequence[Task]) -> None:
+            for trial in self.workers.run(some):
+                found[_key(trial.task.effects)].append(trial)
+
+        refit([replace(task, how="onward") for task in tasks if task in missing or stuck(task)])
+        refit([task for task in missing if found[_key(task.known)][0].gap <= FAR * model.gap])
+        return [min(found[_key(task.known)], key=squares_of) for task in tasks]
 
     def removable(self, model: Trial) -> Sequence[Effect]:
         """All that were added."""

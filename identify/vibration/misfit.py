@@ -26,7 +26,7 @@ from identify.measured.frf_set import POWER
 from identify.model.frf import frf_and_gradient
 from identify.model.system import System
 from identify.results.fit import FitResult, FrfComparison
-from identify.vibration.costs.target import channel_rows
+from identify.vibration.costs.make_target import channel_rows
 from identify.vibration.fitted_model import FittedModel
 
 _ROUNDS = 8

@@ -89,7 +89,7 @@ def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objecti
         held.append(Stage(_told(GaussNewton()), objective, moves))
     first = next(number for number, stage in enumerate(held) if moves_errors(stage))
     targets = problem.targets()
-    optimizer = SOFT_STAGE if any(one.simulated is not None for one in targets.frf) else _LEADING
+    optimizer = SOFT_STAGE if targets.simulated else _LEADING
     leading = [Stage(optimizer, soft, held[first].moves | errors) for soft in softened(targets)]
     return (*held[:first], *leading, *held[first:])
 

@@ -30,14 +30,8 @@ from identify.model.system import System
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
-from identify.vibration.costs.target import (
-    FrfTarget,
-    ModalTarget,
-    Targets,
-    channel_rows,
-    frf_target,
-    record_length,
-)
+from identify.vibration.costs.make_target import channel_rows, frf_target, record_length
+from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, list_nuisances
 from identify.vibration.nuisances.placed import Placed, basis_points, place
 from identify.vibration.nuisances.settings import UncertaintySettings
@@ -48,18 +42,22 @@ from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFi
 
 @dataclass(frozen=True)
 class Given:
-    """One measurement before a model meets it: its data in the band, their noise (None: unknown, or in the
-    table) and length of record; basis: what errors of what was told change, where they are stated.
+    """One measurement before a model meets it: its data in the band, with their noise where it is known, and
+    length of record; basis: what errors of what was told change, where they are stated.
     """
 
     name: str
     settings: MeasurementSettings
     posture: Array
     data: FrfSet | ModalTable
-    noise: Array | None = None
     record: float | None = None
     impact: Impact | None = None
     basis: Basis | None = None
+
+    @property
+    def noise(self) -> Array | None:
+        """Of its FRFs, where it is known."""
+        return self.data.noise if isinstance(self.data, FrfSet) else None
 
     @property
     def outputs(self) -> tuple[Channel, ...]:
@@ -402,7 +400,7 @@ def _read(file: StudyFile, settings: MeasurementSettings, name: str, posture: Ar
         return Given(name, settings, posture, read_modal_table(file.resolve(settings.modes), shapes))
     data = _in_band(_select(read_frfs(file, settings), settings, name), file.study.band_hz, name)
     data = _with_noise(data, settings)
-    return Given(name, settings, posture, data, data.noise, record_length(data), _impact(data, settings))
+    return Given(name, settings, posture, data, record_length(data), _impact(data, settings))
 
 
 def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
@@ -473,5 +471,6 @@ def _with_noise(data: FrfSet, settings: MeasurementSettings) -> FrfSet:
         return replace(data, noise=noise)
     if data.noise is not None or data.coherence is None:
         return data
-    estimated = settings.estimate is not None and settings.estimate.method != "h1"
-    return replace(data, noise=noise_std(data)) if estimated else without_bias(data)
+    if settings.estimate is None or settings.estimate.method == "h1":
+        return without_bias(data)
+    return replace(data, noise=noise_std(data))

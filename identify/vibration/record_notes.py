@@ -19,7 +19,7 @@ def record_notes(targets: Targets, values: Array) -> list[str]:
     """
     known = {p.name for one in targets.frf for p in one.system.parameters}
     ended = any(one.record is not None for one in targets.frf)
-    if not ended or PRE_TRIGGER in known or any(one.simulated is not None for one in targets.frf):
+    if not ended or PRE_TRIGGER in known or targets.simulated:
         return []
     times = valleys()
     gaps = [

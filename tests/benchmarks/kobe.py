@@ -22,7 +22,8 @@ from identify.modal.analysis import analyse
 from identify.model.geometry import sensor_geometry
 from identify.model.modes import complex_modes
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.costs.target import FrfTarget, frf_target
+from identify.vibration.costs.make_target import frf_target
+from identify.vibration.costs.target import FrfTarget
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem, read_frfs
 from identify.vibration.study import read_study

@@ -138,9 +138,9 @@ def _with_noisy_forces(problem: Problem, seed: int, lean: float = 0.0) -> tuple[
 
         frf = h * (1 + 0.02 * random(len(h), 1, h.shape[2])) + level * random(*h.shape)
         noise = np.sqrt(level**2 + (0.02 * np.abs(h)) ** 2)
-        data = replace(m.target.data, frf=frf)
+        data = replace(m.target.data, frf=frf, noise=noise)
         target = replace(m.target, data=data, noise=noise)
-        measured.append(replace(m, given=replace(m.given, data=data, noise=noise), target=target))
+        measured.append(replace(m, given=replace(m.given, data=data), target=target))
     return replace(problem, measurements=tuple(measured)), spring
 
 

@@ -97,7 +97,7 @@ def _measured(problem: Problem, model: Problem) -> Problem:
         frf = told.target.predict(model.initial)  # type: ignore[union-attr]
         noise = 0.001 * (np.abs(frf) + np.abs(frf).mean())
         frf = frf + noise * (rng.normal(size=frf.shape) + 1j * rng.normal(size=frf.shape)) / np.sqrt(2)
-        given: Given = replace(m.given, data=replace(m.given.data, frf=frf), noise=noise / np.sqrt(2))
+        given: Given = replace(m.given, data=replace(m.given.data, frf=frf, noise=noise / np.sqrt(2)))
         return replace(m, given=given)
 
     pairs = zip(problem.measurements, model.measurements, strict=True)

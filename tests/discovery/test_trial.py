@@ -105,7 +105,7 @@ def test_doubled_noise_quarters_the_squares(problem: Problem) -> None:
         measurements=tuple(
             replace(
                 m,
-                given=replace(m.given, noise=2 * m.given.noise),
+                given=replace(m.given, data=replace(m.given.data, noise=2 * m.given.noise)),
                 target=replace(m.target, noise=2 * m.target.noise),  # type: ignore[union-attr,operator]
             )
             for m in problem.measurements

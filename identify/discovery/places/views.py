@@ -20,7 +20,8 @@ from identify.model.effects.site import Site
 from identify.model.system import Factors, System, assemble, build_site
 from identify.robot.description import Robot
 from identify.robot.points import Point
-from identify.vibration.costs.target import FrfTarget, channel_rows, needed_channels
+from identify.vibration.costs.make_target import channel_rows, needed_channels
+from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Measurement, Problem
 
 _JITTER = 1e-11

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,49 +11,22 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
-from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
-from identify.model.effects.measurement import MeasurementEffect, Reading, Unread
+from identify.model.effects.measurement import Reading, Unread
 from identify.model.frf import frf, frf_slope, gradient_with
-from identify.model.impact import Impact
 from identify.model.impacted import impacted_frf
 from identify.model.system import System
 from identify.model.truncation import TruncationCorrection, end_of_record
-from identify.robot.points import Point
-from identify.vibration.costs.impact import MOVED, ImpactSimulator, SimulatedImpact, simulated_impact
+from identify.vibration.costs.impact import MOVED, ImpactSimulator, SimulatedImpact
 from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
 from identify.vibration.nuisances.placed import Placed, state
 from identify.vibration.nuisances.sensitivity import Block
 
-Uncertain = Callable[[System, tuple[Channel, ...], tuple[Channel, ...]], Placed]
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
 _CHUNK = 200_000
 """Complex numbers worked on at a time for a population: what stays in a processor's cache."""
-
-
-def channel_rows(
-    system: System, points: Mapping[int, Point], channels: tuple[Channel, ...], where: str
-) -> Array:
-    """(channels, n): motion of each channel per released coordinate; a channel without a point is an
-    InputError.
-    """
-    rows, turned = [], dict[int, Array]()
-    for channel in channels:
-        if channel.node not in points:
-            raise InputError(
-                where,
-                f"channel {channel} has no point",
-                "a node of the points file",
-                "add it there or leave the channel out",
-            )
-        if channel.node not in turned:
-            point = points[channel.node]
-            motion = system.jacobian(point.link, point.position, where)
-            turned[channel.node] = np.concatenate([point.axes @ motion[:3], point.axes @ motion[3:]])
-        rows.append(channel.sign * turned[channel.node][channel.axis])
-    return np.array(rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -436,49 +409,6 @@ def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
     )
 
 
-def frf_target(
-    name: str,
-    data: FrfSet,
-    system: System,
-    points: Mapping[int, Point],
-    noise: Array | None = None,
-    record: float | None = None,
-    impact: Impact | None = None,
-    uncertain: Uncertain | None = None,
-) -> FrfTarget:
-    """A set with its prediction by a system, through the readings of the system's effects; InputError for a
-    channel without a point.
-
-    uncertain: places the nuisances of the measurement, for a system, its response channels (those that
-    readings need too) and its forces.
-    """
-    measuring = [
-        (effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)
-    ]
-    channels = needed_channels(data, system, points)
-    readings = tuple((effect.reading(channels, points), numbers) for effect, numbers in measuring)
-    out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
-    simulated = simulated_impact(name, data, system, force.T, impact)
-    placed = None if uncertain is None else uncertain(system, channels, data.inputs)
-    return FrfTarget(name, data, system, out, force.T, noise, readings, record, simulated, nuisances=placed)
-
-
-def needed_channels(data: FrfSet, system: System, points: Mapping[int, Point]) -> tuple[Channel, ...]:
-    """The set's outputs, then what readings of the system's effects need besides."""
-    channels = data.outputs
-    for effect, _ in system.effects:
-        if isinstance(effect, MeasurementEffect):
-            channels += effect.needed(channels, points)
-    return channels
-
-
-def record_length(data: FrfSet) -> float | None:
-    """One over the spacing of lines where an exponential window says that the FRFs are those of impacts."""
-    if data.window_decay_per_s <= 0 or len(data.frequency_hz) < 2:
-        return None
-    return float(1 / np.diff(data.frequency_hz).min())
-
-
 @dataclass(frozen=True, eq=False)
 class ModalTarget:
     """One measured modal table and the system whose modes it lists; out (channels, n) where the table has
@@ -502,8 +432,13 @@ class Targets:
     modal: tuple[ModalTarget, ...] = ()
     nuisances: tuple[int, ...] = ()
 
+    @property
+    def simulated(self) -> bool:
+        """Whether impacts of any of them are simulated."""
+        return any(target.simulated is not None for target in self.frf)
+
     def __post_init__(self) -> None:
-        if any(target.simulated is not None for target in self.frf):
+        if self.simulated:
             simulator = _simulator(self.frf)
             together = tuple(replace(target, simulator=simulator) for target in self.frf)
             object.__setattr__(self, "frf", together)
