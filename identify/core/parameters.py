@@ -27,6 +27,15 @@ class Parameter:
     free: bool = True
     nuisance: bool = False
 
+    def at(self, value: float, *, free: bool | None = None) -> Parameter:
+        """The same with another initial value, and free or not as it is unless said; several times as fast as
+        `dataclasses.replace`, as there are hundreds of errors of what was told in each of hundreds of models.
+        """
+        free = self.free if free is None else free
+        if value == self.initial and free == self.free:
+            return self
+        return Parameter(self.name, self.unit, value, self.lower, self.upper, self.log, free, self.nuisance)
+
 
 class Values(BaseModel):
     """Start, bounds and freedom of a group of parameters; a list gives one number per place, a number serves

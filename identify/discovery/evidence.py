@@ -44,6 +44,8 @@ POLICY = Policy(
     settle=Rule(CONVINCING, explained=0.5, material=True),
     settle_several=Rule(CONVINCING, explained=0.8, material=True),
     rival_log_odds=CONVINCING,
+    parsimony=0.97,
+    parsimony_below=0.9,
     pair_below=0.9,
     most=6,
     patience=2,

@@ -39,6 +39,9 @@ _WITHIN, _PROMISED = 2.0, 0.75
 """How many times the gap above noise that the best trial leaves, and which share of the present one, a linear
 step from where the fits of its places ended must come down to for an effect whose steps may have gone astray
 there to be tried: a fit that has settled far above promises nothing any more."""
+_MOSTLY, _MANY = 0.8, 4
+"""Which part of the gap above noise must be explained for variants with many more parameters than the best
+candidate to be tried on all lines; how many more are not many."""
 _AT_BOUND = 1e-3
 """Share of the way between its bounds within which a parameter is at one of them."""
 _UNEXPLAINED, _EXPLAINED, _LAWLESS = 2.0, 0.1, 0.03
@@ -316,6 +319,9 @@ def promising(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[T
 def thorough(workers: Workers, trials: Sequence[Trial], present: float = np.inf) -> list[list[Trial]]:
     """Each promising candidate on all lines, the best of them in their other variants too; those with a
     solution.  present: the gap of the present model.
+
+    Where none of them explains most of that, something else is missing beside it, and many more parameters in
+    a variant would stand for that.
     """
     if workers.with_errors:
         groups = thorough_softly(workers, trials, present)
@@ -327,18 +333,24 @@ def thorough(workers: Workers, trials: Sequence[Trial], present: float = np.inf)
         for one in end.task.new[0].variants()
         if not trial.task.anchor
     ]
-    others = varied_thoroughly(workers, varied, min((end.gap for end in ends), default=np.inf))
+    best = min(ends, key=squares_of, default=None)
+    if best is None:
+        return []
+    most = np.inf if removed(present, best.gap) >= _MOSTLY else best.free + _MANY
+    others = varied_thoroughly(workers, varied, best.gap, most)
     return [
         [t for t in (end, *(t for t in others if t.task.new[0] in end.task.new[0].variants())) if solved(t)]
         for end in ends
     ]
 
 
-def varied_thoroughly(workers: Workers, tasks: Sequence[Task], best: float) -> list[Trial]:
+def varied_thoroughly(
+    workers: Workers, tasks: Sequence[Task], best: float, most: float = np.inf
+) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more than the best gap does in a quick
-    trial.
+    trial, and those with more free parameters than `most`.
     """
-    near = near_enough(workers.run(tasks), best)
+    near = [trial for trial in near_enough(workers.run(tasks), best) if trial.free <= most]
     return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
 
 
@@ -409,7 +421,8 @@ def _together(
     workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple[Trial, Trial]]
 ) -> list[Trial]:
     """Quick trials of pairs, the best first; only of those that are the best after a few steps."""
-    tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, "brief") for a, b in pairs]
+    how: Literal["astray", "brief"] = "astray" if workers.with_errors else "brief"
+    tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, how) for a, b in pairs]
     near = sorted(workers.run(tasks), key=squares_of)[:_PAIRS]
     if workers.with_errors:
         near = further(workers, near, "led")
@@ -417,14 +430,17 @@ def _together(
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:
-    """The best, but few of each kind: what resembles the best one comes right behind it, and what is missing
-    beside it may not.
+    """The best, but few of each kind and one form of each: what resembles the best one comes right behind it,
+    and what is missing beside it may not.
     """
-    chosen: list[Trial] = []
+    chosen, forms = list[Trial](), list[Effect]()
     for trial in quick:
-        alike = sum(one.task.new[0].kind == trial.task.new[0].kind for one in chosen)
-        if alike < _OF_A_KIND and len(chosen) < _PAIRED and np.isfinite(trial.squares):
+        [effect] = trial.task.new
+        alike = sum(one.task.new[0].kind == effect.kind for one in chosen)
+        known = any(one in forms for one in (effect, *effect.variants()))
+        if alike < _OF_A_KIND and len(chosen) < _PAIRED and not known and np.isfinite(trial.squares):
             chosen.append(trial)
+            forms += [effect, *effect.variants()]
     return chosen
 
 

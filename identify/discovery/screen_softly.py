@@ -204,8 +204,8 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     """Each promising candidate that may win on all lines, the best of them in their other variants too.
 
     From where residuals counted for little to the likelihood; afresh too where none of them closes the gap,
-    but variants only where the best of them explains half of the present gap: with less, something else is
-    missing beside it, and forms are compared once that is found.
+    but variants only where the best of them comes near, and afresh where it explains half of the present gap:
+    with less, something else is missing beside it, and forms are compared once that is found.
     """
     beside = [trial for trial in trials if trial.task.how == "beside"]
     if len(beside) == len(trials):  # looked at from the present model alone
@@ -216,7 +216,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     if not whole:
         return []
     tried, tasks = [one.task.new for one in whole], list[Task]()
-    for one in whole[:_VARIED]:
+    for one in whole[:_VARIED] if whole[0].gap <= FAR else ():
         left = [variant for variant in one.task.new[0].variants() if (variant,) not in tried]
         tried += [(variant,) for variant in left]
         tasks += [replace(one.task, new=(variant,), values=one.values) for variant in left]

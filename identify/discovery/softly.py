@@ -26,7 +26,7 @@ half a per cent counts as one of 50, 15 and 5 %."""
 
 def without_errors(problem: Problem) -> Problem:
     """The problem as it was told: its errors held at nothing."""
-    held = (replace(p, initial=0.0, free=False) if p.nuisance else p for p in problem.parameters)
+    held = (p.at(0.0, free=False) if p.nuisance else p for p in problem.parameters)
     return replace(problem, parameters=tuple(held))
 
 
@@ -54,12 +54,11 @@ def led_by_links(
     if not of_links(targets):
         return led(problem, start, path, optimizer)
     links = {one.name for one in problem.nuisances.entries if one.group == "link"}
-    moving = tuple(
-        replace(p, free=p.free and (not p.nuisance or p.name in links)) for p in problem.parameters
-    )
-    values = np.where([p.nuisance and p.name not in links for p in moving], 0.0, start)
+    moving = [not p.nuisance or p.name in links for p in problem.parameters]
+    values = np.where([p.nuisance for p in problem.parameters] & ~np.array(moving), 0.0, start)
     # What does not move stays where its initial value is.
-    parameters = tuple(replace(p, initial=float(v)) for p, v in zip(moving, values, strict=True))
+    every = zip(problem.parameters, values.tolist(), moving, strict=True)
+    parameters = tuple(p.at(value, free=p.free and moves) for p, value, moves in every)
     held, cost = replace(problem, parameters=parameters), np.inf
     for softness in path:
         values, cost = minimized(held, values, optimizer, LinksObjective(targets, softness))

@@ -27,6 +27,8 @@ _UPPER = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)])
 """Entries of a symmetric matrix in the order in which the springs have them."""
 _FEW, _FOLLOWED, _STEPS, _TOLERANCE = 4, 2, 15, 1e-5
 """Steps from all directions; how many of them are followed, and how far."""
+_ALIKE = float(np.cos(np.radians(5)))
+"""Directions with such a product are the same one."""
 _STRIDE, _INSIDE = 0.5, 1e-6
 """How far the other parameters go at first, on a logarithmic scale; how far from bounds a search starts."""
 _DAMPING = (1e-6, 1.0)
@@ -168,9 +170,19 @@ def _direction(strut: _Strut) -> tuple[Array, float]:
     There is a valley on either side of what no posture moves, and a start says little of its end: all of them
     go a few steps, the best ones on.
     """
-    ends = sorted((_followed(strut, y, _FEW) for y in strut.starts()), key=_cost)[:_FOLLOWED]
-    _, best = min((_followed(strut, y, _STEPS) for _, y in ends), key=_cost)
+    ends = sorted((_followed(strut, y, _FEW) for y in strut.starts()), key=_cost)
+    _, best = min((_followed(strut, y, _STEPS) for y in _apart([y for _, y in ends])), key=_cost)
     return best[-4:-1], float(np.exp(best[-1]))
+
+
+def _apart(ends: list[Array]) -> list[Array]:
+    """The best few of different directions, the best first: many starts end at the same one."""
+    units = [y[-4:-1] / np.linalg.norm(y[-4:-1]) for y in ends]
+    chosen = list[int]()
+    for number, unit in enumerate(units):
+        if all(abs(unit @ units[other]) < _ALIKE for other in chosen) and len(chosen) < _FOLLOWED:
+            chosen.append(number)
+    return [ends[number] for number in chosen]
 
 
 def _followed(strut: _Strut, start: Array, steps: int) -> tuple[float, Array]:

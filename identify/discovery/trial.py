@@ -164,9 +164,21 @@ class TrialRunner:
         if any({"mass", "stiffness"} <= quantities for quantities in terms):
             return from_each(held, present, _FOLLOWED)
         if task.how == "astray":
-            return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
+            return self._led_back(problem, present, task)
         fresh = self._afresh(problem, starts)
         return np.asarray(fresh[int(np.argmin(_logarithmic(problem).costs(fresh)))])
+
+    def _led_back(self, problem: Problem, present: Array, task: Task) -> Array:
+        """Where a few steps by logarithmic residuals lead, without errors of what was told, from the present
+        values (m, parameters) or with what is known afresh; two new effects from where each begins, as either
+        by itself made up for the other.
+        """
+        if len(task.new) > 1:
+            anew = _anew(problem, task)
+            problem = self._model("thin", anew)
+            present = self._starts(without_errors(problem), anew)
+        held = without_errors(problem)
+        return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts.

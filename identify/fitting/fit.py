@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
@@ -174,7 +174,7 @@ def _led(
 def _part(parameters: Sequence[Parameter], stage: Stage, values: Array) -> Scale:
     """The parameters that a stage moves; the others are held at their present values (parameters,)."""
     rows = zip(parameters, values.tolist(), stage.moves.tolist(), strict=True)
-    return Scale(tuple(replace(p, initial=value, free=p.free and moved) for p, value, moved in rows))
+    return Scale(tuple(p.at(value, free=p.free and moved) for p, value, moved in rows))
 
 
 def starting_points(parameters: tuple[Parameter, ...], starts: int, factor: float, seed: int) -> list[Array]:

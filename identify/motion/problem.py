@@ -290,7 +290,7 @@ def with_numbers(
             raise InputError("candidates", f"unknown number {where!r}", "one of " + ", ".join(known))
         sections[section] = sections[section].model_copy(update={key: number})
     table = number_table(sections, len(problem.robot.joints), len(problem.springs))
-    started = [replace(p, initial=values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
+    started = [p.at(values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
     springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
     return replace(problem, springs=springs, table=replace(table, parameters=own), freed=freed)
 

@@ -308,7 +308,7 @@ def _assembled(
         [partial(_measurement, points, postures, nuisances, forms, given_values, one) for one in given]
     )
     parameters = tuple(
-        replace(p, initial=given_values.get(p.name, p.initial))
+        p.at(given_values.get(p.name, p.initial))
         for p in (*measurements[0].system.parameters, *nuisances.parameters)
     )
     return Problem(file, robot, points, parameters, tuple(measurements), reference, nuisances)

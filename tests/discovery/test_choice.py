@@ -126,6 +126,30 @@ def test_few_of_a_kind_are_tried_in_pairs() -> None:
     assert [trial.task.new[0] for trial in chosen] == [*bodies[:2], TILT, BASE]
 
 
+def test_one_form_of_each_is_tried_in_pairs() -> None:
+    """What two of them do together does not depend on it at first."""
+    world = World(lambda kinds: 5.0)
+    [turned] = [form for form in TILT.variants() if form.valleys > 1]
+    FREE.update({id(turned): 6})
+    chosen = screen.various([world.model(effect) for effect in (turned, BASE, TILT)])
+    assert [trial.task.new[0] for trial in chosen] == [turned, BASE]
+
+
+@pytest.mark.parametrize(
+    ("resonator", "body", "chosen"),
+    [(16.14, 16.48, MASS), (16.14, 18.0, BODY), (1.1, 1.2, BODY)],
+)
+def test_far_from_the_data_the_smaller_of_two_that_explain_as_much_is_chosen(
+    resonator: float, body: float, chosen: Effect
+) -> None:
+    """A body of 10 numbers, and a resonator of 12 that fits a little of what else is missing."""
+    world = World(lambda kinds: resonator if "appended-resonator" in kinds else body if kinds else 50.0)
+    before, criterion = world.model(), EvidenceCriterion(4.0)
+    attempts = [screen.attempt(before, world.model(effect)) for effect in (BODY, MASS)]
+    [found] = choice(POLICY, as_options(criterion, before, attempts))
+    assert found.effect == chosen
+
+
 def test_data_that_were_not_fitted_count_in_the_choice() -> None:
     criterion, task = EvidenceCriterion(1.0), Task((DRIVES,), (), {})
     better_fitted = Trial(task, {}, 5_000.0, COUNT, 30_000.0, COUNT, 12)

@@ -215,6 +215,21 @@ def test_variants_that_cannot_win_are_not_refitted(gap: float, how: list[str]) -
     assert len(trials) == len(how) - 1
 
 
+@pytest.mark.parametrize(("present", "tried"), [(20.0, False), (80.0, True)])
+def test_a_variant_of_many_more_parameters_waits_where_much_is_left(present: float, tried: bool) -> None:
+    """It would stand for what else is missing."""
+    link = parse_effect({"kind": "link-flexibility", "link": "link2"})
+    [richer] = link.variants()
+
+    class Sized(_Recorded):
+        def run(self, tasks: list[Task]) -> list[Trial]:
+            return [replace(t, free=30 if t.task.new == (richer,) else 19) for t in super().run(tasks)]
+
+    workers, before = Sized(9.0), Task((DRIVES,), (link,), {})
+    [group] = screen.thorough(cast(Workers, workers), [Trial(before, {}, 81000.0, 1000)], present)
+    assert any(trial.task.new == (richer,) for trial in group) is tried
+
+
 class _Asked:
     """Workers that keep what they are asked for, and leave everything as it is."""
 

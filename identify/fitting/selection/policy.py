@@ -21,7 +21,8 @@ class Policy:
     to be settled on by itself; settle_several: the same for several additions that do not gain enough one by
     one (None: whatever is admitted).  rival, rival_log_odds, rival_part: see `rivals`.
     parsimony: options that explain at least this part of what the best one explains are alike, and the
-    smallest of them is taken; None: the likeliest.
+    smallest of them is taken; None: the likeliest.  parsimony_below: only where the best one explains less
+    than this, so that many parameters of one effect do not stand for others that are missing too.
     pair_below: pairs are tried where the best one explains less than this.
     most: additions at most; patience: how many unsettled additions are followed, because two effects of equal
     size hide each other, and beyond that where one together with another explains what settle_several asks;
@@ -41,6 +42,7 @@ class Policy:
     rival_log_odds: float = 5.0
     rival_part: float = -math.inf
     parsimony: float | None = None
+    parsimony_below: float = math.inf
     pair_below: float = -math.inf
     most: float = math.inf
     patience: int = 0

@@ -57,12 +57,13 @@ def ranked(options: Sequence[Option[E, M]]) -> list[Option[E, M]]:
 def choice(policy: Policy, options: Sequence[Option[E, M]]) -> tuple[Option[E, M], ...]:
     """The best of the options that are admitted; nothing where none is.
 
-    The likeliest, or the smallest of those that explain about as much as the best one.
+    The likeliest, or the smallest of those that explain about as much as the best one, where a policy asks
+    for that.
     """
     admitted = [option for option in options if policy.admit.holds(option.gain)]
-    if not admitted or policy.parsimony is None:
+    most = max((option.gain.explained for option in admitted), default=0.0)
+    if not admitted or policy.parsimony is None or most >= policy.parsimony_below:
         return tuple(ranked(admitted)[:1])
-    most = max(option.gain.explained for option in admitted)
     alike = [option for option in admitted if option.gain.explained >= policy.parsimony * most]
     return (min(alike, key=lambda option: (option.size, -option.gain.log_odds)),)
 
