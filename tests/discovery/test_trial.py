@@ -199,3 +199,22 @@ def test_under_stated_uncertainty_a_first_look_that_went_astray_begins_with_the_
     )
     far_off = replace(near, parameters=far)
     assert gap(far_off, "astray") < 0.2 * gap(far_off)
+
+
+def test_under_stated_uncertainty_two_effects_begin_where_each_does_by_default(tmp_path: Path) -> None:
+    """Not where either ended by itself, which made up for the other."""
+    config = tmp_path / "study.yaml"
+    text = CONFIG.read_text(encoding="utf-8").replace("../data", str(CONFIG.parents[1] / "data"))
+    config.write_text(f"{text}\nuncertainty: careful\n", encoding="utf-8")
+    runner = TrialRunner(load_problem(read_study(config)))
+    known = tuple(runner.whole.file.study.effects)
+    present = {p.name: p.initial for p in runner.whole.parameters}
+    two = tuple(
+        parse_effect({"kind": "joint-compliance", "joints": [joint], "axes": ["rx", "ry"]})
+        for joint in (2, 3)
+    )
+    ended = {f"joint{joint}.{axis}.stiffness": 1e9 for joint in (2, 3) for axis in ("rx", "ry")}
+    first = runner.run(Task(known, two, present, "astray"))
+    assert set(ended) <= set(first.values)
+    misled = runner.run(Task(known, two, {**present, **ended}, "astray"))
+    assert misled.gap == pytest.approx(first.gap, rel=1e-6)
