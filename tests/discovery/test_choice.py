@@ -136,17 +136,17 @@ def test_one_form_of_each_is_tried_in_pairs() -> None:
 
 
 @pytest.mark.parametrize(
-    ("resonator", "body", "chosen"),
-    [(16.14, 16.48, MASS), (16.14, 18.0, BODY), (1.1, 1.2, BODY)],
+    ("before", "resonator", "body", "chosen"),
+    [(50.0, 16.14, 16.48, MASS), (50.0, 16.14, 18.0, BODY), (50.0, 1.16, 1.2, BODY), (1.7, 1.14, 1.15, BODY)],
 )
 def test_far_from_the_data_the_smaller_of_two_that_explain_as_much_is_chosen(
-    resonator: float, body: float, chosen: Effect
+    before: float, resonator: float, body: float, chosen: Effect
 ) -> None:
     """A body of 10 numbers, and a resonator of 12 that fits a little of what else is missing."""
-    world = World(lambda kinds: resonator if "appended-resonator" in kinds else body if kinds else 50.0)
-    before, criterion = world.model(), EvidenceCriterion(4.0)
-    attempts = [screen.attempt(before, world.model(effect)) for effect in (BODY, MASS)]
-    [found] = choice(POLICY, as_options(criterion, before, attempts))
+    world = World(lambda kinds: resonator if "appended-resonator" in kinds else body if kinds else before)
+    bench, criterion = Known(world), EvidenceCriterion(1.0)
+    attempts = [screen.attempt(world.model(), world.model(effect)) for effect in (BODY, MASS)]
+    [found] = choice(POLICY, as_options(criterion, world.model(), attempts), bench.at_noise)
     assert found.effect == chosen
 
 

@@ -4,7 +4,7 @@ evidence, its rivals named.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -32,7 +32,7 @@ def turn(bench: Workbench[E, M], before: M, story: Story, banned: Sequence[E] = 
     groups = [group for group in bench.refit(before, promising) if group]
     criterion = bench.criterion([before, *(attempt.model for group in groups for attempt in group)])
     options = ranked([ranked(as_options(criterion, before, group))[0] for group in groups])
-    chosen = choice(bench.policy, options)
+    chosen = choice(bench.policy, options, bench.at_noise)
     explained = chosen[0].gain.explained if chosen else 0.0
     step = Step(before, tuple(options), chosen, (), criterion, explained)
     if not chosen or explained < bench.policy.pair_below:
@@ -54,15 +54,18 @@ def ranked(options: Sequence[Option[E, M]]) -> list[Option[E, M]]:
     return sorted(options, key=lambda option: -option.gain.log_odds)
 
 
-def choice(policy: Policy, options: Sequence[Option[E, M]]) -> tuple[Option[E, M], ...]:
+def choice(
+    policy: Policy, options: Sequence[Option[E, M]], at_noise: Callable[[M], bool] = lambda model: False
+) -> tuple[Option[E, M], ...]:
     """The best of the options that are admitted; nothing where none is.
 
     The likeliest, or the smallest of those that explain about as much as the best one, where a policy asks
-    for that.
+    for that and none of the models is at noise, where evidence is exact.
     """
     admitted = [option for option in options if policy.admit.holds(option.gain)]
     most = max((option.gain.explained for option in admitted), default=0.0)
-    if not admitted or policy.parsimony is None or most >= policy.parsimony_below:
+    exact = most >= policy.parsimony_below or any(at_noise(option.model) for option in admitted)
+    if not admitted or policy.parsimony is None or exact:
         return tuple(ranked(admitted)[:1])
     alike = [option for option in admitted if option.gain.explained >= policy.parsimony * most]
     return (min(alike, key=lambda option: (option.size, -option.gain.log_odds)),)
