@@ -109,7 +109,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         if final is not found.final:
             final = bench.settled(final)
         found = Selection(found.first, final, tuple(options))
-    added = in_turn(problem, workers, found.first, found.options, found.final)
+    added = in_turn(problem, workers, found.first, found.options, found.final, bench.refitted)
     places = tuple(bench.places(step.before) for step in story.steps)
     return Discovery(problem, found.first, found.final, tuple(added), tuple(story.steps), places)
 
@@ -270,10 +270,17 @@ def check_cost(file: StudyFile) -> None:
 
 
 def in_turn(
-    problem: Problem, workers: Workers, first: Trial, options: Sequence[Option], final: Trial
+    problem: Problem,
+    workers: Workers,
+    first: Trial,
+    options: Sequence[Option],
+    final: Trial,
+    refitted: Callable[[Sequence[Effect]], Trial | None] = lambda effects: None,
 ) -> list[Option]:
     """The options with what each adds to those before it, which is not what it was found with where others
     were taken out since; the last one with the final model, which was taken further than it was found.
+
+    refitted: a model of these effects that was fitted on the way.
     """
     known = first.task.effects
     effects = [(*known, *(one.effect for one in options[: n + 1])) for n in range(len(options))]
@@ -282,8 +289,8 @@ def in_turn(
     criterion, before = EvidenceCriterion(variance_inflation(problem, final)), first
     result: list[Option] = []
     for option, own in zip(options, effects, strict=True):
-        trial = final
-        if len(own) < len(final.task.effects):
+        trial = final if len(own) == len(final.task.effects) else refitted(own)
+        if trial is None:
             [trial] = workers.run([Task(own, (), {**final.values, **before.values}, "thorough")])
         gain = criterion.gain(before, trial)
         result.append(selection.Option(option.effect, trial, trial.free - before.free, gain))

@@ -127,6 +127,11 @@ class ImpactWorkbench:
         """Keep a model that effects are added to."""
         self._models.setdefault(_key(model.task.effects), model)
 
+    def refitted(self, effects: Sequence[Effect]) -> Trial | None:
+        """A model of these effects, in any order, that was fitted on all lines on the way."""
+        key = _key(effects)
+        return self._models.get(key) or self._refitted.get(key)
+
     def places(self, model: Trial) -> list[PlaceFit]:
         """The places that were looked at beside the effects of a model, best first."""
         return next((found for effects, found in reversed(self._places) if effects == model.task.effects), [])

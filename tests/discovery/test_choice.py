@@ -277,6 +277,10 @@ def test_what_stands_for_many_things_gives_way_to_what_is_missing(monkeypatch: p
     in_turn = loop.in_turn(cast(Problem, None), _workers(world), first, added, final)
     assert [option.model.gap for option in in_turn] == pytest.approx([8.0, 1.0])
     assert in_turn[-1].model is final
+    on_the_way, tasks = replace(in_turn[0].model, squares=COUNT * 4.0), world.tasks
+    again = loop.in_turn(cast(Problem, None), _workers(world), first, added, final, lambda _: on_the_way)
+    assert [option.model.gap for option in again] == pytest.approx([2.0, 1.0])
+    assert world.tasks == tasks, "what was fitted on the way is not fitted again"
     assert loop.in_turn(cast(Problem, None), _workers(world), first, options, found) == options
     settled = replace(found, squares=found.squares / 2)
     [one, last] = loop.in_turn(cast(Problem, None), _workers(world), first, options, settled)
