@@ -19,6 +19,7 @@ from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection import loop as selection_loop
 from identify.fitting.selection import prune as selection_prune
+from identify.fitting.selection import turn as selection_turn
 from identify.fitting.selection import workbench as workbench_types
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.prune import exchange, prune
@@ -116,6 +117,16 @@ def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() ->
     two = screen.first_of_two(_workers(alone), step, quick)
     assert two.best == options[0]
     assert two.explained == pytest.approx(1 - 7 / 39)
+
+
+def test_what_a_pair_brought_is_ranked_among_the_others() -> None:
+    world = World(lambda kinds: 5.0)
+    worse, better = _option(world.model(BODY), 40.0), _option(world.model(TILT), 50.0)
+    bench = SimpleNamespace(pair=lambda *_: ((better,), 0.9))
+    step = replace(_step(world.model(), worse), options=(worse,))
+    found = selection_turn._with_pair(cast(Any, bench), step, [], [])
+    assert found.options == (better, worse)
+    assert found.found == (better,)
 
 
 def test_few_of_a_kind_are_tried_in_pairs() -> None:

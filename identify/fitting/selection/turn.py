@@ -101,5 +101,5 @@ def _with_pair(
     if pair is None:
         return step
     found, promise = pair
-    options = (*step.options, *(option for option in found if option not in step.options))
-    return replace(step, options=options, found=found, promise=promise)
+    options = ranked([*step.options, *(option for option in found if option not in step.options)])
+    return replace(step, options=tuple(options), found=found, promise=promise)
