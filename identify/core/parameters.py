@@ -28,8 +28,8 @@ class Parameter:
     nuisance: bool = False
 
     def at(self, value: float, *, free: bool | None = None) -> Parameter:
-        """The same with another initial value, and free or not as it is unless said; several times as fast as
-        `dataclasses.replace`, as there are hundreds of errors of what was told in each of hundreds of models.
+        """The same with another initial value, and free or not as it is unless said; in half the time of
+        `dataclasses.replace`, and at once where nothing changes: models have hundreds of parameters.
         """
         free = self.free if free is None else free
         if value == self.initial and free == self.free:

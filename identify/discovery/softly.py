@@ -55,7 +55,7 @@ def led_by_links(
         return led(problem, start, path, optimizer)
     links = {one.name for one in problem.nuisances.entries if one.group == "link"}
     moving = [not p.nuisance or p.name in links for p in problem.parameters]
-    values = np.where([p.nuisance for p in problem.parameters] & ~np.array(moving), 0.0, start)
+    values = np.where(moving, start, 0.0)
     # What does not move stays where its initial value is.
     every = zip(problem.parameters, values.tolist(), moving, strict=True)
     parameters = tuple(p.at(value, free=p.free and moves) for p, value, moves in every)

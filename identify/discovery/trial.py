@@ -151,8 +151,8 @@ class TrialRunner:
 
     def _first_start(self, problem: Problem, starts: Array, task: Task) -> Array:
         """Where a first look starts with errors of what was told: with what is known afresh and no errors,
-        because those of the present model make up for what it lacks; a look that went astray, where a few
-        steps by logarithmic residuals lead, whose valley is wide, from there or from the present values.
+        because those of the present model make up for what it lacks; a look that went astray, where
+        logarithmic residuals lead, whose valley is wide.
 
         A resonance of its own is as narrow as its peak: it needs the present values beside it, and each
         frequency followed.
@@ -164,20 +164,19 @@ class TrialRunner:
         if any({"mass", "stiffness"} <= quantities for quantities in terms):
             return from_each(held, present, _FOLLOWED)
         if task.how == "astray":
-            return self._led_back(problem, present, task)
+            return self._led_back(held, present, task)
         fresh = self._afresh(problem, starts)
         return np.asarray(fresh[int(np.argmin(_logarithmic(problem).costs(fresh)))])
 
-    def _led_back(self, problem: Problem, present: Array, task: Task) -> Array:
+    def _led_back(self, held: Problem, present: Array, task: Task) -> Array:
         """Where a few steps by logarithmic residuals lead, without errors of what was told, from the present
         values (m, parameters) or with what is known afresh; two new effects from where each begins, as either
         by itself made up for the other.
         """
         if len(task.new) > 1:
-            anew = _anew(problem, task)
-            problem = self._model("thin", anew)
-            present = self._starts(without_errors(problem), anew)
-        held = without_errors(problem)
+            anew = _anew(held, task)
+            held = without_errors(self._model("thin", anew))
+            present = self._starts(held, anew)
         return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:

@@ -260,11 +260,9 @@ class ImpactWorkbench:
         was added to it.
         """
         tasks = [Task(_without(model, effect), (), model.values, "thorough") for effect in effects]
-        keys = [_key(task.known) for task in tasks]
-        there = [self._models.get(key) for key in keys]
         if self.workers.with_errors:
-            there = [one or self._refitted.get(key) for one, key in zip(there, keys, strict=True)]
-            return self._left_out_softly(model, tasks, there)
+            return self._left_out_softly(model, tasks, [self.refitted(task.known) for task in tasks])
+        there = [self._models.get(_key(task.known)) for task in tasks]
         pairs = zip(self.workers.run(tasks), there, strict=True)
         return [min(filter(None, pair), key=squares_of) for pair in pairs]
 
