@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from identify.core.text import capital, listed
 from identify.core.thresholds import CONVINCING, MISSING, QUIET
-from identify.discovery.evidence import removed
+from identify.discovery.evidence import above_noise, removed
 from identify.discovery.loop import Discovery, Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
@@ -127,12 +127,11 @@ def verdict(found: Discovery) -> tuple[str, ...]:
     first, final = found.first, found.final
     before, after = gaps(first.gap, first.gap_validation), gaps(final.gap, final.gap_validation)
     if not found.added and first.gap <= QUIET:
-        return (
-            (
-                f"Nothing is missing: the model explains the data to within their noise, gap {before}, and no"
-                " candidate is supported."
-            ),
+        nothing = (
+            f"Nothing is missing: the model explains the data to within their noise, gap {before}, and no"
+            " candidate is supported."
         )
+        return nothing, *_may_hide(first.gap)
     if not found.added:
         return (
             (
@@ -146,8 +145,18 @@ def verdict(found: Discovery) -> tuple[str, ...]:
         f" from {before} to {after}."
     )
     if final.gap <= QUIET:
-        return closed, "What is left is noise."
+        return closed, *(_may_hide(final.gap) or ("What is left is noise.",))
     return closed, "What is left is more than noise, and nothing in the catalogue explains most of it."
+
+
+def _may_hide(gap: float) -> tuple[str, ...]:
+    """What a gap does not rule out that passes as noise, but is larger than a noise level may be wrong by."""
+    if not above_noise(gap):
+        return ()
+    return (
+        f"What is left passes as noise, but is {gap - 1:.0%} above it, more than the noise level may be wrong"
+        " by: a small effect may hide there, which would shift parameters out of their intervals.",
+    )
 
 
 def alike(step: Step) -> tuple[str, ...]:

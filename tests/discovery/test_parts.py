@@ -306,6 +306,16 @@ class TestSentences:
         assert "7.07" in first
         assert "noise" in second
 
+    @pytest.mark.parametrize(("squares", "hides"), [(1080, False), (1166, True)])  # gaps of 1.04 and 1.08
+    def test_a_gap_that_may_hide_something_small_is_said(self, squares: float, *, hides: bool) -> None:
+        before, after = _trial(50000, 25000, 12), _trial(squares, 520, 16, (ROCKING,))
+        option = _option(ROCKING, after, 4000.0)
+        found = Discovery(NO_PROBLEM, before, after, (option,), (self._step(before, option),))
+        nothing = Discovery(NO_PROBLEM, after, after, (), (self._step(after),))
+        for one in (found, nothing):
+            assert hides == any("8% above it" in sentence for sentence in told.verdict(one))
+        assert hides != ("What is left is noise." in told.verdict(found))
+
     def test_what_cannot_be_told_apart_is_said(self) -> None:
         before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))
         best, other = _option(ROCKING, after, 4000.0), _option(TILT, _trial(1031, 520, 16, (TILT,)), 3999.0)
