@@ -44,6 +44,7 @@ _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _NEAREST = 4
 """Starts that are followed for a few steps before one of them is."""
 _FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
+_STEP = GaussNewton(evaluations=2)
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
@@ -372,13 +373,14 @@ def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
     """Where logarithmic residuals lead from the starts (m, parameters) that change what they see; the best.
 
     A resonator's valley is as narrow as its peak, so that the best of a grid of starts is one that does
-    nothing.
+    nothing: each takes a step, and those that are best then go on.
     """
     objective = _logarithmic(problem)
     costs = objective.costs(starts)
     seen = np.abs(costs / costs.min() - 1) > _SEEN
     tried = starts[seen] if seen.any() else starts[:1]
-    ends = [_descend(problem, one[None], optimizer, objective) for one in tried]
+    stepped = sorted((_descend(problem, one[None], _STEP, objective) for one in tried), key=_cost)
+    ends = [_descend(problem, one[None], optimizer, objective) for one, _ in stepped[:_NEAREST]]
     return min(ends, key=_cost)[0]
 
 

@@ -65,15 +65,17 @@ class GaussNewton(Optimizer):
                 continue
             costs = float(search.costs((x + step)[None])[0])
             fall = 1 - (costs / cost) ** 2
+            if max(fall, foreseen) < self.tolerance:
+                break
+            if fall > 0 and tried >= self.evaluations:  # no further step needs derivatives
+                continue
             there = search.product(x + step) if fall > 0 else product
             if fall > 0 and np.isfinite(there).all():
                 x, cost, product = x + step, costs, there
                 damping = max(damping * max(1 / 3, 1 - (2 * fall / foreseen - 1) ** 3), _LEAST)
                 growth = 2.0
             else:
-                fall, damping, growth = 0.0, damping * growth, 2 * growth
-            if max(fall, foreseen) < self.tolerance:
-                break
+                damping, growth = damping * growth, 2 * growth
         return Outcome(True, f"no step lowers the sum of squares by more than {self.tolerance:g} of itself")
 
 

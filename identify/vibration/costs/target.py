@@ -128,7 +128,10 @@ class FrfTarget:
             values.reshape(-1, values.shape[-1])[:, :size],
             values.reshape(-1, values.shape[-1])[:, size:],
         )
-        unique, which = np.unique(errors, axis=0, return_inverse=True)
+        if (errors == errors[:1]).all():  # mostly; to look for several takes as long as a model's FRFs
+            unique, which = errors[:1], np.zeros(len(errors), dtype=int)
+        else:
+            unique, which = np.unique(errors, axis=0, return_inverse=True)
         found: list[Complex] = [np.zeros(0, dtype=complex)] * len(own)
         shared = [np.flatnonzero(which.ravel() == number) for number in range(len(unique))]
         if self.simulated is not None:
