@@ -25,7 +25,6 @@ _STUDY = str(ROOT / "configs" / "arm_hammer_test.yaml")
 def processor_s(*words: str, folder: Path) -> float:
     """Least processor time, s, of Python with these words."""
     alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable"}
-    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     spent = []
     for _ in range(_RUNS):
         before = _children_s()
@@ -33,11 +32,16 @@ def processor_s(*words: str, folder: Path) -> float:
             [sys.executable, *words],
             check=True,
             cwd=folder,
-            env={**kept, **alone, "PYTHONPATH": str(ROOT)},
+            env={**writing_bytecode(), **alone, "PYTHONPATH": str(ROOT)},
             stdout=subprocess.DEVNULL,
         )
         spent.append(_children_s() - before)
     return min(spent)
+
+
+def writing_bytecode() -> dict[str, str]:
+    """This environment for processes that keep what they compile: else each takes seconds to begin."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 def _children_s() -> float:
