@@ -228,6 +228,12 @@ def test_levenberg_marquardt_says_why_it_ended() -> None:
     assert outcome.sentence == "the sum of squares fell by less than 0.001 of itself"
 
 
+def test_gauss_newton_asks_for_no_derivatives_that_no_step_will_use() -> None:
+    """A cost and a product at the start and a cost after each step; a product only between steps."""
+    assert run("gauss-newton", search("valley"), evaluations=2).evaluations == 3
+    assert run("gauss-newton", search("valley"), evaluations=3).evaluations == 5
+
+
 class Noisy(Objective):
     """Linear in ten parameters, of which some combinations are hardly seen, and mostly noise."""
 
