@@ -43,8 +43,7 @@ _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
 _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _NEAREST = 4
 """Starts that are followed for a few steps before one of them is."""
-_FOLLOWED = GaussNewton(evaluations=4, tolerance=1e-2)
-_STEP = GaussNewton(evaluations=2)
+_STEP, _STEPS = GaussNewton(evaluations=2), 3
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
@@ -163,7 +162,7 @@ class TrialRunner:
         held, present = without_errors(problem), starts.copy()
         present[:, problem.size :] = 0.0
         if any({"mass", "stiffness"} <= quantities for quantities in terms):
-            return from_each(held, present, _FOLLOWED)
+            return from_each(held, present)
         if task.how == "astray":
             return self._led_back(held, present, task)
         fresh = self._afresh(problem, starts)
@@ -369,19 +368,20 @@ def retimed(problem: Problem, values: Array) -> Array:
     return _best(problem, trials)[0]
 
 
-def from_each(problem: Problem, starts: Array, optimizer: GaussNewton) -> Array:
+def from_each(problem: Problem, starts: Array) -> Array:
     """Where logarithmic residuals lead from the starts (m, parameters) that change what they see; the best.
 
     A resonator's valley is as narrow as its peak, so that the best of a grid of starts is one that does
-    nothing: each takes a step, and those that are best then go on.
+    nothing: each takes a step, the better half another one, and so on.
     """
     objective = _logarithmic(problem)
     costs = objective.costs(starts)
     seen = np.abs(costs / costs.min() - 1) > _SEEN
-    tried = starts[seen] if seen.any() else starts[:1]
-    stepped = sorted((_descend(problem, one[None], _STEP, objective) for one in tried), key=_cost)
-    ends = [_descend(problem, one[None], optimizer, objective) for one, _ in stepped[:_NEAREST]]
-    return min(ends, key=_cost)[0]
+    tried = [*(starts[seen] if seen.any() else starts[:1])]
+    for _ in range(_STEPS):
+        ends = sorted((_descend(problem, one[None], _STEP, objective) for one in tried), key=_cost)
+        tried = [values for values, _ in ends[: -(-len(ends) // 2)]]
+    return ends[0][0]
 
 
 def _anew(problem: Problem, task: Task) -> Task:
