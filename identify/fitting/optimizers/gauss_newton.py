@@ -67,9 +67,8 @@ class GaussNewton(Optimizer):
             fall = 1 - (costs / cost) ** 2
             if max(fall, foreseen) < self.tolerance:
                 break
-            if fall > 0 and tried >= self.evaluations:  # no further step needs derivatives
-                continue
-            there = search.product(x + step) if fall > 0 else product
+            # After the last step nothing needs derivatives.
+            there = search.product(x + step) if fall > 0 and tried < self.evaluations else product
             if fall > 0 and np.isfinite(there).all():
                 x, cost, product = x + step, costs, there
                 damping = max(damping * max(1 / 3, 1 - (2 * fall / foreseen - 1) ** 3), _LEAST)
