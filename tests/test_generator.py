@@ -22,7 +22,14 @@ from tests.generator.generate import describe, tell
 from tests.generator.hammer import Impact, swing
 from tests.generator.linear import linearise
 from tests.generator.makes import MAKES, random_arm
-from tests.generator.measure import draw_postures, make_chain, make_plant, stated_decay, strike_all
+from tests.generator.measure import (
+    draw_postures,
+    make_chain,
+    make_plant,
+    stated_decay,
+    strike_all,
+    with_noise_of,
+)
 from tests.generator.nonlinear import FrictionSprings, HardeningStiffness, JointFriction
 from tests.generator.plant import Plant
 from tests.generator.rigid import Array, from_rpy, to_rpy
@@ -206,6 +213,16 @@ def test_errors_and_coherence_are_those_of_the_stated_noise() -> None:
     told = np.abs(estimate.h1) ** 2 * (1 - estimate.coherence) / estimate.coherence / 3
     assert np.mean(np.abs(estimate.h1 - 2) ** 2 / variance[:, None]) == pytest.approx(1.0, rel=0.05)
     assert np.mean(told / variance[:, None]) == pytest.approx(1.0, rel=0.05)
+
+
+def test_each_posture_may_have_a_noise_of_its_own() -> None:
+    """Nothing else of the chain changes, and postures without a number have the noise of the test."""
+    spec = replace(SHIPPED, noisier=(0.5, 4.0))
+    chain = make_chain(spec, 3.0, [make_plant(spec, draw_postures(spec)[0])])
+    own = [with_noise_of(spec, chain, number) for number in range(3)]
+    assert [one.noise_force for one in own] == pytest.approx([0.05, 0.4, 0.1])
+    assert [one.noise_response for one in own] == pytest.approx([0.005, 0.04, 0.01])
+    assert replace(own[1], noise_force=0.1, noise_response=0.01) == chain
 
 
 def test_force_level_matters_only_where_it_should() -> None:

@@ -1,11 +1,12 @@
 """Draw new cases for `tests.benchmarks.discovery` at random: python -m tests.benchmarks.discovery_draw OUT
 --seed N [--count 60]
-[--dirt careful|typical] [--outside].
+[--dirt careful|typical] [--outside] [--unequal].
 
 Every sixth case has nothing hidden in it, every sixth two effects, the others one, each kind of the catalogue
 about as often; makes of arm, places and sizes by the seed.  The records begin up to 20 ms before the impacts,
 and half of them are windowed so lightly that slow modes ring on beyond their end.  With dirt, everything told
-is a little wrong (`tests.generator.dirt`), and what several force levels show is left out.  Outside
+is a little wrong (`tests.generator.dirt`), and what several force levels show is left out.  Unequal: each
+posture has a noise of its own, from half to six times the usual one.  Outside
 the catalogue are joints whose law no effect has, and nothing else: right is then a law measured at that joint
 or, where springs on sliders hold it, dry friction of that joint.  Draw after the work is done, and score
 once.
@@ -14,6 +15,7 @@ once.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +43,7 @@ _LINKS = ("absorber",)
 _OF_LEVELS = ("friction", "hardening", "friction_springs")
 DIRT = {"careful": CAREFUL, "typical": ORDINARY}
 _EARLIEST_S, _LIGHT_PER_S = 0.02, 0.693
+_QUIETEST, _NOISIEST = 0.5, 6.0
 _STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
 """What two effects at once are drawn from."""
 
@@ -77,6 +80,12 @@ def drawn_outside(count: int, seed: int) -> list[str]:
     return [named(_BESIDES[number % len(_BESIDES)], rng) for number in range(count)]
 
 
+def noisier(postures: int, rng: np.random.Generator) -> tuple[float, ...]:
+    """How many times the usual noise each posture has."""
+    ends = np.log([_QUIETEST, _NOISIEST])
+    return tuple(np.exp(rng.uniform(*ends, postures)).tolist())
+
+
 def main() -> None:
     """Write the folders of a draw with their truths."""
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.discovery_draw", description=__doc__)
@@ -85,8 +94,9 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--dirt", choices=sorted(DIRT))
     parser.add_argument("--outside", action="store_true", help="laws that the catalogue does not have")
+    parser.add_argument("--unequal", action="store_true", help="each posture with a noise of its own")
     given = parser.parse_args()
-    rng, of_records = (np.random.default_rng([given.seed, stream]) for stream in (1, 2))
+    rng, of_records, of_noise = (np.random.default_rng([given.seed, stream]) for stream in (1, 2, 3))
     without = (*_BESIDES, *_OF_LEVELS) if given.dirt else _BESIDES
     cases = (
         drawn_outside(given.count, given.seed) if given.outside else drawn(given.count, given.seed, without)
@@ -100,6 +110,8 @@ def main() -> None:
             pre_trigger_s=float(of_records.uniform(0.0, _EARLIEST_S)),
             window_decay_per_s=_LIGHT_PER_S if of_records.random() < 0.5 else None,
         )
+        if given.unequal:
+            spec = replace(spec, noisier=noisier(spec.postures, of_noise))
         folder = given.out / f"{number:02d}_{case.replace('+', '_and_')}"
         test = hide(spec, case)
         if given.dirt:

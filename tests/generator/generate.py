@@ -12,7 +12,14 @@ import numpy as np
 
 from tests.generator.estimate import Estimate
 from tests.generator.linear import Linear, linearise
-from tests.generator.measure import draw_postures, make_chain, make_plant, stated_decay, strike_recorded
+from tests.generator.measure import (
+    draw_postures,
+    make_chain,
+    make_plant,
+    stated_decay,
+    strike_recorded,
+    with_noise_of,
+)
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
 from tests.generator.universal import Function, dataset
@@ -49,7 +56,8 @@ def generate_recorded(
         seed = [spec.seed, number, rank, 0xE6]
         rng = np.random.default_rng(seed)
         noises = [rng, *(np.random.default_rng([*seed, n]) for n in range(1, len(folders)))]
-        frfs = strike_recorded(spec, plant, chain, level, rng, noises)
+        heard = with_noise_of(spec, chain, number)
+        frfs = strike_recorded(spec, plant, heard, level, rng, noises)
         for folder, recorded in zip(folders, frfs, strict=True):
             (folder / _name(spec, number, level)).write_bytes(_universal(spec, recorded))
 

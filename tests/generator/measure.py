@@ -75,6 +75,12 @@ def make_chain(spec: TestSpec, decay: float, plants: list[Plant]) -> Chain:
     return chain
 
 
+def with_noise_of(spec: TestSpec, chain: Chain, number: int) -> Chain:
+    """The chain with the noise that it has in the posture of this number."""
+    times = dict(enumerate(spec.noisier)).get(number, 1.0)
+    return replace(chain, noise_force=times * chain.noise_force, noise_response=times * chain.noise_response)
+
+
 def strike_all(
     spec: TestSpec, plant: Plant, chain: Chain, level: float, rng: np.random.Generator
 ) -> dict[tuple[str, int], Estimate]:

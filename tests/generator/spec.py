@@ -21,9 +21,9 @@ class TestSpec:
     record, 0.693 at least. struck: names of the drive points (default: the last point).  weighed:
     accelerometers feel gravity, AC-coupled. initial_range: the first guess of stiffness lies within these
     multiples of the truth.  told: the arm as its user knows it (None: as it is); sensors: what channels make
-    of true x, y, z,
-    by name of point; held_askew_deg: of the hammer in each posture and direction, the same for all averages;
-    pre_trigger_s: how long before the impacts the records begin.
+    of true x, y, z, by name of point; held_askew_deg: of the hammer in each posture and direction, the same
+    for all averages; pre_trigger_s: how long before the impacts the records begin; noisier: how many times
+    the noise the postures have, in their order (further ones: once).
     """
 
     __test__: ClassVar[bool] = False
@@ -52,6 +52,7 @@ class TestSpec:
     sensors: Mapping[str, Array] = field(default_factory=dict)
     held_askew_deg: float = 0.0
     pre_trigger_s: float = 0.0
+    noisier: tuple[float, ...] = ()
 
     @property
     def hammer_points(self) -> tuple[str, ...]:
