@@ -37,7 +37,7 @@ from identify.discovery.screen_softly import (
     thorough_softly,
 )
 from identify.discovery.siblings import with_springs_beside, with_struts
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Task, Trial, squares_of
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
@@ -54,6 +54,8 @@ _PROMOTED = 6
 """Errors of what was told that become effects at most."""
 _AT_ONCE = 2
 """How many of them are tried at once, on the chance that the first is refused."""
+_RIVALS = 3
+"""What is compared in full with a wrong sensor, of what comes nearest in a step."""
 _BEYOND_CHANCE = float(np.log(100))
 """They must be rarer than once in a hundred tests."""
 Option = selection.Option[Effect, Trial]
@@ -234,9 +236,10 @@ def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
         return max(every, key=lambda one: judge.log_odds(one, trial))
     rivals = [one for one in alike(effect, problem.robot, problem.points) if one not in known]
     clean = without_errors_at(effect, problem.nuisances, model.values)
+    first = sorted(workers.run([Task(known, (one,), clean, "beside") for one in rivals]), key=squares_of)
     tasks = [
         Task(known, (effect,), trial.values, "nearby"),
-        *(Task(known, (one,), clean, "nearby") for one in rivals),
+        *(replace(one.task, how="nearby") for one in first[:_RIVALS]),
     ]
     best = max(workers.run(tasks), key=judge.log_odds)
     if best.task.new == trial.task.new:

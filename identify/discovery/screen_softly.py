@@ -29,6 +29,9 @@ _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
+_BEHIND, _IDLE, _FAR_BEHIND = 1.01, 0.99, 4.0
+"""How many times the squares of the present model a first look leaves that went astray, that does nothing;
+how many times the best one's gap it may leave to go on."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
 _HALF = 0.5
@@ -60,18 +63,19 @@ def screened_softly(
         # First looks hold the form of a bending link as it was told, so that where only that form brought the
         # gap down none of them comes near the present model.
         return _beside(workers, before, [*others, *_glanced(workers, before, of_sensors, done)], done)
-    # Errors of the present model make up for a wrong channel: it is looked at beside a model that has few.
+    # Errors of the present model make up for what is missing: all begin beside one that has few, where only
+    # what they add to it is still to be found.
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
     wrong = _glanced(workers, present, of_sensors, done)
-    tasks = [Task(known, (effect,), before.values, "brief") for effect in (*others, *wrong)]
-    # The right one may still be under way after a few steps, so all go on.
-    led = further(workers, _found_again(workers, workers.run(tasks, done), present), "led", done)
+    tasks = [Task(known, (effect,), present.values, "brief") for effect in (*others, *wrong)]
+    brief = _found_again(workers, workers.run(tasks, done), present)
+    led = further(workers, _under_way(brief, present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    quick = _with_turning(workers, before, quick, others)
+    quick = _with_turning(workers, present, quick, others)
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
-    return [*seen, *(trial for trial in led if trial.task.new not in tried)]
+    return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]
 
 
 def _glanced(
@@ -83,12 +87,28 @@ def _glanced(
 
 
 def _found_again(workers: Workers, brief: Sequence[Trial], present: Trial) -> list[Trial]:
-    """First looks, and once more those that ended behind the present model, which every one of them has in
-    it: they went astray.
+    """First looks, the best first, and once more those that ended behind the present model, which every one
+    of them has in it: they went astray.  A resonator has looked from all its starts.
     """
-    astray = [trial.task for trial in brief if trial.squares > present.squares]
+    astray = [
+        trial.task
+        for trial in brief
+        if trial.squares > _BEHIND * present.squares and not isinstance(trial.task.new[0], AppendedResonator)
+    ]
     again = workers.run([replace(task, how="astray") for task in astray])
     return once(sorted([*brief, *again], key=squares_of))
+
+
+def _under_way(brief: Sequence[Trial], present: Trial) -> list[Trial]:
+    """Those first looks, the best first, that may lead to the right one, which may still be under way after a
+    few steps: not what adds nothing to the present model, nor what leaves many times what the best one does.
+    """
+    seen = [
+        trial
+        for number, trial in enumerate(brief)
+        if number < _FOLLOWED or trial.squares < _IDLE * present.squares
+    ]
+    return [trial for trial in seen if trial.gap <= _FAR_BEHIND * brief[0].gap]
 
 
 def _with_siblings(

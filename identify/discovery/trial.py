@@ -47,6 +47,7 @@ _STEP, _STEPS = GaussNewton(evaluations=2), 3
 _SEEN = 0.03
 """Share of the cost by which a start must change it to be followed."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
+_TO_THE_END = LevenbergMarquardt(steps=30, tolerance=1e-3)
 _ONE_STEP = LevenbergMarquardt(steps=1)
 _TO_LIKELIHOOD = GaussNewton(evaluations=30, tolerance=1e-4)
 _SOFTNESS = {"start": SOFT, "quick": SOFT, "led": LEADING[1]}
@@ -127,7 +128,7 @@ class TrialRunner:
             return led_by_links(problem, problem.initial, LEADING)
         if task.how in ("brief", "astray"):
             start = self._first_start(problem, starts, task)
-            return led_by_links(problem, start, LEADING[:1], _FEW_STEPS)
+            return led_by_links(problem, start, LEADING[:1], _FEW_STEPS if task.new else _TO_THE_END)
         if task.how in ("nearby", "likely", "afresh"):
             return self._to_likelihood(problem, task)
         if task.how == "quick" and task.new:
@@ -150,12 +151,11 @@ class TrialRunner:
         return self._likely_afresh(problem, task)
 
     def _first_start(self, problem: Problem, starts: Array, task: Task) -> Array:
-        """Where a first look starts with errors of what was told: with what is known afresh and no errors,
-        because those of the present model make up for what it lacks; a look that went astray, where
-        logarithmic residuals lead, whose valley is wide.
+        """Where a first look starts with errors of what was told: the present model with what is known afresh
+        and no errors, because those that it has make up for what it lacks; what is new, beside that; a look
+        that went astray, where logarithmic residuals lead, whose valley is wide.
 
-        A resonance of its own is as narrow as its peak: it needs the present values beside it, and each
-        frequency followed.
+        A resonance of its own is as narrow as its peak: it needs each frequency followed.
         """
         site = problem.measurements[0].system.site
         terms = [{term.quantity for term in effect.terms(problem.robot, site, "")} for effect in task.new]
@@ -165,8 +165,8 @@ class TrialRunner:
             return from_each(held, present)
         if task.how == "astray":
             return self._led_back(held, present, task)
-        fresh = self._afresh(problem, starts)
-        return np.asarray(fresh[int(np.argmin(_logarithmic(problem).costs(fresh)))])
+        near = starts if task.new else self._afresh(problem, starts)
+        return np.asarray(near[int(np.argmin(_logarithmic(problem).costs(near)))])
 
     def _led_back(self, held: Problem, present: Array, task: Task) -> Array:
         """Where a few steps by logarithmic residuals lead, without errors of what was told, from the present
