@@ -56,7 +56,7 @@ _SOFTNESS |= dict.fromkeys(("glance", "brief", "astray"), LEADING[0])
 _ON_ALL_LINES = {
     "thorough": GaussNewton(evaluations=30, tolerance=1e-6),
     "onward": GaussNewton(evaluations=12, tolerance=1e-5),
-    "settled": GaussNewton(evaluations=50, tolerance=1e-6),
+    "settled": GaussNewton(evaluations=30, tolerance=1e-6),
 }
 """By what a model is refitted on all lines."""
 

@@ -44,6 +44,12 @@ class Objective(ABC):
             product[-1, -1] = residuals @ residuals
         return product
 
+    def bend(self, values: Array, free: Index, sides: Array) -> Array | None:
+        """J'(r(a) - 2 r + r(b)) (free,) for values a and b (2, parameters) on either side of those where
+        `product` was last computed; None where that would take long.
+        """
+        return None
+
 
 class ProductObjective(Objective):
     """An objective that knows the product of its residuals without having them."""

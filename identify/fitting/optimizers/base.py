@@ -37,6 +37,8 @@ OPTIMIZERS = Registry(
         "particle-swarm": "identify.fitting.optimizers.particle_swarm:ParticleSwarm",
     },
 )
+_ASIDE = 0.1
+"""How far along a step residuals are looked at to tell how they bend."""
 
 
 class Ended(Exception):
@@ -117,6 +119,16 @@ class Search:
         as one evaluation.
         """
         return compressed(self.product(x))
+
+    def bend(self, x: Array, step: Array) -> Array | None:
+        """J'r'' (free,), with the second derivatives r'' of the residuals along a step from x, where
+        `product` was last computed; None where the objective does not tell.
+        """
+        sides = self.scale.to_values(np.array([x + _ASIDE * step, x - _ASIDE * step]))
+        bend = self.objective.bend(self.scale.to_values(x), self.scale.free, sides)
+        if bend is None or not np.isfinite(bend).all():
+            return None
+        return np.asarray(bend * self.scale.slope(x) / _ASIDE**2)
 
     def product(self, x: Array) -> Array:
         """[J r]'[J r] (free + 1, free + 1) of the residuals r and their derivatives J with respect to x, all

@@ -4,6 +4,10 @@ Damping follows Nielsen (Damping parameter in Marquardt's method, IMM-REP-1999-0
 least of the damped quadratic model within the bounds and a distance.  A trust region that is rounded off
 towards the bounds (Branch, Coleman and Li 1999) creeps where most of the residual is noise: 30 to 400
 evaluations for what takes 10 to 20 here.
+
+Where the objective tells how residuals bend along a step, the step is also tried with what follows that bend
+(geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885, eq. 12): in the narrow, bent valleys of errors
+that make up for each other it takes a third as many steps.
 """
 
 from __future__ import annotations
@@ -32,7 +36,9 @@ class GaussNewton(Optimizer):
     """
 
     kind: Literal["gauss-newton"] = "gauss-newton"
-    evaluations: int = Field(400, ge=1, description="budget of evaluations, per start; a step takes two")
+    evaluations: int = Field(
+        400, ge=1, description="budget of evaluations, per start; a step takes two or three"
+    )
     tolerance: float = Field(
         1e-10, gt=0, description="relative change of the sum of squares, or of x, below which it is done"
     )
@@ -63,7 +69,7 @@ class GaussNewton(Optimizer):
             if foreseen <= 0:  # no set of bounds was the right one
                 damping, growth = damping * growth, 2 * growth
                 continue
-            costs = float(search.costs((x + step)[None])[0])
+            step, costs = _followed(search, x, step, damped, (lower, upper))
             fall = 1 - (costs / cost) ** 2
             if max(fall, foreseen) < self.tolerance:
                 break
@@ -76,6 +82,19 @@ class GaussNewton(Optimizer):
             else:
                 damping, growth = damping * growth, 2 * growth
         return Outcome(True, f"no step lowers the sum of squares by more than {self.tolerance:g} of itself")
+
+
+def _followed(
+    search: Search, x: Array, step: Array, damped: Array, bounds: tuple[Array, Array]
+) -> tuple[Array, float]:
+    """The better of a step from x and the same with what follows the bend of the residuals, and its cost."""
+    bend, steps = search.bend(x, step), step[None]
+    if bend is not None:
+        lower, upper = (bound - step for bound in bounds)
+        steps = np.array([step, step + _within(damped, bend / 2, lower, upper)])
+    costs = search.costs(x + steps)
+    best = int(np.argmin(costs))
+    return steps[best], float(costs[best])
 
 
 def _within(curvature: Array, slope: Array, lower: Array, upper: Array) -> Array:

@@ -13,11 +13,13 @@ from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.compressed import compressed_frfs
-from identify.vibration.costs.information import information, over_noise
+from identify.vibration.costs.information import Rows, over_noise, rows_of
 from identify.vibration.costs.target import FrfTarget, Targets
 
 _LOG_FLOOR = 0.1
 """Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""
+_KEPT_BYTES = 400_000_000
+"""Derivatives that are kept to tell how residuals bend; of larger data that is not told."""
 
 
 class FrfLeastSquares(Cost):
@@ -133,6 +135,7 @@ class PosteriorObjective(ProductObjective):
         self.errors, self._softness = np.array(targets.nuisances), softness
         self.count, self.targets = self._likelihood.count, self._likelihood.targets
         self._known: tuple[Array, float] | None = None
+        self._rows: list[Rows] = []
 
     def costs(self, candidates: Array) -> Array:
         """Root of the mean square of the residuals, with the squares of the errors added to their sum; known
@@ -146,14 +149,31 @@ class PosteriorObjective(ProductObjective):
 
     def product(self, values: Array, free: Index) -> Array:
         """Of the data, then of the errors."""
+        product, self._rows, size = np.zeros((len(free) + 1,) * 2), [], 0
         with np.errstate(all="ignore"):
-            product = information(self.targets, values, free, self._likelihood.residuals_of).product
+            for target in self.targets:
+                rows = rows_of(target, values, free, self._likelihood.residuals_of)
+                product += rows.product(free)
+                size += rows.nbytes
+                self._rows = [*self._rows, rows] if size < _KEPT_BYTES else []
         product /= self._softness**2
         add_errors(product, values, free, self.errors)
         total = float(product[-1, -1])
         cost = float(np.sqrt(total / self.count)) if np.isfinite(total) else np.inf
         self._known = values[None].copy(), cost
         return product
+
+    def bend(self, values: Array, free: Index, sides: Array) -> Array | None:
+        """Of the data alone, because errors are residuals as they are."""
+        there = self._known is not None and np.array_equal(self._known[0][0], values)
+        if not there or len(self._rows) < len(self.targets):
+            return None
+        bend = np.zeros(len(free))
+        with np.errstate(all="ignore"):
+            for target, rows in zip(self.targets, self._rows, strict=True):
+                away = [self._likelihood.residuals_of(target, h)[0] for h in target.predict(sides)]
+                bend += rows.pull(away[0] + away[1] - 2 * rows.residual, free)
+        return bend / self._softness**2
 
 
 def add_errors(product: Array, values: Array, free: Index, errors: Index) -> None:

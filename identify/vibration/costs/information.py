@@ -47,7 +47,7 @@ def information(
     """The information of FRF sets at values (unknowns,) about the free unknowns."""
     product, count = np.zeros((len(free) + 1, len(free) + 1)), 0
     for target in targets:
-        product += _rows(target, values, free, residuals).product(free)
+        product += rows_of(target, values, free, residuals).product(free)
         count += 2 * target.sigma.size
     return Information(product, count)
 
@@ -56,7 +56,7 @@ def information_by_force(targets: Sequence[FrfTarget], values: Array, free: Inde
     """The same of each force of each set on its own."""
     found = []
     for target in targets:
-        rows, inputs = _rows(target, values, free, over_noise), target.pairs[1]
+        rows, inputs = rows_of(target, values, free, over_noise), target.pairs[1]
         for force in np.unique(inputs):
             count = 2 * len(target.sigma) * int(np.sum(inputs == force))
             found.append(Information(rows.of_force(force).product(free), count))
@@ -64,7 +64,7 @@ def information_by_force(targets: Sequence[FrfTarget], values: Array, free: Inde
 
 
 @dataclass(frozen=True)
-class _Rows:
+class Rows:
     """What a set says: residual and weight (lines, outputs, inputs), slopes (..., parameters), blocks of
     nuisances that touch all channels, and of those that touch few.
     """
@@ -75,14 +75,28 @@ class _Rows:
     every: list[Block]
     own: list[Block]
 
-    def of_force(self, force: int) -> _Rows:
+    def of_force(self, force: int) -> Rows:
         """Those of one input."""
 
         def alone(blocks: list[Block]) -> list[Block]:
             return [replace(block, slopes=block.slopes[:, :, [force]]) for block in blocks]
 
         one = self.residual[:, :, [force]], self.weight[:, :, [force]], self.slopes[:, :, [force]]
-        return _Rows(*one, alone(self.every), alone(self.own))
+        return Rows(*one, alone(self.every), alone(self.own))
+
+    @property
+    def nbytes(self) -> int:
+        """How much memory they take."""
+        return self.slopes.nbytes + sum(block.slopes.nbytes for block in (*self.every, *self.own))
+
+    def pull(self, residual: Complex, free: Index) -> Array:
+        """(free,): J'r with other residuals r (lines, outputs, inputs)."""
+        column = {number: position for position, number in enumerate(free.tolist())}
+        load, pull = np.asarray(np.conj(residual) * self.weight, dtype=complex), np.zeros(len(free))
+        pull[: self.slopes.shape[-1]] = _contracted(load, self.slopes)
+        for block in (*self.every, *self.own):
+            np.add.at(pull, _places(block, column), _contracted(load[:, block.channels], block.slopes))
+        return pull
 
     def product(self, free: Index) -> Array:
         """[J r]'[J r] (free + 1, free + 1)."""
@@ -105,14 +119,15 @@ class _Rows:
         return product
 
 
-def _rows(target: FrfTarget, values: Array, free: Index, residuals: Residuals) -> _Rows:
+def rows_of(target: FrfTarget, values: Array, free: Index, residuals: Residuals) -> Rows:
+    """Residuals of a set and their derivatives at values (unknowns,)."""
     h, slopes = target.parameter_gradient(values, free)
     residual, weight = residuals(target, h)
     every_block = target.blocks(values) if np.any(free >= len(target.system.parameters)) else ()
     blocks = [block for one in every_block if (block := chosen(one, free)) is not None]
     every = [block for block in blocks if len(block.channels) == h.shape[1]]
     own = [block for block in blocks if len(block.channels) < h.shape[1]]
-    return _Rows(residual, weight, slopes, every, own)
+    return Rows(residual, weight, slopes, every, own)
 
 
 def _overlapping(blocks: Sequence[Block], channels: int) -> list[tuple[Block, Block]]:
@@ -138,6 +153,13 @@ def _weighted(block: Block, channels: Index, weight: Complex | Array) -> Array:
     """Weighted slopes of some channels of a block."""
     slopes = block.slopes[:, np.searchsorted(block.channels, channels)]
     return side_by_side([slopes * weight[:, channels, :, None]])
+
+
+def _contracted(load: Complex, slopes: Complex) -> Array:
+    """(k,): real part of the sums of loads (lines, channels, inputs) times slopes (lines, channels, inputs,
+    k).
+    """
+    return np.asarray((load.reshape(-1) @ slopes.reshape(-1, slopes.shape[-1])).real)
 
 
 def _places(block: Block, column: dict[int, int]) -> Index:

@@ -1,0 +1,67 @@
+"""What the posterior of FRFs and errors of what was told says of how its residuals bend."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.core.parameters import Scale
+from identify.discovery.thinned import thinned
+from identify.vibration.costs import frf_least_squares
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+
+CONFIG = Path(__file__).parents[3] / "configs" / "arm_hammer_test.yaml"
+_SOFTNESS = 3.0
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """The shipped study where everything is uncertain, on few lines."""
+    text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
+    path = tmp_path_factory.mktemp("study") / "study.yaml"
+    path.write_text(f"{text}\nuncertainty: typical\n")
+    return thinned(load_problem(read_study(path)))
+
+
+def _sides(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Values (unknowns,) and others (2, unknowns) on either side of them."""
+    scale, rng = Scale(problem.parameters), np.random.default_rng(0)
+    x = scale.to_x(problem.initial)
+    step = 0.1 * rng.normal(size=len(x))
+    return problem.initial, scale.to_values(np.array([x + step, x - step]))
+
+
+@pytest.mark.parametrize("residual", ["complex", "log"])
+def test_bend_is_that_of_every_residual(residual: str, problem: Problem) -> None:
+    free, (values, sides) = Scale(problem.parameters).free, _sides(problem)
+    cost = FrfLeastSquares.model_validate({"residual": residual})
+    objective = PosteriorObjective(cost, problem.targets(), _SOFTNESS)
+    objective.product(values, free)
+    expected, likelihood = np.zeros(len(free)), objective._likelihood
+    for target in problem.targets().frf:
+        h, slopes = target.gradient(values, free)
+        here, weight = likelihood.residuals_of(target, h)
+        away = sum(likelihood.residuals_of(target, target.predict(side))[0] for side in sides) - 2 * here
+        expected += np.einsum("loik,loi->k", np.conj(slopes * weight[..., None]), away).real
+    bend = objective.bend(values, free, sides)
+    assert bend == pytest.approx(expected / _SOFTNESS**2, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+    assert np.abs(expected).max() > 1.0
+
+
+def test_bend_is_not_told_elsewhere_nor_of_large_data(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only where derivatives are at hand."""
+    free, (values, sides) = Scale(problem.parameters).free, _sides(problem)
+    objective = PosteriorObjective(FrfLeastSquares(), problem.targets())
+    assert objective.bend(values, free, sides) is None
+    objective.product(values, free)
+    assert objective.bend(sides[0], free, sides) is None
+    assert objective.bend(values, free, sides) is not None
+    monkeypatch.setattr(frf_least_squares, "_KEPT_BYTES", 1000)
+    objective.product(values, free)
+    assert objective.bend(values, free, sides) is None
