@@ -72,7 +72,7 @@ def screened_softly(
     led = further(workers, _under_way(brief, present), "led", done)
     near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
     quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    quick = _with_turning(workers, present, quick, others)
+    quick = _with_turning(workers, present, quick, [trial.task.new[0] for trial in led])
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]

@@ -44,8 +44,9 @@ _QUICK = GaussNewton(evaluations=25, tolerance=1e-4)
 _NEAREST = 4
 """Starts that are followed for a few steps before one of them is."""
 _STEP, _STEPS = GaussNewton(evaluations=2), 3
-_SEEN = 0.03
-"""Share of the cost by which a start must change it to be followed."""
+_SEEN, _SPOILT = 0.03, 1.2
+"""Share of the cost by which a start must change it to be followed; how many times the least cost it may
+come to."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _TO_THE_END = LevenbergMarquardt(steps=30, tolerance=1e-3)
 _ONE_STEP = LevenbergMarquardt(steps=1)
@@ -369,14 +370,15 @@ def retimed(problem: Problem, values: Array) -> Array:
 
 
 def from_each(problem: Problem, starts: Array) -> Array:
-    """Where logarithmic residuals lead from the starts (m, parameters) that change what they see; the best.
+    """Where logarithmic residuals lead from the starts (m, parameters) that change what they see, and do not
+    spoil it; the best.
 
     A resonator's valley is as narrow as its peak, so that the best of a grid of starts is one that does
     nothing: each takes a step, the better half another one, and so on.
     """
     objective = _logarithmic(problem)
     costs = objective.costs(starts)
-    seen = np.abs(costs / costs.min() - 1) > _SEEN
+    seen = (np.abs(costs / costs.min() - 1) > _SEEN) & (costs < _SPOILT * costs.min())
     tried = [*(starts[seen] if seen.any() else starts[:1])]
     for _ in range(_STEPS):
         ends = sorted((_descend(problem, one[None], _STEP, objective) for one in tried), key=_cost)
