@@ -6,7 +6,7 @@ towards the bounds (Branch, Coleman and Li 1999) creeps where most of the residu
 evaluations for what takes 10 to 20 here.
 
 Where the objective tells how residuals bend along a step, the step is also tried with what follows that bend
-(geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885, eq. 12): in the narrow, bent valleys of errors
+(geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885): in the narrow, bent valleys of errors
 that make up for each other it takes a third as many steps.
 """
 
