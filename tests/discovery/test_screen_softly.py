@@ -184,6 +184,29 @@ def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem:
     assert len(screened) == len(looks)
 
 
+@pytest.mark.parametrize(("best", "count"), [(5.0, 12), (2.0, 1)], ids=["level", "far ahead"])
+def test_what_adds_nothing_goes_no_further(problem: Problem, best: float, count: int) -> None:
+    """All begin beside the present model as it is with few errors; a dozen go on, and what adds to it."""
+    before = _trial(Task(tuple(problem.file.study.effects), (), {"k": 1.0}), 12.0)
+    dull, *idle = _resonators(problem)
+    looks = {TILT.model_dump_json(): best, dull.model_dump_json(): 9.0}
+
+    def gap(task: Task) -> float:
+        return next(
+            (looks[one.model_dump_json()] for one in task.new if one.model_dump_json() in looks), 10.0
+        )
+
+    world = _World(gap)
+    candidates = [TILT, dull, BASE, DELAY, *idle]
+    screened = screened_softly(_workers(world), problem, candidates, before)
+    led = [task.new[0] for task in world.tasks if task.how == "led" and task.new[0] in candidates]
+    assert led[0] == TILT
+    assert (dull in led) is (count > 1)
+    assert len(led) == count
+    told = [trial.task.new[0] for trial in screened]
+    assert all(one in told for one in candidates), "those that stay behind too"
+
+
 @pytest.mark.parametrize(("plain", "turned"), [(5.0, True), (1.5, False)])
 def test_directions_that_turn_are_looked_at_where_nothing_else_closes_the_gap(
     problem: Problem, plain: float, turned: bool
