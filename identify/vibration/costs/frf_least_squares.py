@@ -136,6 +136,7 @@ class PosteriorObjective(ProductObjective):
         self.count, self.targets = self._likelihood.count, self._likelihood.targets
         self._known: tuple[Array, float] | None = None
         self._rows: list[Rows] = []
+        self._simulated = targets.simulated
 
     def costs(self, candidates: Array) -> Array:
         """Root of the mean square of the residuals, with the squares of the errors added to their sum; known
@@ -164,9 +165,11 @@ class PosteriorObjective(ProductObjective):
         return product
 
     def bend(self, values: Array, free: Index, sides: Array) -> Array | None:
-        """Of the data alone, because errors are residuals as they are."""
+        """Of the data alone, because errors are residuals as they are; not where every prediction simulates
+        impacts.
+        """
         there = self._known is not None and np.array_equal(self._known[0][0], values)
-        if not there or len(self._rows) < len(self.targets):
+        if self._simulated or not there or len(self._rows) < len(self.targets):
             return None
         bend = np.zeros(len(free))
         with np.errstate(all="ignore"):

@@ -9,10 +9,14 @@ import pytest
 
 from identify.core.parameters import Scale
 from identify.discovery.thinned import thinned
+from identify.model.effects.base import parse_effect
 from identify.vibration.costs import frf_least_squares
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.nuisances.settings import IMPACTS_ALONE
+from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
 from identify.vibration.study import read_study
+from tests.hidden import config_of
+from tests.shared import shared
 
 CONFIG = Path(__file__).parents[3] / "configs" / "arm_hammer_test.yaml"
 _SOFTNESS = 3.0
@@ -50,6 +54,18 @@ def test_bend_is_that_of_every_residual(residual: str, problem: Problem) -> None
     bend = objective.bend(values, free, sides)
     assert bend == pytest.approx(expected / _SOFTNESS**2, rel=1e-9, abs=1e-9 * np.abs(expected).max())
     assert np.abs(expected).max() > 1.0
+
+
+def test_bend_is_not_told_where_impacts_are_simulated(tmp_path: Path) -> None:
+    """Every prediction takes long there."""
+    config = config_of(shared("hidden", "friction_j2_101"), tmp_path)
+    effect = parse_effect({"kind": "joint-friction", "joints": [2]})
+    told = load_problem(read_study(config))
+    whole = with_effects(with_uncertainty(told, IMPACTS_ALONE), [*told.file.study.effects, effect], {})
+    objective, free = PosteriorObjective(FrfLeastSquares(), (few := thinned(whole)).targets()), np.arange(2)
+    assert few.targets().simulated
+    objective.product(few.initial, free)
+    assert objective.bend(few.initial, free, np.array([few.initial, few.initial])) is None
 
 
 def test_bend_is_not_told_elsewhere_nor_of_large_data(
