@@ -59,7 +59,7 @@ class GaussNewton(Optimizer):
                 return Outcome(False, f"the budget of {self.evaluations} evaluations is spent")
             tried += 1
             curvature, slope = product[:-1, :-1], product[:-1, -1]
-            scale = np.ones(len(x)) if search.scale.errors else np.maximum(scale, np.sqrt(np.diag(curvature)))
+            scale = _steepest(search, scale, curvature)
             damped = curvature + damping * np.diag(np.where(scale > 0, scale, 1.0) ** 2)
             lower, upper = np.maximum(search.lower - x, -_FARTHEST), np.minimum(search.upper - x, _FARTHEST)
             step = _within(damped, slope, lower, upper)
@@ -82,6 +82,11 @@ class GaussNewton(Optimizer):
             else:
                 damping, growth = damping * growth, 2 * growth
         return Outcome(True, f"no step lowers the sum of squares by more than {self.tolerance:g} of itself")
+
+
+def _steepest(search: Search, scale: Array, curvature: Array) -> Array:
+    """The largest slopes so far along each unknown (n,); ones where errors are measured by themselves."""
+    return np.ones(len(scale)) if search.scale.errors else np.maximum(scale, np.sqrt(np.diag(curvature)))
 
 
 def _followed(

@@ -19,7 +19,8 @@ from identify.vibration.costs.target import FrfTarget, Targets
 _LOG_FLOOR = 0.1
 """Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""
 _KEPT_BYTES = 400_000_000
-"""Derivatives that are kept to tell how residuals bend; of larger data that is not told."""
+"""Derivatives that are kept to tell how residuals bend; that is not told of larger data, nor where every
+prediction simulates impacts."""
 
 
 class FrfLeastSquares(Cost):
@@ -156,7 +157,8 @@ class PosteriorObjective(ProductObjective):
                 rows = rows_of(target, values, free, self._likelihood.residuals_of)
                 product += rows.product(free)
                 size += rows.nbytes
-                self._rows = [*self._rows, rows] if size < _KEPT_BYTES else []
+                kept = size < _KEPT_BYTES and not self._simulated
+                self._rows = [*self._rows, rows] if kept else []
         product /= self._softness**2
         add_errors(product, values, free, self.errors)
         total = float(product[-1, -1])
@@ -165,11 +167,9 @@ class PosteriorObjective(ProductObjective):
         return product
 
     def bend(self, values: Array, free: Index, sides: Array) -> Array | None:
-        """Of the data alone, because errors are residuals as they are; not where every prediction simulates
-        impacts.
-        """
+        """Of the data alone, because errors are residuals as they are; where derivatives were kept."""
         there = self._known is not None and np.array_equal(self._known[0][0], values)
-        if self._simulated or not there or len(self._rows) < len(self.targets):
+        if not there or len(self._rows) < len(self.targets):
             return None
         bend = np.zeros(len(free))
         with np.errstate(all="ignore"):

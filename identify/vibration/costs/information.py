@@ -41,13 +41,11 @@ def over_noise(target: FrfTarget, h: Complex) -> tuple[Complex, Array]:
     return (h - np.where(weight > 0, target.data.frf, h)) * weight, weight
 
 
-def information(
-    targets: Sequence[FrfTarget], values: Array, free: Index, residuals: Residuals = over_noise
-) -> Information:
+def information(targets: Sequence[FrfTarget], values: Array, free: Index) -> Information:
     """The information of FRF sets at values (unknowns,) about the free unknowns."""
     product, count = np.zeros((len(free) + 1, len(free) + 1)), 0
     for target in targets:
-        product += rows_of(target, values, free, residuals).product(free)
+        product += rows_of(target, values, free, over_noise).product(free)
         count += 2 * target.sigma.size
     return Information(product, count)
 
@@ -91,7 +89,7 @@ class Rows:
 
     def pull(self, residual: Complex, free: Index) -> Array:
         """(free,): J'r with other residuals r (lines, outputs, inputs)."""
-        column = {number: position for position, number in enumerate(free.tolist())}
+        column = _columns(free)
         load, pull = np.asarray(np.conj(residual) * self.weight, dtype=complex), np.zeros(len(free))
         pull[: self.slopes.shape[-1]] = _contracted(load, self.slopes)
         for block in (*self.every, *self.own):
@@ -100,7 +98,7 @@ class Rows:
 
     def product(self, free: Index) -> Array:
         """[J r]'[J r] (free + 1, free + 1)."""
-        column = {number: position for position, number in enumerate(free.tolist())}
+        column = _columns(free)
         parts = [self.slopes, *(block.slopes for block in self.every)]
         dense = side_by_side([*(part * self.weight[..., None] for part in parts), self.residual[..., None]])
         parameters = free[: self.slopes.shape[-1]].tolist()
@@ -160,6 +158,11 @@ def _contracted(load: Complex, slopes: Complex) -> Array:
     k).
     """
     return np.asarray((load.reshape(-1) @ slopes.reshape(-1, slopes.shape[-1])).real)
+
+
+def _columns(free: Index) -> dict[int, int]:
+    """The column of each free unknown, by its number."""
+    return {number: position for position, number in enumerate(free.tolist())}
 
 
 def _places(block: Block, column: dict[int, int]) -> Index:
