@@ -56,6 +56,9 @@ _AT_ONCE = 2
 """How many of them are tried at once, on the chance that the first is refused."""
 _RIVALS = 3
 """What is compared in full with a wrong sensor, of what comes nearest in a step."""
+_AS_MUCH = 0.5
+"""Of what the best candidate explains of a wrong link, what another one must: the gap is closed, so that
+nothing is missing beside it."""
 _BEYOND_CHANCE = float(np.log(100))
 """They must be rarer than once in a hundred tests."""
 Option = selection.Option[Effect, Trial]
@@ -227,7 +230,7 @@ def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
             for one in candidates(problem, known)
             if one != effect and not one.of_measurement and not one.of_amplitude
         ]
-        screened = screened_softly(workers, problem, structure, model)
+        screened = screened_softly(workers, problem, structure, model, part=_AS_MUCH)
         groups = thorough_softly(workers, promising_softly(screened))
         groups = with_struts(workers, with_springs_beside(workers, problem, screened, groups))
         turning = [one for one in turning_with(effect, problem.robot) if one not in known]

@@ -7,6 +7,7 @@ from typing import Any
 
 from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
+from identify.model.effects.rigid_body import MOMENTS
 from identify.vibration.problem import Problem, with_effects
 
 
@@ -45,11 +46,20 @@ def _link_of(problem: Problem, effect: Effect) -> int | None:
 def moved(problem: Problem, trial: Trial, effect: Effect) -> dict[str, float]:
     """The values of a trial for another effect in place of its own, whose parameters start where those of
     its own ended; both have the same ones.
+
+    The moments of a body start at nothing: they are about a place and axes of its link, and on another one
+    they would be those of a body that lies far away.
     """
     known, [own] = trial.task.known, trial.task.new
     values = dict(trial.values)
-    ended = [values.pop(name) for name in _names(problem, known, own)]
-    return {**values, **dict(zip(_names(problem, known, effect), ended, strict=True))}
+    ended = {name: values.pop(name) for name in _names(problem, known, own)}
+    starts = [0.0 if _is_moment(name) else value for name, value in ended.items()]
+    return {**values, **dict(zip(_names(problem, known, effect), starts, strict=True))}
+
+
+def _is_moment(name: str) -> bool:
+    """Whether a parameter is a first or second moment of a body."""
+    return name.rpartition(".")[2] in MOMENTS[1:]
 
 
 def _names(problem: Problem, known: Sequence[Effect], effect: Effect) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import MISSING, QUIET
-from identify.discovery.evidence import CLOSED, FAR, nearly_closed, removed
+from identify.discovery.evidence import CLOSED, FAR, POLICY, nearly_closed, removed
 from identify.discovery.neighbours import moved, siblings, turning
 from identify.discovery.promote import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -29,9 +29,16 @@ _FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
-_BEHIND, _IDLE, _FAR_BEHIND = 1.01, 0.99, 4.0
-"""How many times the squares of the present model a first look leaves that went astray, that does nothing;
-how many times the best one's gap it may leave to go on."""
+_BEHIND, _IDLE, _UNMOVED, _FAR_BEHIND = 1.01, 0.99, 0.999, 4.0
+"""How many times the squares of the present model a first look leaves that went astray, that does nothing, a
+glance that does nothing; how many times the best one's gap a first look may leave to go on."""
+_ALONE, _MANY = 0.6, POLICY.many
+"""What share of the gap of the next best the best candidate leaves that hides behind nothing; with how many
+parameters it may stand for many things."""
+_WITHIN, _PART = 1.5, 0.1
+"""How many times the best one's gap a candidate may leave once errors of links were followed, and still be
+looked at with all errors where it is clear what is best; which part of what the best one takes off
+the squares of the present model another one must take off."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
 _HALF = 0.5
@@ -49,9 +56,12 @@ def screened_softly(
     found: Sequence[Effect],
     before: Trial,
     done: Callable[[], None] = lambda: None,
+    part: float = _PART,
 ) -> list[Trial]:
     """Candidates, best first: a glance at those of single sensors, first looks at the others that follow the
     errors of links alone, the best of them with all errors.
+
+    part: of what the best one takes off the squares, what another one must to be looked at with all errors.
     """
     known = before.task.effects
     left = [effect for effect in found if not stated_already(problem.nuisances, effect)]
@@ -68,11 +78,12 @@ def screened_softly(
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
     wrong = _glanced(workers, present, of_sensors, done)
     tasks = [Task(known, (effect,), present.values, "brief") for effect in (*others, *wrong)]
-    brief = _found_again(workers, workers.run(tasks, done), present)
+    brief = _found_again(workers, workers.run(tasks, done), present, wrong)
     led = further(workers, _under_way(brief, present), "led", done)
-    near = [trial for number, trial in enumerate(led) if _may_win(trial.gap / led[0].gap, number)]
-    quick = _with_siblings(workers, problem, further(workers, near, "quick", done), others)
-    quick = _with_turning(workers, present, quick, [trial.task.new[0] for trial in led])
+    [idle] = further(workers, [present], "led", done)
+    quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
+    quick = _with_siblings(workers, problem, quick, others)
+    quick = _with_turning(workers, present, quick)
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]
@@ -81,19 +92,28 @@ def screened_softly(
 def _glanced(
     workers: Workers, model: Trial, of_sensors: Sequence[Effect], done: Callable[[], None]
 ) -> list[Effect]:
-    """The best few of these at a glance beside a model."""
-    tasks = [Task(model.task.effects, (effect,), model.values, "glance") for effect in of_sensors]
-    return [trial.task.new[0] for trial in sorted(workers.run(tasks, done), key=squares_of)[:_GLANCED]]
+    """The best few of these at a glance beside a model, of those that leave less than it does."""
+    known = model.task.effects
+    alone = Task(known, (), model.values, "glance")
+    ones = [replace(alone, new=(effect,)) for effect in of_sensors]
+    idle, *glances = workers.run([alone, *ones], done)
+    seen = [trial for trial in glances if trial.squares < _UNMOVED * idle.squares]
+    return [trial.task.new[0] for trial in sorted(seen, key=squares_of)[:_GLANCED]]
 
 
-def _found_again(workers: Workers, brief: Sequence[Trial], present: Trial) -> list[Trial]:
+def _found_again(
+    workers: Workers, brief: Sequence[Trial], present: Trial, wrong: Sequence[Effect]
+) -> list[Trial]:
     """First looks, the best first, and once more those that ended behind the present model, which every one
-    of them has in it: they went astray.  A resonator has looked from all its starts.
+    of them has in it: they went astray.  A resonator has looked from all its starts, and a wrong sensor moves
+    nothing.
     """
     astray = [
         trial.task
         for trial in brief
-        if trial.squares > _BEHIND * present.squares and not isinstance(trial.task.new[0], AppendedResonator)
+        if trial.squares > _BEHIND * present.squares
+        and not isinstance(trial.task.new[0], AppendedResonator)
+        and trial.task.new[0] not in wrong
     ]
     again = workers.run([replace(task, how="astray") for task in astray])
     return once(sorted([*brief, *again], key=squares_of))
@@ -121,23 +141,21 @@ def _with_siblings(
     result, tried = list(quick), list[Effect]()
     while result and isinstance(best := result[0].task.new[0], AppendedResonator) and best not in tried:
         tried.append(best)
-        alike = [best, *(one for one in siblings(problem, best, found) if one != best)]
+        alike = [one for one in siblings(problem, best, found) if one != best]
         tasks = [Task(result[0].task.known, (one,), moved(problem, result[0], one), "led") for one in alike]
-        own, *others = workers.run(tasks)
+        own, *others = workers.run([replace(result[0].task, values=result[0].values, how="led"), *tasks])
         near = [trial for trial in others if trial.gap <= _LEVEL * own.gap]
         result = sorted([*result, *further(workers, near, "quick")], key=squares_of)
     return once(result)
 
 
-def _with_turning(
-    workers: Workers, before: Trial, quick: Sequence[Trial], found: Sequence[Effect]
-) -> list[Trial]:
+def _with_turning(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[Trial]:
     """Quick trials, the best first; where none of them will close the gap also of the best few of two
     directions in the form whose soft direction lies anywhere between them: without it they may not get far.
     """
     if min((trial.gap for trial in quick), default=0.0) <= MISSING:
         return list(quick)
-    forms = [form for effect in found for form in turning(effect)]
+    forms = [form for trial in quick for form in turning(trial.task.new[0])]
     tasks = [Task(before.task.effects, (form,), before.values, "brief") for form in forms]
     led = further(workers, workers.run(tasks), "led")
     return sorted([*quick, *further(workers, led[:_FEW], "quick")], key=squares_of)
@@ -170,11 +188,32 @@ def faults_beside(
     return [replace(one, task=replace(one.task, known=known)) for one in ranked]
 
 
-def _may_win(times: float, number: int) -> bool:
-    """Whether a candidate that leaves so many times the best one's gap, the number-th, may still be ahead
-    with all errors fitted: where sensors' errors are most of what is left, many leave about the same.
+def _likely_best(led: Sequence[Trial], idle: Trial, part: float) -> list[Trial]:
+    """Those that may still be ahead with all errors fitted, of some that are the best first: where sensors'
+    errors are most of what is left, many leave about the same.  idle: what the present model leaves.
     """
-    return times <= (_WORTH if number < _FOLLOWED else _LEVEL) and number < _FOLLOWED_AT_MOST
+    least = part * (idle.squares - led[0].squares) if led else 0.0
+    return [
+        trial
+        for number, trial in enumerate(led[:_FOLLOWED_AT_MOST])
+        if trial.gap <= (_WORTH if number < _FOLLOWED else _LEVEL) * led[0].gap
+        and (number < _FEW or idle.squares - trial.squares >= least)
+    ]
+
+
+def _followed(workers: Workers, led: Sequence[Trial], free: int, done: Callable[[], None]) -> list[Trial]:
+    """These, the best first, with all errors; where one of the first few leaves little, or far less than the
+    others with few parameters, only those that were not far behind.  free: of the present model.
+    """
+    first = further(workers, led[:_MOST], "quick", done)
+    clear = bool(first) and (first[0].gap <= MISSING or (stands_out(first) and first[0].free - free < _MANY))
+    left = [trial for trial in led[_MOST:] if not clear or trial.gap <= _WITHIN * led[0].gap]
+    return sorted([*first, *further(workers, left, "quick", done)], key=squares_of)
+
+
+def stands_out(quick: Sequence[Trial]) -> bool:
+    """Whether the first of some trials leaves far less than all others: it hides behind nothing."""
+    return all(quick[0].gap <= _ALONE * other.gap for other in quick[1:])
 
 
 def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
@@ -272,16 +311,28 @@ def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
 def varied_softly(
     workers: Workers, tasks: Sequence[Task], best: Trial, added: Sequence[Effect]
 ) -> list[Trial]:
-    """Other variants of effects on all lines, but those that leave far more on few than the best trial does.
+    """Other variants of effects on all lines, but those that leave far more than the best trial does where
+    residuals count for little, or on few lines.
 
     Of effects that were added to it, variants that give it more free parameters, which can leave less, also
     by another start.
     """
+    if not tasks:
+        return []
+    *known, last = best.task.effects
+    own = Task(tuple(known), (last,), best.values, "quick")
+    soft, *variants = workers.run([own, *(replace(task, how="quick") for task in tasks)])
+    most = np.inf if best.gap > QUIET else _IDLE  # nothing is left to be explained by more parameters
+    chosen = [
+        (task, trial)
+        for task, trial in zip(tasks, variants, strict=True)
+        if trial.squares <= (_NEARLY if trial.free <= best.free else most) * soft.squares
+    ]
+    ends = workers.run([replace(task, values=trial.values, how="likely") for task, trial in chosen])
     richer = [one for effect in added for one in effect.variants()]
-    ends = workers.run([replace(task, how="likely") for task in tasks])
     again = [
         replace(task, how="afresh")
-        for task, end in zip(tasks, ends, strict=True)
+        for (task, _), end in zip(chosen, ends, strict=True)
         if task.new[0] in richer and end.free > best.free and end.gap > QUIET
     ]
     every = sorted([*ends, *workers.run(again)], key=squares_of)

@@ -24,8 +24,9 @@ from identify.vibration.problem import Problem
 _NEARLY, _NOISE = 1.5, 0.03
 """How many times the gap above noise that the best candidate leaves springs in any direction may leave for a
 strut to be tried; which gap above noise counts as none."""
-_OPEN, _PAIRS = 1.5, 2
-"""The gap above which none of the candidates is what is missing; how many of two directions are turned."""
+_OPEN, _PAIRS, _FEW = 1.5, 2, 4
+"""The gap above which none of the candidates is what is missing; how many of two directions are turned; how
+many springs beside the best ones are taken further."""
 
 
 def with_siblings(
@@ -66,7 +67,7 @@ def with_springs_beside(
     tried = [trial.task.new[0] for trial in trials]
     alike = siblings(problem, best.task.new[0], [trial.task.new[0] for trial in quick])
     left = [t for t in quick if t.task.new[0] in alike and t.task.new[0] not in tried]
-    near = near_enough(further(workers, left, "likely"), best.gap, _NEARLY)
+    near = near_enough(further(workers, sorted(left, key=squares_of)[:_FEW], "likely"), best.gap, _NEARLY)
     return [*groups, *([trial] for trial in further(workers, near, "onward"))]
 
 

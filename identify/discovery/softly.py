@@ -67,16 +67,24 @@ def led_by_links(
 
 def likely(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:
     """From start (unknowns,), errors from nothing, to the greatest likelihood; values and cost."""
+    return at_likelihood(problem, led_from_nothing(problem, start)[0], optimizer)
+
+
+def led_from_nothing(problem: Problem, start: Array) -> tuple[Array, float]:
+    """From start (unknowns,), errors from nothing, along the whole path; values and last cost."""
     values = start.copy()
     values[problem.size :] = 0.0
-    values, _ = led(problem, values, SOFTNESS[:2])
-    return on_to_likelihood(problem, values, optimizer)
+    return led(problem, values, SOFTNESS)
 
 
 def on_to_likelihood(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:
     """From where residuals counted for little, start (unknowns,), with the errors there."""
-    values, _ = led(problem, start, SOFTNESS[2:])
-    return minimized(problem, values, optimizer, FrfLeastSquares().objective(problem.targets()))
+    return at_likelihood(problem, led(problem, start, SOFTNESS[2:])[0], optimizer)
+
+
+def at_likelihood(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:
+    """From start (unknowns,), with the errors there, which are near; values and cost."""
+    return minimized(problem, start, optimizer, FrfLeastSquares().objective(problem.targets()))
 
 
 def minimized(

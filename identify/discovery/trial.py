@@ -18,9 +18,11 @@ from identify.discovery.places.screen import PlaceFitter
 from identify.discovery.softly import (
     LEADING,
     SOFT,
+    at_likelihood,
     best_softly,
     led,
     led_by_links,
+    led_from_nothing,
     likely,
     minimized,
     on_to_likelihood,
@@ -47,6 +49,9 @@ _STEP, _STEPS = GaussNewton(evaluations=2), 3
 _SEEN, _SPOILT = 0.03, 1.2
 """Share of the cost by which a start must change it to be followed; how many times the least cost it may
 come to."""
+_NEARLY = 1.2
+"""How many times the best one's cost another valley may leave where residuals count for little, to be
+followed to the likelihood."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _TO_THE_END = LevenbergMarquardt(steps=30, tolerance=1e-3)
 _ONE_STEP = LevenbergMarquardt(steps=1)
@@ -228,11 +233,13 @@ class TrialRunner:
         held = without_errors(problem)
         starts = np.vstack([problem.initial, self._starts(problem, _anew(problem, task))])
         valleys = max(effect.valleys for effect in task.effects)
-        found: list[tuple[Array, float]] = []
-        for end in self._nearest(held, self._afresh(problem, starts))[:valleys]:
-            found.append(likely(problem, self._robustly(held, end[None], _QUICK), _TO_LIKELIHOOD))
-            if found[-1][1] <= QUIET:
+        nearest = self._nearest(held, self._afresh(problem, starts))[:valleys]
+        ways = [led_from_nothing(problem, self._robustly(held, end[None], _QUICK)) for end in nearest]
+        least, found = min(map(_cost, ways)), list[tuple[Array, float]]()
+        for values, cost in sorted(ways, key=_cost):
+            if cost > _NEARLY * least or (found and min(map(_cost, found)) <= QUIET):
                 break
+            found.append(at_likelihood(problem, values, _TO_LIKELIHOOD))
         return min(found, key=_cost)
 
     def _nearest(self, problem: Problem, starts: Array) -> Array:

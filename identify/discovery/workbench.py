@@ -28,6 +28,7 @@ from identify.discovery.screen_softly import (
     further,
     promising_softly,
     second_of_two,
+    stands_out,
     varied_softly,
 )
 from identify.discovery.siblings import (
@@ -47,8 +48,9 @@ from identify.model.effects.joint_compliance import JointCompliance
 from identify.vibration.nuisances.settings import FORMS_ALONE, IMPACTS_ALONE
 from identify.vibration.problem import Problem, with_effects, with_uncertainty
 
-_AT_ONCE = 4
-"""Starts of the first fit that are tried at once."""
+_AT_ONCE, _TWO, _ALIKE = 4, 2, 1.01
+"""Starts of the first fit that are tried at once; with errors of what was told; how many times the best one's
+gap another may leave there, and agree with it."""
 
 
 class ImpactWorkbench:
@@ -79,12 +81,12 @@ class ImpactWorkbench:
         points = starting_points(problem.parameters, count, study.start_factor, study.seed)
         starts = [dict(zip(names, map(float, scale.to_values(x)), strict=True)) for x in points]
         tasks = [Task(known, (), values, "start") for values in starts]
+        at_once = _TWO if workers.with_errors else _AT_ONCE
         ends: list[Trial] = []
-        for first in range(0, len(tasks), _AT_ONCE):
-            more = workers.run(tasks[first : first + _AT_ONCE])
+        for first in range(0, len(tasks), at_once):
+            more = workers.run(tasks[first : first + at_once])
             ends = sorted([*ends, *more], key=squares_of)
-            agree = agreeing([end.gap for end in ends]) >= ENOUGH
-            if agree and (ends[0].gap <= QUIET or len(ends) > _AT_ONCE):
+            if self._agree(ends):
                 break
         if workers.with_errors:
             [trial] = further(workers, further(workers, ends[:1], "likely"), "onward")
@@ -97,6 +99,15 @@ class ImpactWorkbench:
                 "a model that `identify fit` can fit",
             )
         return trial
+
+    def _agree(self, ends: Sequence[Trial]) -> bool:
+        """Whether enough starts, the best first, have ended in the best minimum; beside errors of what was
+        told they are only led near it.
+        """
+        if self.workers.with_errors:
+            return len(ends) > 1 and ends[1].gap <= _ALIKE * ends[0].gap
+        enough = agreeing([end.gap for end in ends]) >= ENOUGH
+        return enough and (ends[0].gap <= QUIET or len(ends) > _AT_ONCE)
 
     def added(self, model: Trial) -> Sequence[Effect]:
         """Effects beyond those of the study."""
@@ -204,7 +215,7 @@ class ImpactWorkbench:
         self, step: Step[Effect, Trial], quick: Sequence[Trial]
     ) -> tuple[tuple[Option[Effect, Trial], ...], float] | None:
         """Also of what is missing with a wrong channel, where neither was convincing."""
-        if not step.options or not quick:
+        if not step.options or not quick or self._stands_out(step, quick):
             return None
         faults = faults_beside(self.workers, self.problem, quick[0], self._looked_at)
         asked = step if step.found else replace(step, found=step.options[:1])
@@ -214,6 +225,15 @@ class ImpactWorkbench:
         if not step.found and two.best == asked.found[0] and two.explained == two.best.gain.explained:
             return None
         return (two.best,), two.explained
+
+    def _stands_out(self, step: Step[Effect, Trial], quick: Sequence[Trial]) -> bool:
+        """Whether what a step found has few parameters and comes far nearer to the data than all else: it
+        stands for no two others at once, and what is missing beside it the next step will see.
+        """
+        [first] = quick[0].task.new
+        if step.best is None or step.best.effect not in (first, *first.variants()):
+            return False
+        return step.best.size < self.policy.many and stands_out(quick)
 
     def settled(self, model: Trial) -> Trial:
         """The trial itself, which was thorough; beside errors of what was told, whose valleys are long, taken
@@ -230,7 +250,7 @@ class ImpactWorkbench:
             self.workers.turn_to(self.problem, with_errors=True)
         if not self.workers.with_errors and above_noise(model.gap) and screen.anchor_of(model):
             return self._with_impacts(model)
-        if not self.workers.with_errors or model.gap > MISSING:
+        if not self.workers.with_errors or model.gap > MISSING or model.task.how == "settled":
             return model
         return further(self.workers, [model], "settled")[0]
 

@@ -119,6 +119,26 @@ def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() ->
     assert two.explained == pytest.approx(1 - 7 / 39)
 
 
+@pytest.mark.parametrize(
+    ("size", "next_best", "looked_at"),
+    [(4, 9.0, False), (4, 7.0, True), (13, 9.0, True)],
+    ids=["far ahead", "level", "stands for many things"],
+)
+def test_pairs_are_looked_at_beside_errors_unless_one_is_far_ahead(
+    size: int, next_best: float, looked_at: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left, asked = {"joint-compliance": 5.0, "base-compliance": next_best}, list[Any]()
+    world = World(lambda kinds: min(left.get(kind, 40.0) for kind in kinds | {""}))
+    found = replace(_option(world.model(TILT)), size=size)
+    step = replace(_step(world.model(), found), options=(found,))
+    monkeypatch.setattr(
+        "identify.discovery.workbench.faults_beside", lambda *given: asked.append(given) or []
+    )
+    monkeypatch.setattr(screen, "first_of_two", lambda *given: screen.Two(found, 1.0))
+    Known(world)._pair_softly(step, [world.model(TILT), world.model(BASE)])
+    assert bool(asked) is looked_at
+
+
 def test_what_a_pair_brought_is_ranked_among_the_others() -> None:
     world = World(lambda kinds: 5.0)
     worse, better = _option(world.model(BODY), 40.0), _option(world.model(TILT), 50.0)

@@ -88,6 +88,15 @@ class Nuisances:
     def _numbers(self) -> dict[Key, int]:
         return {one.key: number for number, one in enumerate(self.entries)}
 
+    @cached_property
+    def _groups(self) -> frozenset[str]:
+        return frozenset(one.group for one in self.entries)
+
+    @cached_property
+    def _std(self) -> Array:
+        """Of each, and of nothing."""
+        return np.append([one.std for one in self.entries], 0.0)
+
     def of_model(
         self, forms: Iterable[Form], simulated: Sequence[Tested], settings: UncertaintySettings
     ) -> Nuisances:
@@ -112,13 +121,12 @@ class Nuisances:
 
     def has(self, group: str) -> bool:
         """Whether anything of a group is uncertain."""
-        return any(one.group == group for one in self.entries)
+        return group in self._groups
 
     def slot(self, keys: Sequence[Key], shape: tuple[int, ...]) -> Slot:
         """The nuisances of these keys in that shape; a key that is none is exact."""
         numbers = np.array([self._numbers.get(key, -1) for key in keys], dtype=int).reshape(shape)
-        std = np.append([one.std for one in self.entries], 0.0)
-        return Slot(numbers, std[numbers])
+        return Slot(numbers, self._std[numbers])
 
 
 NOTHING = Nuisances(())
