@@ -386,7 +386,9 @@ def first_of_two(workers: Workers, step: Step[Effect, Trial], quick: Sequence[Tr
     two = tried[0].task.new
     pair = next(p for p in pairs if two == (*p[0].task.new, *p[1].task.new))
     if workers.with_errors:
-        single = further(workers, further(workers, pair, "likely"), "onward")
+        there = [option.model.task.new for option in step.options]
+        left = [one for one in pair if one.task.new not in there]
+        single = further(workers, further(workers, left, "likely"), "onward")
     else:
         single = workers.run([Task(known, t.task.new, t.values, "thorough") for t in pair])
     either = [option for option in step.options if option.effect in two]

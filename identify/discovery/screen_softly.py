@@ -4,7 +4,7 @@ little at first, so that the errors stay near what was stated (`identify.discove
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -46,6 +46,8 @@ _HALF = 0.5
 _TIMES, _AS_NEAR = 2.0, 1.3
 """How many times the best one's gap above noise a candidate may leave at the likelihood, and still win; and a
 variant, which few lines compare with it well."""
+_AHEAD = 0.9
+"""What share of the gap of a form with fewer parameters one leaves that is far ahead."""
 _FEW = 3
 """How many candidates of those looked at from the present model go on."""
 
@@ -139,10 +141,13 @@ def _with_siblings(
     miss them.
     """
     result, tried = list(quick), list[Effect]()
-    while result and isinstance(best := result[0].task.new[0], AppendedResonator) and best not in tried:
+    while result and isinstance(best := result[0].task.new[0], AppendedResonator):
         tried.append(best)
-        alike = [one for one in siblings(problem, best, found) if one != best]
-        tasks = [Task(result[0].task.known, (one,), moved(problem, result[0], one), "led") for one in alike]
+        left = [one for one in siblings(problem, best, found) if one not in tried]
+        if not left:
+            break
+        tried += left
+        tasks = [Task(result[0].task.known, (one,), moved(problem, result[0], one), "led") for one in left]
         own, *others = workers.run([replace(result[0].task, values=result[0].values, how="led"), *tasks])
         near = [trial for trial in others if trial.gap <= _LEVEL * own.gap]
         result = sorted([*result, *further(workers, near, "quick")], key=squares_of)
@@ -251,10 +256,14 @@ def second_of_two(workers: Workers, model: Trial, pairs: Sequence[Trial]) -> lis
 
 
 def promising_softly(screened: Sequence[Trial]) -> list[Trial]:
-    """Those that may win: what leaves far more than the best one does not."""
+    """Those that may win: what leaves far more than the best one does not; where that leaves much, so that
+    something else is missing, only the best few and the smallest of the others.
+    """
     quick = [trial for trial in screened if trial.task.how == "quick"]
     best = min((trial.squares for trial in quick), default=np.inf)
     chosen = [trial for trial in quick if trial.squares <= _NEARLY * best][:_MOST]
+    if chosen and chosen[0].gap > MISSING:
+        chosen = [*chosen[:_VARIED], *sorted(chosen[_VARIED:], key=lambda one: one.free)[:1]]
     new = [trial.task.new for trial in chosen]
     return [*chosen, *(t for t in screened if t.task.how == "beside" and t.task.new not in new)]
 
@@ -275,7 +284,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     if not whole:
         return []
     tried, tasks = [one.task.new for one in whole], list[Task]()
-    for one in whole[:_VARIED] if whole[0].gap <= FAR else ():
+    for one in whole[: 0 if whole[0].gap > FAR else 1 if whole[0].gap > MISSING else _VARIED]:
         left = [variant for variant in one.task.new[0].variants() if (variant,) not in tried]
         tried += [(variant,) for variant in left]
         tasks += [replace(one.task, new=(variant,), values=one.values) for variant in left]
@@ -303,9 +312,47 @@ def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Tr
 
 
 def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
-    """Those, the best first, that may win on all lines, and the second: what is best is told with a rival."""
+    """Those, the best first, that may win on all lines, and the second: what is best is told with a rival.
+
+    While something else is missing beside them only the best one, and a smaller one that is as near: details
+    are compared once that is found.
+    """
+    if ends and ends[0].gap > MISSING:
+        best, *others = _one_form_each(ends)
+        smaller = [one for one in others if one.free < best.free and one.gap <= _LEVEL * best.gap]
+        return [best, *sorted(smaller, key=lambda one: one.free)[:1]]
     near = near_enough(ends, min((end.gap for end in ends), default=np.inf), _TIMES)
     return ends[: max(_VARIED, len(near))]
+
+
+def _one_form_each(ends: Sequence[Trial]) -> list[Trial]:
+    """The best first, of each effect the form with the fewest parameters that a richer one is not far ahead
+    of.
+    """
+    chosen: list[Trial] = []
+    for end in sorted(ends, key=lambda one: one.free):
+        alike = [one for one in chosen if one.task.new[0] in end.task.new[0].variants()]
+        if all(end.gap < _AHEAD * one.gap for one in alike):
+            chosen = [*(one for one in chosen if one not in alike), end]
+    return sorted(chosen, key=squares_of)
+
+
+def softly(workers: Workers, tasks: Sequence[Task], values: Sequence[Mapping[str, float]]) -> list[Trial]:
+    """Models of tasks from these values where residuals count for little."""
+    found = []
+    for task, own in zip(tasks, values, strict=True):
+        *known, last = task.effects
+        found.append(Task(tuple(known), (last,), own, "quick"))
+    return workers.run(found)
+
+
+def closing(workers: Workers, tasks: Sequence[Task], best: Trial) -> list[Task]:
+    """Those of the tasks that leave about as little as the best model where residuals count for little."""
+    if not tasks:
+        return []
+    soft, *others = softly(workers, [best.task, *tasks], [best.values, *(task.values for task in tasks)])
+    found = zip(tasks, others, strict=True)
+    return [task for task, trial in found if trial.squares <= _NEARLY * soft.squares]
 
 
 def varied_softly(
@@ -319,9 +366,7 @@ def varied_softly(
     """
     if not tasks:
         return []
-    *known, last = best.task.effects
-    own = Task(tuple(known), (last,), best.values, "quick")
-    soft, *variants = workers.run([own, *(replace(task, how="quick") for task in tasks)])
+    soft, *variants = softly(workers, [best.task, *tasks], [best.values, *(task.values for task in tasks)])
     most = np.inf if best.gap > QUIET else _IDLE  # nothing is left to be explained by more parameters
     chosen = [
         (task, trial)

@@ -39,6 +39,7 @@ from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, with_effects
+from identify.vibration.softened import SOFTNESS
 from identify.vibration.uncertainty import fitted_information, predictive_squares
 
 _BRIEF = GaussNewton(evaluations=5, tolerance=1e-3)
@@ -49,9 +50,11 @@ _STEP, _STEPS = GaussNewton(evaluations=2), 3
 _SEEN, _SPOILT = 0.03, 1.2
 """Share of the cost by which a start must change it to be followed; how many times the least cost it may
 come to."""
-_NEARLY = 1.2
-"""How many times the best one's cost another valley may leave where residuals count for little, to be
-followed to the likelihood."""
+_NEARLY, _BETTER = 1.2, 0.99
+"""How many times the cost of the best valley another one may leave where residuals count for little, to be
+followed to the likelihood; that of a given one, to be a better one."""
+_SAME = 1e-3
+"""Relative difference of cost within which two starts ended in the same valley."""
 _FEW_STEPS = LevenbergMarquardt(steps=6, tolerance=2e-2)
 _TO_THE_END = LevenbergMarquardt(steps=30, tolerance=1e-3)
 _ONE_STEP = LevenbergMarquardt(steps=1)
@@ -229,15 +232,22 @@ class TrialRunner:
     def _likely_afresh(self, problem: Problem, task: Task) -> tuple[Array, float]:
         """From where logarithmic residuals lead from the study's own values, without errors of what was told;
         what is new begins where it is or at any of its starts.
+
+        Where what is new was fitted already, only if that is a better valley than the one it is in while
+        residuals count for little.
         """
-        held = without_errors(problem)
-        starts = np.vstack([problem.initial, self._starts(problem, _anew(problem, task))])
+        held, anew = without_errors(problem), _anew(problem, task)
+        starts = np.vstack([problem.initial, self._starts(problem, anew)])
         valleys = max(effect.valleys for effect in task.effects)
         nearest = self._nearest(held, self._afresh(problem, starts))[:valleys]
-        ways = [led_from_nothing(problem, self._robustly(held, end[None], _QUICK)) for end in nearest]
-        least, found = min(map(_cost, ways)), list[tuple[Array, float]]()
+        ends = [self._robustly(held, end[None], _QUICK) for end in nearest]
+        ways = [led_from_nothing(problem, end) for end in _distinct(_logarithmic(held), ends)]
+        if len(anew.values) < len(task.values):
+            most = _BETTER * led(problem, problem.initial, SOFTNESS[-1:])[1]
+            ways = [way for way in ways if way[1] < most]
+        found = [] if ways else [_best(problem, problem.initial[None])]
         for values, cost in sorted(ways, key=_cost):
-            if cost > _NEARLY * least or (found and min(map(_cost, found)) <= QUIET):
+            if found and (cost > _NEARLY * min(map(_cost, ways)) or min(map(_cost, found)) <= QUIET):
                 break
             found.append(at_likelihood(problem, values, _TO_LIKELIHOOD))
         return min(found, key=_cost)
@@ -344,6 +354,14 @@ def _best(problem: Problem, starts: Array) -> tuple[Array, float]:
     """The best of the starts (m, parameters) as they are, and its cost."""
     costs = likelihood(problem).costs(starts)
     return starts[int(np.argmin(costs))], float(costs.min())
+
+
+def _distinct(objective: Objective, ends: Sequence[Array]) -> list[Array]:
+    """The first of the ends (unknowns,) of each cost: the same cost is the same valley."""
+    found: dict[float, Array] = {}
+    for end, cost in zip(ends, objective.costs(np.array(ends)), strict=True):
+        found.setdefault(next((one for one in found if abs(cost / one - 1) < _SAME), float(cost)), end)
+    return list(found.values())
 
 
 def _cost(end: tuple[Array, float]) -> float:

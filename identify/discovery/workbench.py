@@ -24,6 +24,7 @@ from identify.discovery.evidence import (
 )
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.screen_softly import (
+    closing,
     faults_beside,
     further,
     promising_softly,
@@ -291,7 +292,7 @@ class ImpactWorkbench:
     ) -> list[Trial]:
         """Beside errors of what was told, whose refits take long: on from the model, and from afresh only
         those that are not there, unless they are far from the data; none where all begins, and none of a
-        model that leaves more than noise, that is there.
+        model that leaves more than noise, that is there, nor of what does not come near the data.
         """
         first = tuple(self.problem.file.study.effects)
         found = {_key(task.known): [one] if one else [] for task, one in zip(tasks, there, strict=True)}
@@ -304,7 +305,8 @@ class ImpactWorkbench:
             for trial in self.workers.run(some):
                 found[_key(trial.task.effects)].append(trial)
 
-        refit([replace(task, how="onward") for task in tasks if task in missing or stuck(task)])
+        other = closing(self.workers, [task for task in tasks if task not in missing and stuck(task)], model)
+        refit([replace(task, how="onward") for task in tasks if task in [*missing, *other]])
         refit([task for task in missing if found[_key(task.known)][0].gap <= FAR * model.gap])
         return [min(found[_key(task.known)], key=squares_of) for task in tasks]
 
