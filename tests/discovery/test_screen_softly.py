@@ -11,6 +11,8 @@ import pytest
 
 from identify.discovery.neighbours import moved
 from identify.discovery.screen_softly import (
+    _near_enough,
+    closing,
     promising_softly,
     screened_softly,
     second_of_two,
@@ -28,6 +30,7 @@ from identify.vibration.study import read_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 TILT = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
+BODY = parse_effect({"kind": "added-mass", "link": "link3", "extent": "body"})
 BASE, DELAY = parse_effect({"kind": "base-compliance"}), parse_effect({"kind": "time-delay"})
 COUNT, FREE = 10_000, 12
 
@@ -202,6 +205,35 @@ def test_other_forms_that_may_not_win_are_not_fitted_to_the_likelihood(
     found = varied_softly(_workers(world), [Task((), (TILT,), {})], best, [])
     assert bool(found) is tried
     assert ("likely" in {task.how for task in world.tasks}) is tried
+
+
+def test_only_what_comes_near_where_errors_are_few_is_refitted() -> None:
+    """The models that are left without an effect that a closed one has."""
+    without, needed = Task((), (TILT,), {}), Task((), (BASE,), {})
+    best = _trial(Task((DELAY,), (TILT, BASE), {}), 1.02)
+    world = _World(lambda task: 3.0 if task.effects == needed.effects else 1.2)
+    assert closing(_workers(world), [without, needed], best) == [without]
+    assert {task.how for task in world.tasks} == {"quick"}
+    assert closing(_workers(world), [], best) == []
+
+
+@pytest.mark.parametrize(
+    ("left", "chosen"),
+    [
+        ([("body", 13, 4.0), ("swing", 13, 4.1), ("base", 4, 4.2)], ["body", "base"]),
+        ([("body", 13, 4.0), ("swing", 13, 4.1), ("base", 4, 4.7)], ["body"]),
+        ([("turned", 5, 3.9), ("tilt", 4, 4.0)], ["tilt"]),
+        ([("turned", 5, 3.0), ("tilt", 4, 4.0)], ["turned"]),
+        ([("turned", 5, 1.02), ("tilt", 4, 1.03)], ["turned", "tilt"]),
+    ],
+)
+def test_while_much_is_left_only_the_best_and_a_smaller_one_go_on(
+    left: list[tuple[str, int, float]], chosen: list[str]
+) -> None:
+    """Of an effect one form, the one with fewer parameters unless a richer one is far ahead."""
+    effects = {"body": BODY, "swing": DELAY, "base": BASE, "tilt": TILT, "turned": TILT.variants()[-1]}
+    ends = [replace(_trial(Task((), (effects[name],), {}), gap), free=free) for name, free, gap in left]
+    assert [trial.task.new for trial in _near_enough(ends)] == [(effects[name],) for name in chosen]
 
 
 def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem: Problem) -> None:

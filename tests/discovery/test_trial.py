@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from identify.core.thresholds import QUIET
 from identify.discovery.task import Task
 from identify.discovery.thinned import left_out, thinned
 from identify.discovery.trial import TrialRunner, from_each
@@ -216,3 +217,17 @@ def test_under_stated_uncertainty_two_effects_begin_where_each_does_by_default(t
     assert set(ended) <= set(first.values)
     misled = runner.run(Task(known, two, {**present, **ended}, "astray"))
     assert misled.gap == pytest.approx(first.gap, rel=1e-6)
+
+
+def test_from_afresh_a_valley_is_left_only_for_a_better_one(tmp_path: Path) -> None:
+    """A tilt that is stuck where it does nothing, and one that is where it belongs."""
+    config = config_of(shared("hidden_dirty", "tilt_j2_8102_dirt3"), tmp_path, extra="uncertainty: typical")
+    runner = TrialRunner(load_problem(read_study(config)))
+    known = tuple(runner.whole.file.study.effects)
+    tilt = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
+    stuck = {p.name: p.initial for p in runner.whole.parameters}
+    stuck |= {f"joint2.{axis}.stiffness": 1e9 for axis in ("rx", "ry")}
+    reached = runner.run(Task(known, (tilt,), stuck, "afresh"))
+    assert reached.gap < QUIET
+    again = runner.run(Task(known, (tilt,), reached.values, "afresh"))
+    assert again.values == reached.values
