@@ -18,7 +18,9 @@ from identify.discovery.task import Task, Trial, near_enough, once, squares_of
 from identify.discovery.workers import Workers
 from identify.model.effects.appended_resonator import AppendedResonator
 from identify.model.effects.base import Effect
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.place import Rows
+from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem
 
 _GLANCED, _FOLLOWED, _MOST, _VARIED = 8, 12, 4, 2
@@ -32,6 +34,8 @@ followed; and how many times its squares, to be fitted to the likelihood."""
 _BEHIND, _IDLE, _UNMOVED, _FAR_BEHIND = 1.01, 0.99, 0.999, 4.0
 """How many times the squares of the present model a first look leaves that went astray, that does nothing, a
 glance that does nothing; how many times the best one's gap a first look may leave to go on."""
+_UNCLEAR = 0.6
+"""Share of the present gap that the best first look leaves where none comes near."""
 _ALONE, _MANY = 0.6, POLICY.many
 """What share of the gap of the next best the best candidate leaves that hides behind nothing; with how many
 parameters it may stand for many things."""
@@ -80,7 +84,8 @@ def screened_softly(
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
     wrong = _glanced(workers, present, of_sensors, done)
     tasks = [Task(known, (effect,), present.values, "brief") for effect in (*others, *wrong)]
-    brief = _found_again(workers, workers.run(tasks, done), present, wrong)
+    first = workers.run(tasks, done)
+    brief = _found_again(workers, first, present, wrong, open_wide=before.gap > MISSING)
     led = further(workers, _under_way(brief, present), "led", done)
     [idle] = further(workers, [present], "led", done)
     quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
@@ -104,20 +109,31 @@ def _glanced(
 
 
 def _found_again(
-    workers: Workers, brief: Sequence[Trial], present: Trial, wrong: Sequence[Effect]
+    workers: Workers,
+    brief: Sequence[Trial],
+    present: Trial,
+    wrong: Sequence[Effect],
+    *,
+    open_wide: bool,
 ) -> list[Trial]:
     """First looks, the best first, and once more those that ended behind the present model, which every one
     of them has in it: they went astray.  A resonator has looked from all its starts, and a wrong sensor moves
     nothing.
+
+    Where much is open and none of them comes near, also what gives way and did nothing: the present model
+    without it may be bent far, and its own valley not be in sight from there.
     """
-    astray = [
-        trial.task
-        for trial in brief
-        if trial.squares > _BEHIND * present.squares
-        and not isinstance(trial.task.new[0], AppendedResonator)
-        and trial.task.new[0] not in wrong
-    ]
-    again = workers.run([replace(task, how="astray") for task in astray])
+    unclear = open_wide and min((trial.gap for trial in brief), default=np.inf) > _UNCLEAR * present.gap
+
+    def astray(trial: Trial) -> bool:
+        [effect] = trial.task.new
+        if isinstance(effect, AppendedResonator) or effect in wrong:
+            return False
+        gives_way = isinstance(effect, (Springs, LinkFlexibility))
+        most = _IDLE if unclear and gives_way else _BEHIND
+        return trial.squares > most * present.squares
+
+    again = workers.run([replace(trial.task, how="astray") for trial in brief if astray(trial)])
     return once(sorted([*brief, *again], key=squares_of))
 
 
@@ -289,7 +305,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
         tried += [(variant,) for variant in left]
         tasks += [replace(one.task, new=(variant,), values=one.values) for variant in left]
     added = whole[0].task.new if removed(present, whole[0].gap) >= _HALF else ()
-    others = varied_softly(workers, tasks, whole[0], added)
+    others = varied_softly(workers, tasks, whole[0], added, closed=whole[0].gap <= QUIET)
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole
@@ -356,10 +372,13 @@ def closing(workers: Workers, tasks: Sequence[Task], best: Trial) -> list[Task]:
 
 
 def varied_softly(
-    workers: Workers, tasks: Sequence[Task], best: Trial, added: Sequence[Effect]
+    workers: Workers, tasks: Sequence[Task], best: Trial, added: Sequence[Effect], *, closed: bool = False
 ) -> list[Trial]:
     """Other variants of effects on all lines, but those that leave far more than the best trial does where
     residuals count for little, or on few lines.
+
+    closed: the best trial closes the gap, so that directions that turn only count by what is missing where
+    errors are few; else they may take away errors that it needs.
 
     Of effects that were added to it, variants that give it more free parameters, which can leave less, also
     by another start.
@@ -367,12 +386,14 @@ def varied_softly(
     if not tasks:
         return []
     soft, *variants = softly(workers, [best.task, *tasks], [best.values, *(task.values for task in tasks)])
-    most = np.inf if best.gap > QUIET else _IDLE  # nothing is left to be explained by more parameters
-    chosen = [
-        (task, trial)
-        for task, trial in zip(tasks, variants, strict=True)
-        if trial.squares <= (_NEARLY if trial.free <= best.free else most) * soft.squares
-    ]
+
+    def most(trial: Trial) -> float:
+        if trial.free <= best.free:
+            return _NEARLY
+        return _IDLE if closed and trial.task.new[0].valleys > 1 else np.inf
+
+    found = zip(tasks, variants, strict=True)
+    chosen = [(task, trial) for task, trial in found if trial.squares <= most(trial) * soft.squares]
     ends = workers.run([replace(task, values=trial.values, how="likely") for task, trial in chosen])
     richer = [one for effect in added for one in effect.variants()]
     again = [

@@ -186,23 +186,27 @@ def test_another_form_with_more_parameters_counts_by_the_better_of_its_starts() 
     assert told == ["likely", "likely", "afresh", "onward", "likely"]
 
 
+TURNED = TILT.variants()[-1]
+BENT = parse_effect({"kind": "link-flexibility", "link": "link2", "nonuniform": True})
+
+
 @pytest.mark.parametrize(
-    ("free", "gap", "soft", "tried"),
+    ("form", "more", "gap", "soft", "tried"),
     [
-        (FREE, 1.9, 0.55, True),  # fewer parameters that leave about as little where errors are few
-        (FREE, 1.9, 0.9, False),  # or far more
-        (FREE - 1, 1.9, 0.9, True),  # more of them, which another start may bring down
-        (FREE - 1, 1.02, 0.5, False),  # and that explain nothing where nothing is left
-        (FREE - 1, 1.02, 0.3, True),
+        (TILT, False, 1.9, 0.55, True),  # fewer parameters that leave about as little where errors are few
+        (TILT, False, 1.9, 0.9, False),  # or far more
+        (TURNED, True, 1.9, 0.9, True),  # more of them, which another start may bring down
+        (TURNED, True, 1.02, 0.5, False),  # and that explain nothing where nothing is left
+        (TURNED, True, 1.02, 0.3, True),
+        (BENT, True, 1.02, 0.9, True),  # whose few steps did not get there
     ],
 )
 def test_other_forms_that_may_not_win_are_not_fitted_to_the_likelihood(
-    free: int, gap: float, soft: float, tried: bool
+    form: Effect, more: bool, gap: float, soft: float, tried: bool
 ) -> None:
-    other = TILT.variants()[-1]
-    best = replace(_trial(Task((), (other,), {}), gap), free=free)
-    world = _World(lambda task: (soft if task.new == (TILT,) else 0.5) if task.how == "quick" else 1.0)
-    found = varied_softly(_workers(world), [Task((), (TILT,), {})], best, [])
+    best = replace(_trial(Task((), (BASE,), {}), gap), free=FREE - more)
+    world = _World(lambda task: (soft if task.new == (form,) else 0.5) if task.how == "quick" else 1.0)
+    found = varied_softly(_workers(world), [Task((), (form,), {})], best, [], closed=gap < 1.15)
     assert bool(found) is tried
     assert ("likely" in {task.how for task in world.tasks}) is tried
 
@@ -231,7 +235,7 @@ def test_while_much_is_left_only_the_best_and_a_smaller_one_go_on(
     left: list[tuple[str, int, float]], chosen: list[str]
 ) -> None:
     """Of an effect one form, the one with fewer parameters unless a richer one is far ahead."""
-    effects = {"body": BODY, "swing": DELAY, "base": BASE, "tilt": TILT, "turned": TILT.variants()[-1]}
+    effects = {"body": BODY, "swing": DELAY, "base": BASE, "tilt": TILT, "turned": TURNED}
     ends = [replace(_trial(Task((), (effects[name],), {}), gap), free=free) for name, free, gap in left]
     assert [trial.task.new for trial in _near_enough(ends)] == [(effects[name],) for name in chosen]
 
@@ -249,6 +253,25 @@ def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem:
     screened = screened_softly(_workers(world), problem, [one for one, _ in looks], before)
     assert [task.new for task in world.tasks if task.how == "astray"] == [(DELAY,), (BASE,)]
     assert len(screened) == len(looks)
+
+
+@pytest.mark.parametrize(
+    ("best", "present", "again"),
+    [(9.0, 12.0, True), (3.0, 12.0, False), (9.0, 1.3, False)],
+    ids=["none comes near", "one does", "little is open"],
+)
+def test_what_gives_way_is_looked_at_again_where_much_is_open_and_none_comes_near(
+    problem: Problem, best: float, present: float, again: bool
+) -> None:
+    """A present model that is bent far hides the valley of the right one."""
+    before = _trial(Task(tuple(problem.file.study.effects), (), {}), present)
+
+    def gap(task: Task) -> float:
+        return 1.5 if task.how == "astray" else best if task.new == (BODY,) else 10.0
+
+    world = _World(gap)
+    screened_softly(_workers(world), problem, [BODY, TILT, DELAY], before)
+    assert [task.new for task in world.tasks if task.how == "astray"] == [(TILT,)] * again
 
 
 @pytest.mark.parametrize(
