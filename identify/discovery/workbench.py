@@ -128,6 +128,8 @@ class ImpactWorkbench:
         """Trials on few lines, best first."""
         self.came_through(model)
         self._looked_at = effects
+        if self.workers.with_errors and not effects:
+            return []
         trials = second_of_two(self.workers, model, self._pairs)
         if not trials:
             places, trials = screen.screened(self.workers, self.problem, effects, model, story)
@@ -228,13 +230,15 @@ class ImpactWorkbench:
         return (two.best,), two.explained
 
     def _stands_out(self, step: Step[Effect, Trial], quick: Sequence[Trial]) -> bool:
-        """Whether what a step found has few parameters and comes far nearer to the data than all else: it
-        stands for no two others at once, and what is missing beside it the next step will see.
+        """Whether what a step found has few parameters, and leaves nothing open or comes far nearer to the
+        data than all else: it stands for no two others at once, and what is missing beside it the next step
+        will see.
         """
-        [first] = quick[0].task.new
-        if step.best is None or step.best.effect not in (first, *first.variants()):
+        if step.best is None or step.best.size >= self.policy.many:
             return False
-        return step.best.size < self.policy.many and stands_out(quick)
+        [first] = quick[0].task.new
+        ahead = step.best.effect in (first, *first.variants()) and stands_out(quick)
+        return ahead or closed(step.best.model)
 
     def settled(self, model: Trial) -> Trial:
         """The trial itself, which was thorough; beside errors of what was told, whose valleys are long, taken

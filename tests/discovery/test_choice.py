@@ -120,14 +120,14 @@ def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() ->
 
 
 @pytest.mark.parametrize(
-    ("size", "next_best", "looked_at"),
-    [(4, 9.0, False), (4, 7.0, True), (13, 9.0, True)],
-    ids=["far ahead", "level", "stands for many things"],
+    ("size", "best", "next_best", "looked_at"),
+    [(4, 5.0, 9.0, False), (4, 5.0, 7.0, True), (4, 1.02, 1.03, False), (13, 5.0, 9.0, True)],
+    ids=["far ahead", "level", "closes the gap", "stands for many things"],
 )
-def test_pairs_are_looked_at_beside_errors_unless_one_is_far_ahead(
-    size: int, next_best: float, looked_at: bool, monkeypatch: pytest.MonkeyPatch
+def test_pairs_are_looked_at_beside_errors_unless_one_hides_behind_nothing(
+    size: int, best: float, next_best: float, looked_at: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    left, asked = {"joint-compliance": 5.0, "base-compliance": next_best}, list[Any]()
+    left, asked = {"joint-compliance": best, "base-compliance": next_best}, list[Any]()
     world = World(lambda kinds: min(left.get(kind, 40.0) for kind in kinds | {""}))
     found = replace(_option(world.model(TILT)), size=size)
     step = replace(_step(world.model(), found), options=(found,))
@@ -137,6 +137,16 @@ def test_pairs_are_looked_at_beside_errors_unless_one_is_far_ahead(
     monkeypatch.setattr(screen, "first_of_two", lambda *given: screen.Two(found, 1.0))
     Known(world)._pair_softly(step, [world.model(TILT), world.model(BASE)])
     assert bool(asked) is looked_at
+
+
+def test_beside_errors_nothing_is_tried_where_there_are_no_candidates() -> None:
+    """The gap is closed; pairs of the step before would bring one."""
+    world = World(lambda kinds: 1.02)
+    world.with_errors = True
+    bench = Known(world)
+    bench._pairs = [world.trial(Task((DRIVES,), (TILT, BASE), {}))]
+    assert bench.screen(world.model(TILT), [], Story()) == []
+    assert world.tasks == 0
 
 
 def test_what_a_pair_brought_is_ranked_among_the_others() -> None:
