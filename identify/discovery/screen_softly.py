@@ -4,7 +4,7 @@ little at first, so that the errors stay near what was stated (`identify.discove
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -36,9 +36,8 @@ _BEHIND, _IDLE, _UNMOVED, _FAR_BEHIND = 1.01, 0.99, 0.999, 4.0
 glance that does nothing; how many times the best one's gap a first look may leave to go on."""
 _UNCLEAR = 0.6
 """Share of the present gap that the best first look leaves where none comes near."""
-_ALONE, _MANY = 0.6, POLICY.many
-"""What share of the gap of the next best the best candidate leaves that hides behind nothing; with how many
-parameters it may stand for many things."""
+_ALONE = 0.6
+"""What share of the gap of the next best the best candidate leaves that hides behind nothing."""
 _WITHIN, _PART = 1.5, 0.1
 """How many times the best one's gap a candidate may leave once errors of links were followed, and still be
 looked at with all errors where it is clear what is best; which part of what the best one takes off
@@ -78,11 +77,11 @@ def screened_softly(
     if nearly_closed(before) and before.task.has_form:
         # First looks hold the form of a bending link as it was told, so that where only that form brought the
         # gap down none of them comes near the present model.
-        return _beside(workers, before, [*others, *_glanced(workers, before, of_sensors, done)], done)
+        return _beside(workers, before, [*others, *_moving(workers, before, of_sensors, done)], done)
     # Errors of the present model make up for what is missing: all begin beside one that has few, where only
     # what they add to it is still to be found.
     [present] = workers.run([Task(known, (), before.values, "brief")], done)
-    wrong = _glanced(workers, present, of_sensors, done)
+    wrong = _moving(workers, present, of_sensors, done)
     tasks = [Task(known, (effect,), present.values, "brief") for effect in (*others, *wrong)]
     first = workers.run(tasks, done)
     brief = _found_again(workers, first, present, wrong, open_wide=before.gap > MISSING)
@@ -97,15 +96,24 @@ def screened_softly(
 
 
 def _glanced(
-    workers: Workers, model: Trial, of_sensors: Sequence[Effect], done: Callable[[], None]
-) -> list[Effect]:
-    """The best few of these at a glance beside a model, of those that leave less than it does."""
-    known = model.task.effects
-    alone = Task(known, (), model.values, "glance")
+    workers: Workers,
+    model: Trial,
+    of_sensors: Sequence[Effect],
+    share: float,
+    done: Callable[[], None] = lambda: None,
+) -> list[Trial]:
+    """Glances beside a model at those of these that leave less than this share of its squares, best first."""
+    alone = Task(model.task.effects, (), model.values, "glance")
     ones = [replace(alone, new=(effect,)) for effect in of_sensors]
     idle, *glances = workers.run([alone, *ones], done)
-    seen = [trial for trial in glances if trial.squares < _UNMOVED * idle.squares]
-    return [trial.task.new[0] for trial in sorted(seen, key=squares_of)[:_GLANCED]]
+    return sorted((trial for trial in glances if trial.squares < share * idle.squares), key=squares_of)
+
+
+def _moving(
+    workers: Workers, model: Trial, of_sensors: Sequence[Effect], done: Callable[[], None]
+) -> list[Effect]:
+    """The best few of these at a glance beside a model, of those that do anything there."""
+    return [trial.task.new[0] for trial in _glanced(workers, model, of_sensors, _UNMOVED, done)[:_GLANCED]]
 
 
 def _found_again(
@@ -201,11 +209,7 @@ def faults_beside(
     known, wrong = best.task.known, [effect for effect in found if _of_a_sensor(problem, effect)]
     beside = (*known, *best.task.new)
     [few] = workers.run([Task(beside, (), best.values, "brief")])  # errors there make up for a wrong channel
-    tasks = [Task(beside, (), few.values, "glance")]
-    tasks += [Task(beside, (one,), few.values, "glance") for one in wrong if one not in beside]
-    alone, *glances = workers.run(tasks)
-    seen = [trial for trial in glances if trial.squares < _SEEN * alone.squares]
-    ranked = sorted(seen, key=squares_of)[:most]
+    ranked = _glanced(workers, few, [one for one in wrong if one not in beside], _SEEN)[:most]
     return [replace(one, task=replace(one.task, known=known)) for one in ranked]
 
 
@@ -227,7 +231,8 @@ def _followed(workers: Workers, led: Sequence[Trial], free: int, done: Callable[
     others with few parameters, only those that were not far behind.  free: of the present model.
     """
     first = further(workers, led[:_MOST], "quick", done)
-    clear = bool(first) and (first[0].gap <= MISSING or (stands_out(first) and first[0].free - free < _MANY))
+    few = bool(first) and first[0].free - free < POLICY.many
+    clear = bool(first) and (first[0].gap <= MISSING or (few and stands_out(first)))
     left = [trial for trial in led[_MOST:] if not clear or trial.gap <= _WITHIN * led[0].gap]
     return sorted([*first, *further(workers, left, "quick", done)], key=squares_of)
 
@@ -299,17 +304,24 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
     whole = further(workers, _near_enough(ends), "onward")
     if not whole:
         return []
-    tried, tasks = [one.task.new for one in whole], list[Task]()
-    for one in whole[: 0 if whole[0].gap > FAR else 1 if whole[0].gap > MISSING else _VARIED]:
-        left = [variant for variant in one.task.new[0].variants() if (variant,) not in tried]
-        tried += [(variant,) for variant in left]
-        tasks += [replace(one.task, new=(variant,), values=one.values) for variant in left]
     added = whole[0].task.new if removed(present, whole[0].gap) >= _HALF else ()
-    others = varied_softly(workers, tasks, whole[0], added, closed=whole[0].gap <= QUIET)
+    others = varied_softly(workers, _other_forms(whole), whole[0], added, closed=whole[0].gap <= QUIET)
     return [
         [one, *(other for other in others if other.task.new[0] in one.task.new[0].variants())]
         for one in whole
     ]
+
+
+def _other_forms(whole: Sequence[Trial]) -> list[Task]:
+    """What else the best few effects may be: of one while much is left, of none from far."""
+    if whole[0].gap > FAR:
+        return []
+    tried, tasks = [one.task.new for one in whole], list[Task]()
+    for one in whole[: 1 if whole[0].gap > MISSING else _VARIED]:
+        left = [variant for variant in one.task.new[0].variants() if (variant,) not in tried]
+        tried += [(variant,) for variant in left]
+        tasks += [replace(one.task, new=(variant,), values=one.values) for variant in left]
+    return tasks
 
 
 def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Trial]) -> list[Trial]:
@@ -353,12 +365,12 @@ def _one_form_each(ends: Sequence[Trial]) -> list[Trial]:
     return sorted(chosen, key=squares_of)
 
 
-def softly(workers: Workers, tasks: Sequence[Task], values: Sequence[Mapping[str, float]]) -> list[Trial]:
-    """Models of tasks from these values where residuals count for little."""
+def _softly(workers: Workers, best: Trial, tasks: Sequence[Task]) -> list[Trial]:
+    """The best trial's model, then those of the tasks, where residuals count for little."""
     found = []
-    for task, own in zip(tasks, values, strict=True):
+    for task in (replace(best.task, values=best.values), *tasks):
         *known, last = task.effects
-        found.append(Task(tuple(known), (last,), own, "quick"))
+        found.append(Task(tuple(known), (last,), task.values, "quick"))
     return workers.run(found)
 
 
@@ -366,7 +378,7 @@ def closing(workers: Workers, tasks: Sequence[Task], best: Trial) -> list[Task]:
     """Those of the tasks that leave about as little as the best model where residuals count for little."""
     if not tasks:
         return []
-    soft, *others = softly(workers, [best.task, *tasks], [best.values, *(task.values for task in tasks)])
+    soft, *others = _softly(workers, best, tasks)
     found = zip(tasks, others, strict=True)
     return [task for task, trial in found if trial.squares <= _NEARLY * soft.squares]
 
@@ -385,7 +397,7 @@ def varied_softly(
     """
     if not tasks:
         return []
-    soft, *variants = softly(workers, [best.task, *tasks], [best.values, *(task.values for task in tasks)])
+    soft, *variants = _softly(workers, best, tasks)
 
     def most(trial: Trial) -> float:
         if trial.free <= best.free:

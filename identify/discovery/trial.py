@@ -154,7 +154,7 @@ class TrialRunner:
     def _to_likelihood(self, problem: Problem, task: Task) -> tuple[Array, float]:
         """On few lines: from where it is, from where residuals counted for little, or from afresh."""
         if task.how == "nearby":
-            return minimized(problem, problem.initial, _TO_LIKELIHOOD, likelihood(problem))
+            return at_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
         if task.how == "likely":
             return on_to_likelihood(problem, problem.initial, _TO_LIKELIHOOD)
         return self._likely_afresh(problem, task)
@@ -245,12 +245,7 @@ class TrialRunner:
         if len(anew.values) < len(task.values):
             most = _BETTER * led(problem, problem.initial, SOFTNESS[-1:])[1]
             ways = [way for way in ways if way[1] < most]
-        found = [] if ways else [_best(problem, problem.initial[None])]
-        for values, cost in sorted(ways, key=_cost):
-            if found and (cost > _NEARLY * min(map(_cost, ways)) or min(map(_cost, found)) <= QUIET):
-                break
-            found.append(at_likelihood(problem, values, _TO_LIKELIHOOD))
-        return min(found, key=_cost)
+        return _best_way(problem, ways) if ways else _best(problem, problem.initial[None])
 
     def _nearest(self, problem: Problem, starts: Array) -> Array:
         """Where few steps by logarithmic residuals lead from the best few of starts (m, parameters), the best
@@ -362,6 +357,20 @@ def _distinct(objective: Objective, ends: Sequence[Array]) -> list[Array]:
     for end, cost in zip(ends, objective.costs(np.array(ends)), strict=True):
         found.setdefault(next((one for one in found if abs(cost / one - 1) < _SAME), float(cost)), end)
     return list(found.values())
+
+
+def _best_way(problem: Problem, ways: Sequence[tuple[Array, float]]) -> tuple[Array, float]:
+    """The likelihood where some ways (values, cost) lead: the best first, until one passes as noise or the
+    next leaves far more.
+    """
+    least, found = min(map(_cost, ways)), list[tuple[Array, float]]()
+    for values, cost in sorted(ways, key=_cost):
+        if cost > _NEARLY * least:
+            break
+        found.append(at_likelihood(problem, values, _TO_LIKELIHOOD))
+        if found[-1][1] <= QUIET:
+            break
+    return min(found, key=_cost)
 
 
 def _cost(end: tuple[Array, float]) -> float:

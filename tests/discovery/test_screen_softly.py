@@ -277,10 +277,7 @@ def test_what_gives_way_is_looked_at_again_where_much_is_open_and_none_comes_nea
 @pytest.mark.parametrize(
     ("left", "quick"),
     [
-        (
-            (3.0, 4.0, 5.0, 7.0, 7.2, 4.4),
-            {3.0, 4.0, 4.4, 5.0},
-        ),  # one leaves little: others rest
+        ((3.0, 4.0, 5.0, 7.0, 7.2, 4.4), {3.0, 4.0, 4.4, 5.0}),  # one leaves little
         ((6.0, 6.2, 6.4, 6.5, 7.0, 9.9), {6.0, 6.2, 6.4, 6.5, 7.0}),  # what takes next to nothing off
     ],
 )
