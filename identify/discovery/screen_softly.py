@@ -21,6 +21,7 @@ from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.place import Rows
 from identify.model.effects.springs import Springs
+from identify.vibration.nuisances.nuisance import bare
 from identify.vibration.problem import Problem
 
 _GLANCED, _FOLLOWED, _MOST, _VARIED = 8, 12, 4, 2
@@ -89,7 +90,7 @@ def screened_softly(
     [idle] = further(workers, [present], "led", done)
     quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
     quick = _with_siblings(workers, problem, quick, others)
-    quick = _with_turning(workers, present, quick)
+    quick = _with_forms(workers, _with_turning(workers, present, quick))
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]
@@ -184,10 +185,30 @@ def _with_turning(workers: Workers, before: Trial, quick: Sequence[Trial]) -> li
     """
     if min((trial.gap for trial in quick), default=0.0) <= MISSING:
         return list(quick)
-    forms = [form for trial in quick for form in turning(trial.task.new[0])]
+    near = [trial for trial in quick if trial.gap <= _FAR_BEHIND * min(one.gap for one in quick)]
+    forms = [form for trial in near for form in turning(trial.task.new[0])]
     tasks = [Task(before.task.effects, (form,), before.values, "brief") for form in forms]
     led = further(workers, workers.run(tasks), "led")
     return sorted([*quick, *further(workers, led[:_FEW], "quick")], key=squares_of)
+
+
+def _with_forms(workers: Workers, quick: Sequence[Trial]) -> list[Trial]:
+    """Quick trials, the best first; where a bending link leaves least, and no more than what is missing
+    beside a form could, also in its other form.
+
+    At the likelihood errors are bent far to make up for a form that is not quite right: what they hide there
+    shows while they are few.
+    """
+    best = min(quick, key=squares_of, default=None)
+    if best is None or best.gap > FAR or not isinstance(best.task.new[0], LinkFlexibility):
+        return list(quick)
+    there = [trial.task.new[0] for trial in quick]
+    tasks = [
+        replace(best.task, new=(form,), values=bare(best.values))
+        for form in best.task.new[0].variants()
+        if form not in there
+    ]
+    return sorted([*quick, *workers.run(tasks)], key=squares_of)
 
 
 def _beside(
@@ -334,9 +355,15 @@ def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Tr
     besides = [replace(trial.task, how="afresh") for trial in beside]
     best = once(sorted(workers.run([*likely, *besides]), key=squares_of))
     if QUIET < best[0].gap <= FAR:
-        afresh = [replace(end.task, values=end.values, how="afresh") for end in best[:_VARIED]]
+        tasks = [replace(end.task, values=end.values, how="afresh") for end in best[:_VARIED]]
+        afresh = [task for task in tasks if not _nonuniform(task)]
         best = once(sorted([*best, *workers.run(afresh)], key=squares_of))
     return best
+
+
+def _nonuniform(task: Task) -> bool:
+    """Whether what is new is a link that is not uniform: only the uniform one leads to where it begins."""
+    return isinstance(task.new[0], LinkFlexibility) and task.new[0].nonuniform
 
 
 def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
@@ -392,8 +419,9 @@ def varied_softly(
     closed: the best trial closes the gap, so that directions that turn only count by what is missing where
     errors are few; else they may take away errors that it needs.
 
-    Of effects that were added to it, variants that give it more free parameters, which can leave less, also
-    by another start.
+    Variants that give it more free parameters, which can leave less, go without its errors, which are bent
+    far where they make up for a form that is not quite right; of effects that were added to it also by
+    another start.
     """
     if not tasks:
         return []
@@ -406,12 +434,14 @@ def varied_softly(
 
     found = zip(tasks, variants, strict=True)
     chosen = [(task, trial) for task, trial in found if trial.squares <= most(trial) * soft.squares]
-    ends = workers.run([replace(task, values=trial.values, how="likely") for task, trial in chosen])
+    starts = [bare(trial.values) if trial.free > best.free else trial.values for _, trial in chosen]
+    pairs = zip(chosen, starts, strict=True)
+    ends = workers.run([replace(task, values=start, how="likely") for (task, _), start in pairs])
     richer = [one for effect in added for one in effect.variants()]
     again = [
         replace(task, how="afresh")
         for (task, _), end in zip(chosen, ends, strict=True)
-        if task.new[0] in richer and end.free > best.free and end.gap > QUIET
+        if task.new[0] in richer and not _nonuniform(task) and end.free > best.free and end.gap > QUIET
     ]
     every = sorted([*ends, *workers.run(again)], key=squares_of)
     return further(workers, near_enough(once(every), best.gap, _AS_NEAR), "onward")

@@ -211,6 +211,32 @@ def test_other_forms_that_may_not_win_are_not_fitted_to_the_likelihood(
     assert ("likely" in {task.how for task in world.tasks}) is tried
 
 
+@pytest.mark.parametrize(("gap", "looked_at"), [(1.5, True), (6.0, False)])
+def test_a_link_that_bends_is_looked_at_in_its_other_form_while_errors_are_few(
+    problem: Problem, gap: float, looked_at: bool
+) -> None:
+    """Without those that made up for the form that it has; not where far more is missing."""
+    bent = parse_effect({"kind": "link-flexibility", "link": "link2"})
+    values = {"joint1.rz.stiffness": 3e5, "link3.mass.error": -19.0}
+    before = _trial(Task(tuple(problem.file.study.effects), (), values), 12.0)
+    world = _World(lambda task: gap if task.new == (bent,) else 1.2 if task.new == (BENT,) else 11.0)
+    best = screened_softly(_workers(world), problem, [bent, DELAY, BASE], before)[0]
+    assert best.task.new == ((BENT,) if looked_at else (bent,))
+    tried = [task.values for task in world.tasks if task.new == (BENT,)]
+    assert tried == ([{"joint1.rz.stiffness": 3e5}] if looked_at else [])
+
+
+def test_a_form_with_more_parameters_goes_to_the_likelihood_without_the_errors_of_the_other() -> None:
+    values = {"joint1.rz.stiffness": 3e5, "link3.mass.error": -19.0}
+    for more in (True, False):
+        best = replace(_trial(Task((), (BASE,), values), 1.3), free=FREE - more)
+        world = _World(lambda task: 1.3)
+        varied_softly(_workers(world), [Task((), (BENT,), values)], best, [BENT.variants()[0]])
+        [likely] = [task.values for task in world.tasks if task.how == "likely"]
+        assert ("link3.mass.error" in likely) is not more
+        assert "afresh" not in {task.how for task in world.tasks}
+
+
 def test_only_what_comes_near_where_errors_are_few_is_refitted() -> None:
     """The models that are left without an effect that a closed one has."""
     without, needed = Task((), (TILT,), {}), Task((), (BASE,), {})

@@ -25,7 +25,14 @@ FORCE = "force"
 """The place of the sensitivity of the force transducer, which all impacts share."""
 IMPACTS = "impacts"
 """The place of what all impacts share."""
+_ERROR = ".error"
+"""What the name of every error of what was told ends in, and of no other parameter."""
 Key = tuple[str, str, str]
+
+
+def bare(values: Mapping[str, float]) -> dict[str, float]:
+    """Values by name without those of errors of what was told, which then begin at nothing."""
+    return {name: value for name, value in values.items() if not name.endswith(_ERROR)}
 
 
 @dataclass(frozen=True)
@@ -45,7 +52,7 @@ class Nuisance:
     @property
     def name(self) -> str:
         """Unique, as a parameter's: link3.mass.error."""
-        return f"{self.place}.{self.change}.error"
+        return f"{self.place}.{self.change}{_ERROR}"
 
     @property
     def key(self) -> Key:
