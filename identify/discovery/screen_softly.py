@@ -41,8 +41,8 @@ _ALONE = 0.6
 """What share of the gap of the next best the best candidate leaves that hides behind nothing."""
 _WITHIN, _PART = 1.5, 0.1
 """How many times the best one's gap a candidate may leave once errors of links were followed, and still be
-looked at with all errors where it is clear what is best; which part of what the best one takes off
-the squares of the present model another one must take off."""
+looked at with all errors where it is clear what is best, or in a form whose directions turn; which part of
+what the best one takes off the squares of the present model another one must take off."""
 _SEEN = 0.9
 """Share of the squares that a wrong channel may leave and be paired with what is missing beside it."""
 _HALF = 0.5
@@ -185,7 +185,7 @@ def _with_turning(workers: Workers, before: Trial, quick: Sequence[Trial]) -> li
     """
     if min((trial.gap for trial in quick), default=0.0) <= MISSING:
         return list(quick)
-    near = [trial for trial in quick if trial.gap <= _FAR_BEHIND * min(one.gap for one in quick)]
+    near = [trial for trial in quick if trial.gap <= _WITHIN * min(one.gap for one in quick)]
     forms = [form for trial in near for form in turning(trial.task.new[0])]
     tasks = [Task(before.task.effects, (form,), before.values, "brief") for form in forms]
     led = further(workers, workers.run(tasks), "led")
@@ -249,12 +249,16 @@ def _likely_best(led: Sequence[Trial], idle: Trial, part: float) -> list[Trial]:
 
 def _followed(workers: Workers, led: Sequence[Trial], free: int, done: Callable[[], None]) -> list[Trial]:
     """These, the best first, with all errors; where one of the first few leaves little, or far less than the
-    others with few parameters, only those that were not far behind.  free: of the present model.
+    others with few parameters, only those that were not far behind; where both, none.  free: of the present
+    model.
     """
     first = further(workers, led[:_MOST], "quick", done)
-    few = bool(first) and first[0].free - free < POLICY.many
-    clear = bool(first) and (first[0].gap <= MISSING or (few and stands_out(first)))
-    left = [trial for trial in led[_MOST:] if not clear or trial.gap <= _WITHIN * led[0].gap]
+    if not first:
+        return []
+    little = first[0].gap <= MISSING
+    ahead = first[0].free - free < POLICY.many and stands_out(first)
+    most = (_WITHIN if little or ahead else np.inf) * led[0].gap
+    left = [] if little and ahead else [trial for trial in led[_MOST:] if trial.gap <= most]
     return sorted([*first, *further(workers, left, "quick", done)], key=squares_of)
 
 

@@ -323,6 +323,25 @@ def test_only_what_may_win_is_looked_at_with_all_errors(
     assert tried == quick
 
 
+def test_none_but_the_first_few_is_looked_at_with_all_errors_where_one_leaves_little_and_is_far_ahead(
+    problem: Problem,
+) -> None:
+    candidates = [TILT, BASE, DELAY, *_resonators(problem)[:3]]
+    before = _trial(Task(tuple(problem.file.study.effects), (), {}), 12.0)
+    for others, count in ((5.0, 4), (1.5, 6)):
+        quick = {TILT.model_dump_json(): 1.2}
+
+        def gap(task: Task, quick: dict[str, float] = quick, others: float = others) -> float:
+            if task.how != "quick":
+                return 5.0 if task.new else 10.0
+            return quick.get(task.new[0].model_dump_json(), others)
+
+        world = _World(gap)
+        screened_softly(_workers(world), problem, candidates, before)
+        told = [task.new[0] for task in world.tasks if task.how == "quick" and task.new[0] in candidates]
+        assert len(told) == count
+
+
 @pytest.mark.parametrize(("best", "count"), [(5.0, 12), (2.0, 1)], ids=["level", "far ahead"])
 def test_what_adds_nothing_goes_no_further(problem: Problem, best: float, count: int) -> None:
     """All begin beside the present model as it is with few errors; a dozen go on, and what adds to it."""
