@@ -5,6 +5,8 @@ same budget.
     (some ten minutes)
     python -m tests.benchmarks.optimizers starts     6 stiffnesses, starts within a factor of 5, 2 % noise, 20
     seeds
+    python -m tests.benchmarks.optimizers told       the arm of `kobe`, told a little wrong: what stated
+    uncertainty costs a fit
 
 Data come from the independent time-domain generator in tests/generator; the truth is used for scoring and to
 draw starts.
@@ -17,7 +19,7 @@ import json
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +35,9 @@ from identify.vibration.costs.base import parse_cost
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import uncertainty
+from identify.vibration.uncertainty import gap, uncertainty
 from tests.generator.cases import hide
+from tests.generator.dirt import CAREFUL, soil
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
@@ -46,6 +49,7 @@ POPULATION = [
     "differential-evolution",
     "cma-es",
 ]
+SIX_EACH = ["  - {kind: joint-compliance, joints: all, axes: [tx, ty, tz, rx, ry, rz]}"]
 CLASSES = {"tilt": ["rx", "ry"], "radial": ["tx", "ty"], "axial": ["tz"]}
 
 
@@ -123,19 +127,21 @@ def true_springs(truth: dict[str, Any], spec: TestSpec) -> dict[str, float]:
     return values
 
 
+def soft_bearings() -> TestSpec:
+    """The test of a six-axis arm whose every joint gives way in six directions."""
+    arm = MAKES["random"](7).at_points(list(range(3, 15)))
+    spec = TestSpec(arm=arm, seed=7, postures=1, noise_force=0.05, noise_response=0.02)
+    return hide(spec, "+".join(f"{kind}_j{joint}" for joint in range(1, 7) for kind in CLASSES))
+
+
 def kobe(folder: Path, budget: int = 20_000) -> None:
     """72 parameters of a six-axis arm with six coordinates per joint, from starts within a factor of two of
     the truth.
     """
-    arm = MAKES["random"](7)
-    spec = TestSpec(
-        arm=arm.at_points(list(range(3, 15))), seed=7, postures=1, noise_force=0.05, noise_response=0.02
-    )
-    spec = hide(spec, "+".join(f"{kind}_j{joint}" for joint in range(1, 7) for kind in CLASSES))
+    spec = soft_bearings()
     generate(spec, folder / "test")
     known = true_springs(json.loads((folder / "test.truth.json").read_text()), spec)
-    effects = ["  - {kind: joint-compliance, joints: all, axes: [tx, ty, tz, rx, ry, rz]}"]
-    problem = config(folder, effects, ", inputs: ['14:+Y']")
+    problem = config(folder, SIX_EACH, ", inputs: ['14:+Y']")
     truth = np.array([known[parameter.name] for parameter in problem.parameters])
     target = problem.targets().frf[0]
     noise = np.median(
@@ -192,6 +198,34 @@ def kobe(folder: Path, budget: int = 20_000) -> None:
     )
 
 
+def told(folder: Path) -> None:
+    """What it costs to fit the errors of a careful lab along: `identify fit` with and without `uncertainty:`,
+    from the same starts within a factor of two of the truth.
+    """
+    spec = soft_bearings()
+    generate(soil(spec, CAREFUL), folder / "test")
+    known = true_springs(json.loads((folder / "test.truth.json").read_text()), spec)
+    took = list[float]()
+    for stated in (["uncertainty: careful"], []):
+        problem = config(folder, [*SIX_EACH, *stated, "starts: 1"], ", inputs: ['14:+Y']")
+        rng = np.random.default_rng(5)
+        own = [
+            p if p.nuisance else p.at(known[p.name] * 2.0 ** rng.uniform(-1, 1)) for p in problem.parameters
+        ]
+        began = time.perf_counter()
+        found = fit(fit_plan(replace(problem, parameters=tuple(own))))
+        took.append(time.perf_counter() - began)
+        target, size = problem.targets().frf[0], problem.size
+        off = [abs(np.log(found.values[n] / known[p.name])) for n, p in enumerate(own) if not p.nuisance]
+        print(
+            f"  {len(target.system.coordinates)} coordinates, {size} parameters, {len(own) - size} errors of"
+            f" what was told, {target.measured.shape[1]} FRFs, {len(target.data.s)} lines: gap"
+            f" {gap(problem.targets(), found.values):.2f}, median stiffness or damping"
+            f" {100 * float(np.median(off)):.1f} % off, {took[-1]:.1f} s"
+        )
+    print(f"  with stated uncertainty {took[0] / took[1]:.1f} times as long as without")
+
+
 def staged(problem: Problem, scale: Scale, start: np.ndarray, budget: int) -> Row:
     """The default of a study: log residuals, then the likelihood, both by Gauss-Newton."""
     began, x = time.perf_counter(), start
@@ -217,8 +251,6 @@ def staged(problem: Problem, scale: Scale, start: np.ndarray, budget: int) -> Ro
 
 
 def _bounded(problem: Problem, truth: np.ndarray) -> list[Any]:
-    from dataclasses import replace
-
     return [
         replace(p, initial=t, lower=t / 30, upper=t * 30)
         for p, t in zip(problem.parameters, truth, strict=True)
@@ -281,7 +313,7 @@ def _fitted(
 
 
 if __name__ == "__main__":
-    chosen = sys.argv[1:] or ["starts", "kobe"]
+    chosen = sys.argv[1:] or ["starts", "kobe", "told"]
     for name in chosen:
         with threadpool_limits(1), tempfile.TemporaryDirectory() as place:
-            {"kobe": kobe, "starts": starts}[name](Path(place))
+            {"kobe": kobe, "starts": starts, "told": told}[name](Path(place))

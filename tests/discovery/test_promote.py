@@ -134,6 +134,32 @@ def test_a_wrong_link_is_compared_with_all_structure(
     assert model.squares == pytest.approx(100.0 - max(fall.values()))
 
 
+@pytest.mark.parametrize(("ahead", "named"), [(3.0, "channel-polarity"), (30.0, "sensor-rotation")])
+def test_a_turned_sensor_must_explain_more_than_a_reversed_channel(ahead: float, named: str) -> None:
+    """It has an angle of its own, by which it nearly does what a reversed channel that hardly moves does."""
+    names = [one.name for one in _ENTRIES]
+    believed = dict.fromkeys(names, 0.0)
+    left = {"sensor-rotation": 100.0, "channel-polarity": 100.0 + ahead}
+
+    class Fitting:
+        """Workers whose refits take the error away."""
+
+        def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
+            kinds = [task.new[0].kind for task in tasks]
+            pairs = zip(tasks, kinds, strict=True)
+            return [
+                Trial(
+                    t, believed, left.get(kind, 150.0), 100, free=kind in ("sensor-rotation", "channel-gain")
+                )
+                for t, kind in pairs
+            ]
+
+    points = {7: Point(7, "7", "link1", np.zeros(3), np.eye(3), "points.csv:2")}
+    beyond = Trial(Task((), (), {}), {**believed, names[9]: 9.0}, 100.0 + 9.0**2, 160)
+    kept, _ = promoted(_judge(beyond, points), cast(Workers, Fitting()), [], Story())
+    assert [option.effect.kind for option in kept] == [named]
+
+
 @pytest.mark.parametrize(("shift", "named"), [(4.0, True), (3.01, False)])
 def test_an_error_is_an_effect_where_chance_among_all_causes_does_not_let_it_be(
     shift: float, named: bool
