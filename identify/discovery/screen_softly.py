@@ -86,7 +86,7 @@ def screened_softly(
     tasks = [Task(known, (effect,), present.values, "brief") for effect in (*others, *wrong)]
     first = workers.run(tasks, done)
     brief = _found_again(workers, first, present, wrong, open_wide=before.gap > MISSING)
-    led = further(workers, _under_way(brief, present), "led", done)
+    led = further(workers, brief if nearly_closed(before) else _under_way(brief, present), "led", done)
     [idle] = further(workers, [present], "led", done)
     quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
     quick = _with_siblings(workers, problem, quick, others)
@@ -149,6 +149,7 @@ def _found_again(
 def _under_way(brief: Sequence[Trial], present: Trial) -> list[Trial]:
     """Those first looks, the best first, that may lead to the right one, which may still be under way after a
     few steps: not what adds nothing to the present model, nor what leaves many times what the best one does.
+    (Of a small gap all first looks take next to nothing: noise counts for far more.)
     """
     seen = [
         trial

@@ -149,6 +149,19 @@ def test_small_gaps_are_looked_at_from_the_present_model_too(
     assert all(trial.task.new != (BASE,) for trial in beside)
 
 
+@pytest.mark.parametrize(("gap", "count"), [(1.3, 14), (3.0, 12)])
+def test_what_closes_a_small_gap_need_not_show_in_a_first_look(
+    problem: Problem, gap: float, count: int
+) -> None:
+    """There noise counts for so much more that nothing takes one per cent off."""
+    candidates = [BASE, TILT, *_resonators(problem)[:12]]
+    world = _World(lambda task: (4.99 if task.new == (TILT,) else 5.0) if task.new else 5.01)
+    before = _trial(Task(tuple(problem.file.study.effects), (), {}), gap)
+    screened_softly(_workers(world), problem, candidates, before)
+    led = [one for task in world.tasks if task.how == "led" for one in task.new if one in candidates]
+    assert len(led) == count
+
+
 def test_beside_a_bending_link_one_looks_from_the_present_model_alone(
     problem: Problem,
 ) -> None:
