@@ -38,10 +38,10 @@ class Uncertainty:
     """Identifiability of the free parameters (f of them).
 
     std (f,): standard deviation on the search scale; independent_std (f,): that for independent noise; low,
-    high (f,): 95 % limits of the values, clipped to the bounds; one-sided for a parameter at a bound, which
-    is then the other limit; status (f,): determined, weak, not determined, or at a bound; correlation (f, f);
-    singular_values (f,) of J and directions (f, f), a row each; count: real numbers measured; notes:
-    sentences of warning.
+    high (f,): 95 % limits of the values, by std or wider (`with_more`), clipped to the bounds; one-sided for
+    a parameter at a bound, which is then the other limit; status (f,): determined, weak, not determined, or
+    at a bound; correlation (f, f); singular_values (f,) of J and directions (f, f), a row each; count: real
+    numbers measured; notes: sentences of warning.
     """
 
     std: Array
@@ -120,7 +120,6 @@ def _uncertainty(
     """bread (free, free): the covariance that independent residuals would have, the least that is
     believed.
     """
-    x, (lower, upper) = scale.to_x(values), scale.bounds()
     blind = np.flatnonzero(
         np.diag(covariance) <= 0
     )  # the residuals say nothing of these, not even how they scatter
@@ -128,15 +127,13 @@ def _uncertainty(
     widening = np.sqrt(np.maximum(1.0, np.diag(bread) / np.diag(covariance)))
     covariance *= np.outer(widening, widening)
     std = np.sqrt(np.diag(covariance))
-    status = _with_bounds(statuses(scale, values, std), x, lower, upper)
-    reach = np.where([one in BOUNDS for one in status], SIGMAS_95_ONE_SIDED, SIGMAS_95) * std
-    limits = [scale.to_values(np.clip(x + sign * reach, lower, upper))[scale.free] for sign in (-1, 1)]
+    status, low, high = _limits(scale, values, std)
     squares, directions = np.linalg.eigh(information)
     return Uncertainty(
         std=std,
         independent_std=np.sqrt(np.diag(bread)),
-        low=limits[0],
-        high=limits[1],
+        low=low,
+        high=high,
         status=status,
         correlation=covariance / np.outer(std, std),
         singular_values=np.sqrt(np.maximum(squares[::-1], 0.0)),
@@ -144,6 +141,23 @@ def _uncertainty(
         count=count,
         notes=notes,
     )
+
+
+def _limits(scale: Scale, values: Array, std: Array) -> tuple[tuple[str, ...], Array, Array]:
+    """Status and 95 % limits by standard deviations (free,) on the search scale."""
+    x, (lower, upper) = scale.to_x(values), scale.bounds()
+    status = _with_bounds(statuses(scale, values, std), x, lower, upper)
+    reach = np.where([one in BOUNDS for one in status], SIGMAS_95_ONE_SIDED, SIGMAS_95) * std
+    low, high = (scale.to_values(np.clip(x + sign * reach, lower, upper))[scale.free] for sign in (-1, 1))
+    return status, low, high
+
+
+def with_more(found: Uncertainty, std: Array, scale: Scale, values: Array, *notes: str) -> Uncertainty:
+    """Limits widened by further standard deviations (free,), of what no data and no prediction depend on:
+    std and correlation, by which predictions are as sure as they are, stay.
+    """
+    status, low, high = _limits(scale, values, np.hypot(found.std, std))
+    return replace(found, low=low, high=high, status=status, notes=(*found.notes, *notes))
 
 
 def joint_uncertainty(

@@ -13,7 +13,7 @@ from identify.core.arrays import Array, Complex, Texts
 @dataclass(frozen=True)
 class ParameterTable:
     """All parameters (p of them), fixed ones too; std on the search scale (ln value where log), NaN where
-    fixed.
+    fixed.  The limits may be wider: they hold what the ends of links that bend leave open of joints, too.
     """
 
     name: Texts

@@ -30,6 +30,7 @@ from identify.robot.visual import Looks, looks
 from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.directions import soft_directions
+from identify.vibration.link_ends import with_link_ends
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
 from identify.vibration.nuisances.stated import stated_uncertainty
 from identify.vibration.problem import Measurement, Problem
@@ -55,6 +56,7 @@ def evaluate(
     measured = measured_modes(problem) if measured is None else measured
     targets, parameters = problem.targets(), problem.parameters[: problem.size]
     trusted, scale = uncertainty(targets, Scale(problem.parameters), fit.values), Scale(parameters)
+    trusted = with_link_ends(problem, trusted, fit.values)
     stated = stated_uncertainty(problem, trusted, fit.values)
     names = [parameters[number].name for number in scale.free]
     groups = tuple(", ".join(group) for group in inseparable(trusted, names))

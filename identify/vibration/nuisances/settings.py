@@ -151,6 +151,15 @@ class FlexibleLinksUncertainty(Settings):
     mass: float | None = Field(
         None, ge=0, lt=1, description="mass that sits elsewhere along the link, relative to the link's"
     )
+    ends: float | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description=(
+            "compliance of each end of the link, where it is told from that of the joint there by nothing,"
+            " relative to the whole link's"
+        ),
+    )
 
 
 class UncertaintySettings(Settings):
@@ -208,7 +217,7 @@ _LEVELS: dict[Level, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.05},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
-        "flexible_links": {"shape": 0.1, "mass": 0.05},
+        "flexible_links": {"shape": 0.1, "mass": 0.05, "ends": 0.05},
     },
     "typical": {
         "links": {"mass": 0.05, "centre_m": 0.015, "inertia": 0.15},
@@ -218,7 +227,7 @@ _LEVELS: dict[Level, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.1},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
-        "flexible_links": {"shape": 0.1, "mass": 0.05},
+        "flexible_links": {"shape": 0.1, "mass": 0.05, "ends": 0.05},
     },
 }
 """What data sheets and mounting are usually off by: in a careful laboratory, where links were weighed and

@@ -1,0 +1,84 @@
+"""Joints beside a link that bends are open by what the ends of that link may do in their place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.core.parameters import Scale
+from identify.core.thresholds import SIGMAS_95
+from identify.fitting.uncertainty import Uncertainty
+from identify.vibration.link_ends import with_link_ends
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+from identify.vibration.uncertainty import uncertainty
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
+
+
+def _problem(folder: Path, stated: str = "", link: str = "link2") -> Problem:
+    """The shipped example with a link that bends."""
+    data = f"{CONFIG.parents[1] / 'data'}"
+    text = CONFIG.read_text().replace("../data", data)
+    bends = f"effects:\n  - {{kind: link-flexibility, link: {link}}}\n"
+    (folder / "bends.yaml").write_text(text.replace("effects:\n", bends) + stated)
+    return load_problem(read_study(folder / "bends.yaml"))
+
+
+def _both(problem: Problem) -> tuple[Uncertainty, Uncertainty, np.ndarray]:
+    """Without and with what the ends leave open, and the values: those at which the study starts, as if known
+    to one per cent.
+    """
+    values = np.array([p.initial for p in problem.parameters])
+    found = uncertainty(problem.targets(), Scale(problem.parameters), values)
+    own, std = values[: len(found.std)], np.full(len(found.std), 0.01)
+    low, high = (own * np.exp(sign * SIGMAS_95 * std) for sign in (-1, 1))
+    plain = replace(found, std=std, low=low, high=high)
+    return plain, with_link_ends(problem, plain, values), values
+
+
+def test_a_hinge_at_either_end_is_a_share_of_the_link_s_own_compliance(tmp_path: Path) -> None:
+    problem = _problem(tmp_path)
+    plain, wider, values = _both(problem)
+    names = [p.name for p in problem.parameters]
+    found = dict(zip(names, values, strict=True))
+    robot = problem.robot
+    length = np.linalg.norm(robot.joints[2].origin[:3, 3])
+    axis = robot.joints[2].origin[:3, 3] / length
+    across = robot.joints[2].axis - robot.joints[2].axis @ axis * axis
+    compliance = length / found["link2.bending_1.stiffness"]  # joints 2 and 3 turn about parallel axes
+    assert np.linalg.norm(across) == pytest.approx(1)
+    # What the limits are wider by, with the bounds out of the way.
+    for name, times in (("joint2.rz.stiffness", 1), ("joint3.rz.stiffness", 1), ("joint3.rz.damping", 2)):
+        row = names.index(name)
+        half = np.log(wider.high[row] / found[name]) / SIGMAS_95
+        k = found[f"{name[:9]}.stiffness"]
+        assert half**2 - plain.std[row] ** 2 == pytest.approx((times * 0.05 * compliance * k) ** 2, rel=1e-6)
+    for name in ("joint1.rz.stiffness", "joint5.rz.stiffness", "link2.bending_1.stiffness"):
+        row = names.index(name)
+        assert (wider.low[row], wider.high[row]) == pytest.approx((plain.low[row], plain.high[row]))
+    assert np.array_equal(wider.std, plain.std), "predictions stay as sure as they are"
+    assert any("flexible_links.ends" in note for note in wider.notes)
+
+
+@pytest.mark.parametrize("stated", ["uncertainty: {links: {mass: 0.02}}\n", "uncertainty: careful\n"])
+def test_a_study_says_how_much(tmp_path: Path, stated: str) -> None:
+    """What is stated of something else alone leaves links exactly as told."""
+    problem = _problem(tmp_path, stated)
+    plain, wider, _ = _both(problem)
+    more = wider.high > plain.high * (1 + 1e-9)
+    names = [p.name for p in problem.parameters[: problem.size] if p.free]
+    assert {name for name, one in zip(names, more, strict=True) if one} == (
+        {f"joint{n}.rz.{what}" for n in (2, 3) for what in ("stiffness", "damping")}
+        if "careful" in stated
+        else set()
+    )
+
+
+def test_a_model_without_such_a_link_is_as_sure_as_it_was() -> None:
+    plain, wider, _ = _both(load_problem(read_study(CONFIG)))
+    assert wider.low == pytest.approx(plain.low)
+    assert plain.notes == wider.notes
