@@ -4,7 +4,7 @@ little at first, so that the errors stay near what was stated (`identify.discove
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -86,6 +86,7 @@ def screened_softly(
     tasks = [Task(known, (effect,), present.values, "brief") for effect in (*others, *wrong)]
     first = workers.run(tasks, done)
     brief = _found_again(workers, first, present, wrong, open_wide=before.gap > MISSING)
+    # Of a small gap no first look takes much, because noise counts for far more: all go on.
     led = further(workers, brief if nearly_closed(before) else _under_way(brief, present), "led", done)
     [idle] = further(workers, [present], "led", done)
     quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
@@ -149,7 +150,6 @@ def _found_again(
 def _under_way(brief: Sequence[Trial], present: Trial) -> list[Trial]:
     """Those first looks, the best first, that may lead to the right one, which may still be under way after a
     few steps: not what adds nothing to the present model, nor what leaves many times what the best one does.
-    (Of a small gap all first looks take next to nothing: noise counts for far more.)
     """
     seen = [
         trial
@@ -184,10 +184,10 @@ def _with_turning(workers: Workers, before: Trial, quick: Sequence[Trial]) -> li
     """Quick trials, the best first; where none of them will close the gap also of the best few of two
     directions in the form whose soft direction lies anywhere between them: without it they may not get far.
     """
-    if min((trial.gap for trial in quick), default=0.0) <= MISSING:
+    least = min((trial.gap for trial in quick), default=0.0)
+    if least <= MISSING:
         return list(quick)
-    near = [trial for trial in quick if trial.gap <= _WITHIN * min(one.gap for one in quick)]
-    forms = [form for trial in near for form in turning(trial.task.new[0])]
+    forms = [one for trial in quick if trial.gap <= _WITHIN * least for one in turning(trial.task.new[0])]
     tasks = [Task(before.task.effects, (form,), before.values, "brief") for form in forms]
     led = further(workers, workers.run(tasks), "led")
     return sorted([*quick, *further(workers, led[:_FEW], "quick")], key=squares_of)
@@ -203,12 +203,8 @@ def _with_forms(workers: Workers, quick: Sequence[Trial]) -> list[Trial]:
     best = min(quick, key=squares_of, default=None)
     if best is None or best.gap > FAR or not isinstance(best.task.new[0], LinkFlexibility):
         return list(quick)
-    there = [trial.task.new[0] for trial in quick]
-    tasks = [
-        replace(best.task, new=(form,), values=bare(best.values))
-        for form in best.task.new[0].variants()
-        if form not in there
-    ]
+    forms = best.task.new[0].variants()
+    tasks = [replace(best.task, new=(form,), values=bare(best.values)) for form in forms]
     return sorted([*quick, *workers.run(tasks)], key=squares_of)
 
 
@@ -278,7 +274,7 @@ def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
 def further(
     workers: Workers,
     trials: Sequence[Trial],
-    how: Literal["led", "quick", "nearby", "likely", "onward", "settled"],
+    how: Literal["led", "quick", "nearby", "likely", "afresh", "onward", "settled"],
     done: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
     """Trials taken on from where they are, the best first."""
@@ -360,9 +356,8 @@ def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Tr
     besides = [replace(trial.task, how="afresh") for trial in beside]
     best = once(sorted(workers.run([*likely, *besides]), key=squares_of))
     if QUIET < best[0].gap <= FAR:
-        tasks = [replace(end.task, values=end.values, how="afresh") for end in best[:_VARIED]]
-        afresh = [task for task in tasks if not _nonuniform(task)]
-        best = once(sorted([*best, *workers.run(afresh)], key=squares_of))
+        left = [end for end in best[:_VARIED] if not _nonuniform(end.task)]
+        best = once(sorted([*best, *further(workers, left, "afresh")], key=squares_of))
     return best
 
 
@@ -437,11 +432,12 @@ def varied_softly(
             return _NEARLY
         return _IDLE if closed and trial.task.new[0].valleys > 1 else np.inf
 
+    def start(trial: Trial) -> Mapping[str, float]:
+        return bare(trial.values) if trial.free > best.free else trial.values
+
     found = zip(tasks, variants, strict=True)
     chosen = [(task, trial) for task, trial in found if trial.squares <= most(trial) * soft.squares]
-    starts = [bare(trial.values) if trial.free > best.free else trial.values for _, trial in chosen]
-    pairs = zip(chosen, starts, strict=True)
-    ends = workers.run([replace(task, values=start, how="likely") for (task, _), start in pairs])
+    ends = workers.run([replace(task, values=start(trial), how="likely") for task, trial in chosen])
     richer = [one for effect in added for one in effect.variants()]
     again = [
         replace(task, how="afresh")

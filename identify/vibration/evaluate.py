@@ -55,8 +55,8 @@ def evaluate(
     """
     measured = measured_modes(problem) if measured is None else measured
     targets, parameters = problem.targets(), problem.parameters[: problem.size]
-    trusted, scale = uncertainty(targets, Scale(problem.parameters), fit.values), Scale(parameters)
-    trusted = with_link_ends(problem, trusted, fit.values)
+    trusted = uncertainty(targets, Scale(problem.parameters), fit.values)
+    trusted, scale = with_link_ends(problem, trusted, fit.values), Scale(parameters)
     stated = stated_uncertainty(problem, trusted, fit.values)
     names = [parameters[number].name for number in scale.free]
     groups = tuple(", ".join(group) for group in inseparable(trusted, names))
@@ -72,14 +72,7 @@ def evaluate(
             *soft_directions(problem, trusted, fit.values),
             *(() if stated is None else stated.sentences),
         ),
-        notes=(
-            *_file_notes(problem),
-            *trusted.notes,
-            *_unstated_note(problem, trusted),
-            *fault_notes(targets.frf, fit.values),
-            *record_notes(targets, fit.values),
-            *_start_notes(fit),
-        ),
+        notes=_notes(problem, fit, targets, trusted),
         effects=tuple(effect.sentence() for effect in study.effects),
         cost_kind=study.cost.kind,
         cost=fit.cost,
@@ -103,6 +96,17 @@ def evaluate(
         provenance=provenance_of(problem.file),
         description=description_of(problem.file),
         uncertainty=stated,
+    )
+
+
+def _notes(problem: Problem, fit: Fit, targets: Targets, trusted: Uncertainty) -> tuple[str, ...]:
+    return (
+        *_file_notes(problem),
+        *trusted.notes,
+        *_unstated_note(problem, trusted),
+        *fault_notes(targets.frf, fit.values),
+        *record_notes(targets, fit.values),
+        *_start_notes(fit),
     )
 
 

@@ -33,24 +33,24 @@ def with_link_ends(problem: Problem, trusted: Uncertainty, values: Array) -> Unc
     """
     settings = problem.file.study.uncertainty or FORMS_ALONE
     share, parameters = settings.std("flexible_links", "ends"), problem.parameters[: problem.size]
-    variance = dict.fromkeys((p.name for p in parameters), 0.0)
-    system = problem.measurements[0].system
-    for coordinate, compliance in _hinges(problem.robot, system, values):
-        stiffness = dict(zip(variance, values, strict=False)).get(f"{coordinate}.stiffness", 0.0)
+    scale, found = Scale(parameters), values[: problem.size]
+    value_of = dict(zip((p.name for p in parameters), found, strict=True))
+    variance = dict.fromkeys(value_of, 0.0)
+    for coordinate, compliance in _hinges(problem.robot, problem.measurements[0].system, values):
+        stiffness = value_of.get(f"{coordinate}.stiffness", 0.0)
         for what, times in _OF.items():
             if f"{coordinate}.{what}" in variance:
                 variance[f"{coordinate}.{what}"] += (times * share * compliance * stiffness) ** 2
-    scale = Scale(parameters)
-    std = np.sqrt([variance[parameters[n].name] if parameters[n].log else 0.0 for n in scale.free])
-    if not np.any(std > trusted.std):
-        return with_more(trusted, std, scale, values[: problem.size])
-    most = int(np.argmax(std / trusted.std))
-    name = parameters[scale.free[most]].name
-    note = (
-        f"a link that bends right beside a joint does what the joint does: that leaves {name} open by"
-        f" {100 * std[most]:.0f} % (`flexible_links.ends`), more than the data do"
-    )
-    return with_more(trusted, std, scale, values[: problem.size], note)
+    free = [parameters[number] for number in scale.free]
+    std = np.sqrt([variance[p.name] if p.log else 0.0 for p in free])
+    notes = []
+    if np.any(std > trusted.std):
+        most = int(np.argmax(std / trusted.std))
+        notes = [
+            f"a link that bends right beside a joint does what the joint does: that leaves {free[most].name}"
+            f" open by {100 * std[most]:.0f} % (`flexible_links.ends`), more than the data do"
+        ]
+    return with_more(trusted, std, scale, found, *notes)
 
 
 def _hinges(robot: Robot, system: System, values: Array) -> Iterator[tuple[str, float]]:
@@ -68,7 +68,7 @@ def _hinges(robot: Robot, system: System, values: Array) -> Iterator[tuple[str, 
         stiffness = np.tensordot(values[own], system.terms["stiffness"][own], axes=1)[np.ix_(at, at)]
         ends = names[-4], names[-2], names[-1]  # the two slopes and the twist of the end
         whole = np.diag(np.linalg.inv(stiffness))[[-4, -2, -1]]
-        number = robot.links.index(robot.link(effect.link, "effects.link-flexibility.link"))
+        number = effect.number(robot)
         turns = site.jacobian(robot.links[number + 1].name, np.zeros(3), "effects")[3:]
         about = turns[:, [site.number(name) for name in ends]]
         for joint in (number, number + 1):

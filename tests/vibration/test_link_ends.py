@@ -19,11 +19,10 @@ from identify.vibration.uncertainty import uncertainty
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
 
-def _problem(folder: Path, stated: str = "", link: str = "link2") -> Problem:
+def _problem(folder: Path, stated: str = "") -> Problem:
     """The shipped example with a link that bends."""
-    data = f"{CONFIG.parents[1] / 'data'}"
-    text = CONFIG.read_text().replace("../data", data)
-    bends = f"effects:\n  - {{kind: link-flexibility, link: {link}}}\n"
+    text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
+    bends = "effects:\n  - {kind: link-flexibility, link: link2}\n"
     (folder / "bends.yaml").write_text(text.replace("effects:\n", bends) + stated)
     return load_problem(read_study(folder / "bends.yaml"))
 

@@ -95,7 +95,8 @@ class LinkFlexibility(Effect):
     def _where(self) -> str:
         return f"effects.{self.kind}.link"
 
-    def _number(self, robot: Robot) -> int:
+    def number(self, robot: Robot) -> int:
+        """Of the link among the robot's, and of the joint that carries it."""
         number = robot.links.index(robot.link(self.link, self._where))
         if number == len(robot.joints):
             raise InputError(
@@ -104,7 +105,7 @@ class LinkFlexibility(Effect):
         return number
 
     def _beam(self, robot: Robot) -> Beam:
-        number = self._number(robot)
+        number = self.number(robot)
         start, end = _ends(robot, number)
         if np.linalg.norm(end - start) < 1e-6:
             raise InputError(
@@ -124,7 +125,7 @@ class LinkFlexibility(Effect):
         """Deflections and slopes of the end in two planes, and its twist; the next joint's frame goes with
         them.
         """
-        number = self._number(robot)
+        number = self.number(robot)
         following, joint = f"joint{number + 1}", _ends(robot, number)[1]
         turn = next((body.pose[:3, :3].T for body in mechanism.bodies if body.name == following), None)
         added = []
@@ -214,7 +215,7 @@ class LinkFlexibility(Effect):
         link, beam = robot.link(self.link), self._beam(robot)
         reaches = (1.0, link.mass, *[link.mass * beam.length] * 3)
         names, units = ("even_share", *(f"end_{name}" for name in _AT_END)), ("1", "kg", *["kg m"] * 3)
-        end = bodies_at(site, self.link, self._names(), _ends(robot, self._number(robot))[1])
+        end = bodies_at(site, self.link, self._names(), _ends(robot, self.number(robot))[1])
         inertias = [self._spread(robot, site), *end[: len(_AT_END)]]
         return [
             Term(_within(f"{self.link}.{name}", unit, reach, where), mass=inertia)
