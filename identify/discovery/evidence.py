@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Mask
+from identify.core.arrays import Array, Mask
 from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.discovery.task import Trial
@@ -22,7 +22,7 @@ from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.uncertainty import Uncertainty, statuses
 from identify.vibration.problem import Problem, with_effects
-from identify.vibration.uncertainty import uncertainty
+from identify.vibration.uncertainty import fitted_information, uncertainty
 
 _CONFIRMED_FRACTION = 0.3
 """Fraction of what is above noise that an addition must remove from data that were not fitted, whose own
@@ -147,6 +147,14 @@ def disagreement(problem: Problem, trial: Trial) -> float:
     if found.joint is None or not known.any():
         return 1.0
     return float(np.mean(found.joint.widening[known] ** 2))
+
+
+def covariance_of_errors(problem: Problem, trial: Trial) -> Array:
+    """(e, e): of the problem's errors of what was told after a fit, in their stated standard deviations."""
+    model = with_effects(problem, trial.task.effects, trial.values)
+    names = [model.parameters[number].name for number in Scale(model.parameters).free]
+    errors = [names.index(one.name) for one in problem.nuisances.entries]
+    return np.asarray(np.linalg.inv(fitted_information(model, model.initial))[np.ix_(errors, errors)])
 
 
 def _uncertainty(problem: Problem, trial: Trial, *, disagreement: bool) -> tuple[Uncertainty, Mask]:

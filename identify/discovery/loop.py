@@ -11,20 +11,24 @@ from itertools import chain
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.thresholds import MATERIAL
 from identify.discovery.candidates import candidates
 from identify.discovery.evidence import (
     CLOSED,
     EvidenceCriterion,
+    covariance_of_errors,
     disagreement,
     variance_inflation,
 )
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.promote import (
+    Suspect,
     alike,
     beyond_belief,
     causes,
+    foreseen_fall,
     log_chance,
     turning_with,
     without_errors_at,
@@ -61,6 +65,8 @@ _AS_MUCH = 0.5
 nothing is missing beside it."""
 _BEYOND_CHANCE = float(np.log(100))
 """They must be rarer than once in a hundred tests."""
+_HOPE = 0.75
+"""Share of that which an effect must reach by what is foreseen of its fit to be fitted."""
 Option = selection.Option[Effect, Trial]
 Attempt = selection.Attempt[Effect, Trial]
 Step = selection.Step[Effect, Trial]
@@ -107,8 +113,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     options, final = list(found.options), found.final
     if problem.nuisances.entries:
         doubts = partial(variance_inflation, problem), partial(disagreement, problem)
-        judge = Promotion(problem, *doubts, final)
-        if final.gap < CLOSED and judge.found():
+        judge = Promotion(problem, *doubts, partial(covariance_of_errors, problem), final)
+        if final.gap < CLOSED and judge.suspects:
             judge, options = in_another_form(judge, bench.variants(final, richer=True), options, story)
         options, final = promoted(judge, workers, options, story)
         if final is not found.final:
@@ -124,12 +130,14 @@ class Promotion:
     """What tells errors of a model that are beyond belief from chance.
 
     inflation_of: how many times too sure naive variances are for a model; disagreement_of: how many times the
-    variance of noise its forces disagree by.
+    variance of noise its forces disagree by; covariance_of: its errors' (e, e), in stated standard
+    deviations.
     """
 
     problem: Problem
     inflation_of: Callable[[Trial], float]
     disagreement_of: Callable[[Trial], float]
+    covariance_of: Callable[[Trial], Array]
     model: Trial
 
     @cached_property
@@ -140,9 +148,21 @@ class Promotion:
     def _disagreement(self) -> float:
         return max(self.disagreement_of(self.model), 1.0)
 
-    def found(self) -> list[tuple[Effect, dict[str, float]]]:
-        """Effects that stand for errors beyond belief, each with where it starts."""
-        return beyond_belief(self.problem.nuisances, self.model.values, self.problem.robot)
+    @cached_property
+    def suspects(self) -> list[Suspect]:
+        """Effects that stand for errors beyond belief, but those whose fit could not show it."""
+        found = beyond_belief(self.problem.nuisances, self.model.values, self.problem.robot)
+        if not found:
+            return []
+        covariance = self.covariance_of(self.model)
+        shift = np.array([self.model.values[one.name] for one in self.problem.nuisances.entries])
+
+        def may(one: Suspect) -> bool:
+            at = one.errors
+            fall = foreseen_fall(shift[at], covariance[np.ix_(at, at)])
+            return self._log_odds(fall, 1) > _HOPE * _BEYOND_CHANCE
+
+        return [one for one in found if may(one)]
 
     def log_odds(self, after: Trial, rival: Trial | None = None) -> float:
         """Minus the logarithm of the chance that any of the causes of errors would gain so much.
@@ -159,8 +179,10 @@ class Promotion:
         like = rival if rival and abs(rival.gap - after.gap) < MATERIAL else after
         residuals = self.model.squares - like.squares - self._errors(self.model) + self._errors(like)
         squares = (errors + residuals / self._inflation) / self._disagreement
-        chance = log_chance(squares, after.free - self.model.free)
-        return -chance - float(np.log(causes(self.problem.nuisances)))
+        return self._log_odds(squares, after.free - self.model.free)
+
+    def _log_odds(self, squares: float, free: int) -> float:
+        return -log_chance(squares, free) - float(np.log(causes(self.problem.nuisances)))
 
     def log_odds_of_size(self, after: Trial) -> float:
         """The same less what free parameters cost (Schwarz 1978): by an angle of its own a turned sensor
@@ -202,15 +224,15 @@ def promoted(
     kept, tried, ahead = list(options), list[Effect](), list[Trial]()
     for _ in range(_PROMOTED if judge.model.gap < CLOSED else 0):
         model = judge.model
-        left = [one for one in judge.found() if one[0] not in (*tried, *model.task.effects)]
+        left = [one for one in judge.suspects if one.effect not in (*tried, *model.task.effects)]
         if not left:
             break
-        effect = left[0][0]
+        effect = left[0].effect
         trial = next((one for one in ahead if one.task.new == (effect,)), None)
         if trial is None:
             tasks = [
-                Task(model.task.effects, (one,), {**model.values, **start}, "onward")
-                for one, start in left[:_AT_ONCE]
+                Task(model.task.effects, (one.effect,), {**model.values, **one.start}, "onward")
+                for one in left[:_AT_ONCE]
             ]
             trial, *_ = ahead = workers.run(tasks)
         tried.append(effect)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -29,6 +29,8 @@ _BEYOND, _CHANCE = 3.0, 0.01
 together would be as large."""
 _FURTHER = 3.0
 """How many times what errors of a link come to the moments of the body that stands for them may reach."""
+_UNTOLD = 1e-6
+"""Share of an error that is taken to be told by the data where they tell nothing: it is at nothing then."""
 _OF = {"channel-gain": "channel", "time-delay": "set"}
 
 
@@ -39,19 +41,29 @@ def stated_already(nuisances: Nuisances, effect: Effect) -> bool:
     return effect.kind in _OF and nuisances.has(_OF[effect.kind])
 
 
-def beyond_belief(
-    nuisances: Nuisances, values: Mapping[str, float], robot: Robot
-) -> list[tuple[Effect, dict[str, float]]]:
-    """The effects that stand for errors beyond three standard deviations, the least likely first, each with
-    its parameters as large as the errors and what is left of those, by name: the model is then as near to the
-    data as it was; values by name.
+@dataclass(frozen=True)
+class Suspect:
+    """An effect that stands for errors of what was told beyond three standard deviations, by their numbers.
+
+    start: its parameters as large as the errors and what is left of those, by name: the model is then as near
+    to the data as it was.
+    """
+
+    effect: Effect
+    start: dict[str, float]
+    errors: list[int]
+
+
+def beyond_belief(nuisances: Nuisances, values: Mapping[str, float], robot: Robot) -> list[Suspect]:
+    """The effects that stand for errors beyond three standard deviations, the least likely first; values by
+    name.
     """
     entries = nuisances.entries
     shift = np.array([values[one.name] for one in entries])
     together: dict[tuple[str, str], list[int]] = {}
     for number, one in enumerate(entries):
         together.setdefault(_cause(one), []).append(number)
-    found = []
+    found: list[tuple[float, float, Suspect]] = []
     for numbers in together.values():
         own = shift[numbers]
         chance = float(scipy.special.chdtrc(len(own), np.sum(own**2)))
@@ -59,8 +71,20 @@ def beyond_belief(
             continue
         named = _effect([entries[n] for n in numbers], own, robot)
         if named is not None:
-            found.append((chance, -float(np.sum(own**2)), *named))
-    return [(effect, start) for *_, effect, start in sorted(found, key=lambda row: row[:2])]
+            found.append((chance, -float(np.sum(own**2)), Suspect(*named, numbers)))
+    return [suspect for *_, suspect in sorted(found, key=lambda row: row[:2])]
+
+
+def foreseen_fall(shift: Array, covariance: Array) -> float:
+    """How much less squares a model would leave, to first order, if these errors cost nothing: shift (e,) of
+    their values and covariance (e, e) of what the data leave of them, in standard deviations of what was
+    stated.
+
+    At the minimum, errors that data alone would put at m are at (I - covariance) m, and the squares that
+    stating them costs are m' (I - covariance) m.
+    """
+    told = np.eye(len(shift)) - covariance + _UNTOLD * np.eye(len(shift))
+    return float(shift @ np.linalg.solve(told, shift))
 
 
 def causes(nuisances: Nuisances) -> int:

@@ -50,6 +50,8 @@ _HALF = 0.5
 _TIMES, _AS_NEAR = 2.0, 1.3
 """How many times the best one's gap above noise a candidate may leave at the likelihood, and still win; and a
 variant, which few lines compare with it well."""
+_NOWHERE_NEAR = 2 * FAR
+"""Gap where residuals count for little that no likelihood closes."""
 _AHEAD = 0.9
 """What share of the gap of a form with fewer parameters one leaves that is far ahead."""
 _FEW = 3
@@ -350,8 +352,10 @@ def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Tr
     """Quick trials at the likelihood, best first, and what was looked at beside the present model afresh.
 
     The best of the quick ones also afresh where none of them closes the gap, but not where they leave so much
-    that something else is missing.
+    that something else is missing; of what leaves still more the likelihood would only bend the errors.
     """
+    if not beside and min(trial.gap for trial in quick) > _NOWHERE_NEAR:
+        return sorted(quick, key=squares_of)
     likely = [replace(trial.task, values=trial.values, how="likely") for trial in quick]
     besides = [replace(trial.task, how="afresh") for trial in beside]
     best = once(sorted(workers.run([*likely, *besides]), key=squares_of))

@@ -16,6 +16,8 @@ from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Optimizer, Search
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.costs.of_links import LinksObjective, of_links
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.nuisances.nuisance import NOTHING
 from identify.vibration.problem import Problem
 from identify.vibration.softened import SOFT_STAGE, SOFTNESS
 
@@ -24,10 +26,20 @@ LEADING, SOFT = SOFTNESS[:2], SOFTNESS[2]
 half a per cent counts as one of 50, 15 and 5 %."""
 
 
-def without_errors(problem: Problem) -> Problem:
-    """The problem as it was told: its errors held at nothing."""
-    held = (p.at(0.0, free=False) if p.nuisance else p for p in problem.parameters)
-    return replace(problem, parameters=tuple(held))
+def as_told(problem: Problem) -> Problem:
+    """The problem without errors of what was told: its unknowns are its parameters alone."""
+    told = [
+        replace(m, target=replace(m.target, nuisances=None)) if isinstance(m.target, FrfTarget) else m
+        for m in problem.measurements
+    ]
+    parameters = problem.parameters[: problem.size]
+    return replace(problem, parameters=parameters, measurements=tuple(told), nuisances=NOTHING)
+
+
+def with_no_errors(problem: Problem, values: Array) -> Array:
+    """(..., unknowns): values (..., parameters) of a problem as it was told, and errors of nothing."""
+    errors = np.zeros((*values.shape[:-1], len(problem.nuisances.entries)))
+    return np.concatenate([values, errors], axis=-1)
 
 
 def best_softly(problem: Problem, starts: Array, softness: float = SOFT) -> tuple[Array, float]:

@@ -18,6 +18,7 @@ from identify.discovery.places.screen import PlaceFitter
 from identify.discovery.softly import (
     LEADING,
     SOFT,
+    as_told,
     at_likelihood,
     best_softly,
     led,
@@ -26,7 +27,7 @@ from identify.discovery.softly import (
     likely,
     minimized,
     on_to_likelihood,
-    without_errors,
+    with_no_errors,
 )
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import count_of, free_of, left_out, less_by, thinned
@@ -142,10 +143,10 @@ class TrialRunner:
             return self._to_likelihood(problem, task)
         if task.how == "quick" and task.new:
             return led(problem, problem.initial, [SOFT])
-        held = without_errors(problem)
         fresh = starts if task.how == "start" else self._afresh(problem, starts)
-        either = np.array([best_softly(problem, starts)[0], self._robustly(held, fresh, _BRIEF)])
-        either[:, problem.size :] = 0.0
+        robust = self._robustly(as_told(problem), fresh[:, : problem.size], _BRIEF)
+        best = best_softly(problem, starts)[0][: problem.size]
+        either = with_no_errors(problem, np.array([best, robust]))
         if task.how == "start":
             either = best_softly(problem, either)[0][None]
         near = (led_by_links(problem, one, LEADING)[0] for one in either)
@@ -168,25 +169,24 @@ class TrialRunner:
         """
         site = problem.measurements[0].system.site
         terms = [{term.quantity for term in effect.terms(problem.robot, site, "")} for effect in task.new]
-        held, present = without_errors(problem), starts.copy()
-        present[:, problem.size :] = 0.0
+        told, present = as_told(problem), starts[:, : problem.size]
         if any({"mass", "stiffness"} <= quantities for quantities in terms):
-            return from_each(held, present)
+            return with_no_errors(problem, from_each(told, present))
         if task.how == "astray":
-            return self._led_back(held, present, task)
+            return with_no_errors(problem, self._led_back(told, present, task))
         near = starts if task.new else self._afresh(problem, starts)
         return np.asarray(near[int(np.argmin(_logarithmic(problem).costs(near)))])
 
-    def _led_back(self, held: Problem, present: Array, task: Task) -> Array:
+    def _led_back(self, told: Problem, present: Array, task: Task) -> Array:
         """Where a few steps by logarithmic residuals lead, without errors of what was told, from the present
         values (m, parameters) or with what is known afresh; two new effects from where each begins, as either
         by itself made up for the other.
         """
         if len(task.new) > 1:
-            anew = _anew(held, task)
-            held = without_errors(self._model("thin", anew))
-            present = self._starts(held, anew)
-        return self._robustly(held, np.vstack([self._afresh(held, present), present]), _BRIEF)
+            anew = _anew(told, task)
+            told = as_told(self._model("thin", anew))
+            present = self._starts(told, anew)
+        return self._robustly(told, np.vstack([self._afresh(told, present), present]), _BRIEF)
 
     def _briefly(self, problem: Problem, starts: Array, task: Task) -> tuple[Array, float]:
         """A few steps from the best of the starts.
@@ -236,12 +236,12 @@ class TrialRunner:
         Where what is new was fitted already, only if that is a better valley than the one it is in while
         residuals count for little.
         """
-        held, anew = without_errors(problem), _anew(problem, task)
-        starts = np.vstack([problem.initial, self._starts(problem, anew)])
+        told, anew = as_told(problem), _anew(problem, task)
+        starts = np.vstack([problem.initial, self._starts(problem, anew)])[:, : problem.size]
         valleys = max(effect.valleys for effect in task.effects)
-        nearest = self._nearest(held, self._afresh(problem, starts))[:valleys]
-        ends = [self._robustly(held, end[None], _QUICK) for end in nearest]
-        ways = [led_from_nothing(problem, end) for end in _distinct(_logarithmic(held), ends)]
+        nearest = self._nearest(told, self._afresh(told, starts))[:valleys]
+        ends = _distinct(_logarithmic(told), [self._robustly(told, end[None], _QUICK) for end in nearest])
+        ways = [led_from_nothing(problem, with_no_errors(problem, end)) for end in ends]
         if len(anew.values) < len(task.values):
             most = _BETTER * led(problem, problem.initial, SOFTNESS[-1:])[1]
             ways = [way for way in ways if way[1] < most]

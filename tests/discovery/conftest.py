@@ -49,5 +49,9 @@ def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def friction_or_delay(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Friction of any joint, and a delay."""
-    only(monkeypatch, lambda effect: effect.kind in ("joint-friction", "time-delay"))
+    """Friction of joint 2, whose every refit simulates impacts, and a delay."""
+
+    def some(effect: Effect) -> bool:
+        return effect.sentence().startswith("dry friction of joint 2 ") or effect.kind == "time-delay"
+
+    only(monkeypatch, some)

@@ -13,7 +13,14 @@ import pytest
 from identify.core.parameters import Parameter
 from identify.discovery import loop
 from identify.discovery.loop import Promotion, in_another_form, promoted
-from identify.discovery.promote import alike, beyond_belief, causes, log_chance, stated_already
+from identify.discovery.promote import (
+    alike,
+    beyond_belief,
+    causes,
+    foreseen_fall,
+    log_chance,
+    stated_already,
+)
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.gain import Gain
@@ -34,6 +41,8 @@ _ENTRIES = (
     Nuisance("set", "day1", "delay", 1e-5, "s", lasting=False),
 )
 _STATED = Nuisances(_ENTRIES)
+_UNKNOWN = np.zeros((len(_ENTRIES),) * 2)
+"""Covariance of errors that data tell exactly."""
 
 
 def _robot() -> Robot:
@@ -44,14 +53,14 @@ def _robot() -> Robot:
 
 def _judge(model: Trial, points: dict[int, Point] | None = None) -> Promotion:
     told = SimpleNamespace(nuisances=_STATED, robot=_robot(), points=points or {})
-    return Promotion(cast(Problem, told), lambda trial: 1.0, lambda trial: 1.0, model)
+    return Promotion(cast(Problem, told), lambda trial: 1.0, lambda trial: 1.0, lambda trial: _UNKNOWN, model)
 
 
 def _found(**shifts: float) -> list[str]:
     names = [one.name for one in _ENTRIES]
     values = dict.fromkeys(names, 0.5)
     values.update({names[int(key.removeprefix("n"))]: shift for key, shift in shifts.items()})
-    return [effect.sentence() for effect, _ in beyond_belief(_STATED, values, _robot())]
+    return [one.effect.sentence() for one in beyond_belief(_STATED, values, _robot())]
 
 
 def _parameters(effect: Effect) -> tuple[Parameter, ...]:
@@ -88,8 +97,8 @@ def test_the_body_that_stands_for_errors_reaches_as_far_as_they_do() -> None:
     """A centre that is 2 m off is far beyond what is looked for otherwise."""
     names = [one.name for one in _ENTRIES]
     values = {**dict.fromkeys(names, 0.0), names[1]: 400.0}
-    [(effect, start)] = beyond_belief(_STATED, values, _robot())
-    parameters = {p.name: p for p in _parameters(effect)}
+    [found] = beyond_belief(_STATED, values, _robot())
+    parameters, start = {p.name: p for p in _parameters(found.effect)}, found.start
     assert start["link1.moment_x"] == pytest.approx(10.0 * 0.005 * 400.0)
     for name, value in start.items():
         if name in parameters:
@@ -179,6 +188,39 @@ def test_an_error_is_an_effect_where_chance_among_all_causes_does_not_let_it_be(
     assert bool(kept) == named
 
 
+def test_what_a_fit_without_the_statement_would_gain_is_foreseen() -> None:
+    """Of a linear model with two errors, one of which costs nothing any more."""
+    rng = np.random.default_rng(4)
+    slopes, rows = rng.normal(size=(30, 3)), rng.normal(size=30)
+
+    def least(stated: np.ndarray) -> tuple[np.ndarray, float]:
+        a, b = np.vstack([slopes, stated]), np.concatenate([rows, np.zeros(len(stated))])
+        x, [squares], *_ = np.linalg.lstsq(a, b, rcond=None)
+        return x, float(squares)
+
+    priors = np.eye(3)[1:] * 4
+    shift, before = least(priors)
+    covariance = np.linalg.inv(slopes.T @ slopes + priors.T @ priors)
+    fall = foreseen_fall(4 * shift[1:2], 16 * covariance[1:2, 1:2])
+    assert fall == pytest.approx(before - least(priors[1:])[1], rel=1e-4)
+
+
+def test_an_effect_is_fitted_only_where_it_may_be_shown() -> None:
+    """Among sixty causes; what data tell less of may be larger than it seems."""
+    many = Nuisances(tuple(Nuisance("channel", f"{n}:+X", "gain", 0.01, "1") for n in range(60)))
+    values = {**dict.fromkeys((one.name for one in many.entries), 0.0), many.entries[10].name: 3.2}
+    told = cast(Problem, SimpleNamespace(nuisances=many, robot=_robot(), points={}))
+
+    def suspects(open_wide: float) -> list[str]:
+        covariance = open_wide * np.eye(60)
+        one = (lambda trial: 1.0,) * 2
+        judge = Promotion(told, *one, lambda trial: covariance, Trial(Task((), (), {}), values, 100.0, 150))
+        return [one.effect.kind for one in judge.suspects]
+
+    assert suspects(0.0) == []
+    assert suspects(0.5) == ["channel-gain"]
+
+
 @pytest.mark.parametrize(("elsewhere", "named"), [(1.02, True), (1.14, False)])
 def test_what_predicts_other_data_worse_once_settled_is_no_cause(elsewhere: float, named: bool) -> None:
     """A rotor took an error of a mass away and led to another valley, where another posture was off."""
@@ -231,7 +273,9 @@ def test_residuals_count_for_less_where_they_are_correlated_and_all_where_forces
     )
     told = cast(Problem, SimpleNamespace(nuisances=_STATED))
     plain, correlated, disagreeing = (
-        Promotion(told, lambda trial, one=one: one, lambda trial, two=two: two, before)
+        Promotion(
+            told, lambda trial, one=one: one, lambda trial, two=two: two, lambda trial: _UNKNOWN, before
+        )
         for one, two in ((1.0, 1.0), (10.0, 1.0), (1.0, 25.0))
     )
     assert plain.log_odds(after) == pytest.approx(-log_chance(50.0, 1) - np.log(causes(_STATED)))

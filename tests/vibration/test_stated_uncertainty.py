@@ -134,7 +134,8 @@ def test_an_effect_starts_as_large_as_the_errors_it_stands_for(
     for one in problem.nuisances.entries:
         if one.group == chosen[0] and chosen[1] in one.place and chosen[2] in one.change:
             values[one.name] = float(5.0 + rng.normal())
-    [(effect, start)] = beyond_belief(problem.nuisances, values, problem.robot)
+    [found] = beyond_belief(problem.nuisances, values, problem.robot)
+    effect, start = found.effect, found.start
     known = tuple(problem.file.study.effects)
     model = with_effects(problem, (*known, effect), {**values, **start})
     assert effect.sentence() == said
