@@ -159,7 +159,7 @@ class Promotion:
 
         def may(one: Suspect) -> bool:
             at = one.errors
-            fall = foreseen_fall(shift[at], covariance[np.ix_(at, at)])
+            fall = foreseen_fall(shift[at], covariance[np.ix_(at, at)]) / self._disagreement
             return self._log_odds(fall, 1) > _HOPE * _BEYOND_CHANCE
 
         return [one for one in found if may(one)]
