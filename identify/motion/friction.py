@@ -36,7 +36,7 @@ class FrictionSettings(Settings):
 @dataclass
 class FrictionDamper:
     """Eq. 11 as a damper for a step that takes dampers implicitly, found by passes, each called with the
-    velocities that the last gave.
+    velocities that the last gave; `begin` before each step.
 
     numbers: coefficients by name, (lanes, joints); viscous: further viscous friction, N m s/rad; inertia:
     what a drive's own push must accelerate, kg m^2; step_s.  A drive's own step, a v + h F(v) = p with p as
@@ -52,27 +52,35 @@ class FrictionDamper:
     smoothing: Smoothing = "root"
     _last: Array | None = field(default=None, init=False)
 
+    def __post_init__(self) -> None:
+        self._viscous = self.numbers["friction.viscous"] + self.viscous
+        self._slipping = self.inertia + self.step_s * self._viscous
+        self._creep = self.numbers["friction.creep_velocity"]
+        self._stribeck = bool(np.any(self.numbers["friction.stribeck"]))
+
+    def begin(self) -> None:
+        """A new step, which knows nothing of the last."""
+        self._last = None
+
     def __call__(self, velocity: Array) -> Array:
         """N m s/rad at velocities (lanes, joints), rad/s."""
-        viscous = self.numbers["friction.viscous"] + self.viscous
         if self._last is not None:
             pushed = (self.inertia + self.step_s * self._last) * velocity
             free = np.maximum(np.abs(pushed) - self.step_s * self._dry(velocity), 0.0)
-            velocity = np.sign(pushed) * free / (self.inertia + self.step_s * viscous)
+            velocity = np.sign(pushed) * free / self._slipping
             if self.smoothing == "tanh":
-                velocity = self._creeping(np.abs(pushed), np.abs(velocity), viscous) * np.sign(pushed)
-        self._last = np.asarray(self._dry(velocity) / self._over_sign(velocity) + viscous)
+                velocity = self._creeping(np.abs(pushed), np.abs(velocity)) * np.sign(pushed)
+        self._last = np.asarray(self._dry(velocity) / self._over_sign(velocity) + self._viscous)
         return self._last
 
-    def _creeping(self, pushed: Array, slipping: Array, viscous: Array) -> Array:
+    def _creeping(self, pushed: Array, slipping: Array) -> Array:
         """The speed at which a drive pushed by `pushed` moves a step later; slipping: that of true dry
         friction.
 
         The step's equation rises with speed and bends down, so that Newton's method from below never passes
         its root: from where it slips, or from rest, whichever is faster.
         """
-        creep, dry = self.numbers["friction.creep_velocity"], self._dry(slipping)
-        mass = self.inertia + self.step_s * viscous
+        creep, dry, mass = self._creep, self._dry(slipping), self._slipping
         speed = np.maximum(slipping, pushed / (mass + self.step_s * dry / creep))
         for _ in range(_ITERATIONS):
             sign = smooth_sign(speed, creep, "tanh")
@@ -82,12 +90,14 @@ class FrictionDamper:
 
     def _over_sign(self, velocity: Array) -> Array:
         """The velocity over its smooth sign, rad/s."""
-        creep = self.numbers["friction.creep_velocity"]
+        creep = self._creep
         if self.smoothing == "root":
             return np.asarray(np.sqrt(velocity**2 + creep**2))
         speed = np.maximum(np.abs(velocity), 1e-6 * creep)
         return np.asarray(speed / smooth_sign(speed, creep, self.smoothing))
 
     def _dry(self, velocity: Array) -> Array:
+        if not self._stribeck:
+            return self.numbers["friction.coulomb"]
         decay = stribeck_decay(velocity, self.numbers["friction.stribeck_velocity"], EXPONENTIAL)
         return np.asarray(self.numbers["friction.coulomb"] + self.numbers["friction.stribeck"] * decay)

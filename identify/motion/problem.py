@@ -175,7 +175,7 @@ class MotionProblem:
             mode = all_lanes([self.first_mode(r.command.position) for r in records])
         windup = np.zeros_like(position)
         if servo.model != "rigid":
-            windup = np.stack([plant.spring.windup(row) for row in np.moveaxis(torque, 1, 0)], axis=1)
+            windup = np.moveaxis(plant.spring.windup(np.moveaxis(torque, 1, 0)), 0, 1)
             position = position + windup
             velocity = np.gradient(position, servo.period_s, axis=1)
             acceleration = np.gradient(velocity, servo.period_s, axis=1)

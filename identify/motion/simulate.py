@@ -59,10 +59,32 @@ class Plant:
         return bool(self.resolution.any())
 
     @cached_property
+    def drive(self) -> Index | slice:
+        """The coordinates of the drives; a slice, which takes a tenth of the time, where they are evenly
+        spaced.
+        """
+        return _evenly(self.arm.drive)
+
+    @cached_property
+    def wound_by(self) -> tuple[Index | slice, Index | slice]:
+        """`wound`, with slices in the same way."""
+        joint, coordinate = self.wound
+        return _evenly(joint), _evenly(coordinate)
+
+    @cached_property
     def rubs(self) -> bool:
         """Whether there is any friction."""
         keys = ("friction.coulomb", "friction.stribeck", "friction.viscous", "motor.viscous")
         return any(np.any(self.numbers[key]) for key in keys)
+
+
+def _evenly(numbers: Index) -> Index | slice:
+    """Rising numbers (n,) as a slice where they are evenly spaced."""
+    if len(numbers) == 0:
+        return slice(0, 0)
+    step = int(numbers[1] - numbers[0]) if len(numbers) > 1 else 1
+    evenly = slice(int(numbers[0]), int(numbers[-1]) + 1, step) if step > 0 else slice(0, 0)
+    return evenly if np.array_equal(np.arange(numbers[-1] + 1)[evenly], numbers) else numbers
 
 
 @dataclass(frozen=True)
@@ -103,7 +125,7 @@ def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> S
     lanes = Lanes(plant.arm, plant.passive, coordinates, timing.step_s)
     state, given = plant.motor.holding(holding)
     control = law.begin(_sample(plant, orders, 0, lanes, state), given)
-    waiting, inertia = deque([given] * timing.delay_steps), _own_inertia(plant, coordinates)
+    waiting, damper = deque([given] * timing.delay_steps), _damper(plant, coordinates, timing.step_s)
     rows = []
     for tick in range(timing.ticks):
         check()
@@ -120,7 +142,7 @@ def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> S
         )
         for step in range(timing.steps_per_tick):
             waiting.append(command)
-            state = _step(plant, lanes, state, waiting.popleft(), inertia)
+            state = _step(plant, lanes, state, waiting.popleft(), damper)
             if step == 0:
                 rows.append((*row, (before + lanes.velocity) / 2, command))
     position, current, torque, velocity, commands = (
@@ -159,6 +181,15 @@ def equilibrium(plant: Plant, law: ControlLaw, orders: Orders) -> tuple[Array, A
     return coordinates, holding
 
 
+def _damper(plant: Plant, coordinates: Array, step_s: float) -> FrictionDamper | None:
+    """The friction of the drives, seen from coordinates (lanes, n); None where there is none."""
+    if not plant.rubs:
+        return None
+    viscous = plant.spring.ratio**2 * plant.numbers["motor.viscous"]
+    inertia = _own_inertia(plant, coordinates)
+    return FrictionDamper(plant.numbers, viscous, inertia, step_s, plant.smoothing)
+
+
 def _own_inertia(plant: Plant, coordinates: Array) -> Array:
     """What a push on each drive accelerates while all else gives way, kg m^2, (lanes, joints), at coordinates
     (lanes, n).
@@ -168,20 +199,20 @@ def _own_inertia(plant: Plant, coordinates: Array) -> Array:
     return np.asarray(1 / np.linalg.inv(mass)[:, plant.arm.drive, plant.arm.drive])
 
 
-def _step(plant: Plant, lanes: Lanes, state: Array, command: Array, inertia: Array) -> Array:
+def _step(plant: Plant, lanes: Lanes, state: Array, command: Array, damper: FrictionDamper | None) -> Array:
     """One step of arm and motors under a command; the motors' state a step later."""
-    drive, ratio, numbers = plant.arm.drive, plant.spring.ratio, plant.numbers
+    drive, ratio = plant.drive, plant.spring.ratio
     lanes.force[:] = 0.0
     lanes.force[:, drive] = ratio * plant.motor.torque_at(state, command)
     if plant.spring.nonlinear:
         on_drive, on_windup = _spring_forces(plant, lanes)
         lanes.force[:, drive] += on_drive
-        joint, wound = plant.wound
+        joint, wound = plant.wound_by
         lanes.force[:, wound] += on_windup[:, joint]
-    if plant.rubs:
-        damper = FrictionDamper(
-            numbers, ratio**2 * numbers["motor.viscous"], inertia, lanes.step_s, plant.smoothing
-        )
+    if damper is None:
+        lanes.advance()
+    else:
+        damper.begin()
 
         def rubbing(velocity: Array) -> Array:
             dampers = np.zeros_like(velocity)
@@ -189,21 +220,19 @@ def _step(plant: Plant, lanes: Lanes, state: Array, command: Array, inertia: Arr
             return dampers
 
         lanes.advance(rubbing)
-    else:
-        lanes.advance()
     return plant.motor.advanced(state, command, ratio * lanes.velocity[:, drive], lanes.step_s)
 
 
 def _spring_forces(plant: Plant, lanes: Lanes) -> tuple[Array, Array]:
-    joint, wound = plant.wound
-    turn = lanes.position[:, plant.arm.drive]
+    joint, wound = plant.wound_by
+    turn = lanes.position[:, plant.drive]
     delta = np.zeros_like(turn)
     delta[:, joint] = lanes.position[:, wound]
     return plant.spring.beyond_linear(turn, delta)
 
 
 def _sample(plant: Plant, orders: Orders, tick: int, lanes: Lanes, state: Array) -> Sample:
-    turn = lanes.position[:, plant.arm.drive]
+    turn = lanes.position[:, plant.drive]
     if plant.counts:
         grain = plant.resolution / plant.spring.ratio
         turn = np.where(grain > 0, np.round(turn / np.where(grain > 0, grain, 1.0)) * grain, turn)

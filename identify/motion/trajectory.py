@@ -27,6 +27,8 @@ _LANES = 200
 """Lanes that move side by side at most: enough to spread the cost of a step, little enough to stay in the
 cache.
 """
+_TOGETHER = 50
+"""Lanes up to which a step costs about as much as that of one."""
 _DIFFERENCE = 1e-3
 """Relative step of differences: well above what sticking makes of a smaller one."""
 
@@ -40,7 +42,8 @@ class TrajectoryObjective(Objective):
         self, problem: MotionProblem, records: Sequence[PreparedRecord], noise: Mapping[str, float]
     ) -> None:
         self.problem, self.noise = problem, noise
-        self._known: tuple[Array, Array] | None = None
+        self._seen: tuple[Array, Index, Array] | None = None
+        self._wanted: Index | None = None
         self.records = [
             r for r in records if r.measured is not None and any(q in r.measured.signals for q in noise)
         ]
@@ -54,11 +57,17 @@ class TrajectoryObjective(Objective):
             )
 
     def costs(self, candidates: Array) -> Array:
-        """(m,): the RMS of the residuals; inf where the motion runs away.  Known already where residuals have
-        just been computed and no encoder counts.
+        """(m,): the RMS of the residuals; inf where the motion runs away.
+
+        Where no encoder counts, of one candidate they are known already where residuals have just been
+        computed, and those that will be asked for next, if a step to it is taken, are computed along with it.
         """
-        if self._known is not None and np.array_equal(self._known[0], candidates):
-            return self._known[1]
+        if len(candidates) == 1 and self.problem.file.study.encoder_counts is None:
+            if self._seen is not None and np.array_equal(self._seen[0], candidates[0]):
+                return self._costs(self._seen[2][:1])
+            wanted, self._wanted = self._wanted, None  # a step that is not taken asks for none
+            if wanted is not None and (len(wanted) + 1) * len(self.records) <= _TOGETHER:
+                return self._costs(self._beside(candidates[0], wanted)[:1])
         return self._costs(self._rows(candidates))
 
     @staticmethod
@@ -73,14 +82,25 @@ class TrajectoryObjective(Objective):
         Both with continuous encoders: a count more or less, at each tick by chance, would drown the
         differences.
         """
-        steps = np.array([_step(self.problem, number, values[number]) for number in free])
-        moved = np.tile(values, (len(free) + 1, 1))
-        moved[1 + np.arange(len(free)), free] += steps
-        found = self._smooth_rows(moved)
-        if self.problem.file.study.encoder_counts is None:
-            self._known = values[None].copy(), self._costs(found[:1])
-        rows = found / np.sqrt(self.count)
+        self._wanted = free
+        steps = self._steps(values, free)
+        rows = self._beside(values, free) / np.sqrt(self.count)
         return rows[0], ((rows[1:] - rows[0]) / steps[:, None]).T
+
+    def _steps(self, values: Array, free: Index) -> Array:
+        return np.array([_step(self.problem, number, values[number]) for number in free])
+
+    def _beside(self, values: Array, free: Index) -> Array:
+        """Residuals over noise (free + 1, count) at values (parameters,) and a step along each of the free,
+        with continuous encoders.
+        """
+        if self._seen is not None and all(map(np.array_equal, self._seen, (values, free))):
+            return self._seen[2]
+        moved = np.tile(values, (len(free) + 1, 1))
+        moved[1 + np.arange(len(free)), free] += self._steps(values, free)
+        found = self._smooth_rows(moved)
+        self._seen = values.copy(), free.copy(), found
+        return found
 
     def smooth(self, values: Array) -> Array:
         """Residuals (count,) as `residuals` gives them, without derivatives."""

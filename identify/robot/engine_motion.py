@@ -211,9 +211,10 @@ class Lanes:
 
     def _stepped(self, position: Array, velocity: Array, force: Array, damping: Array) -> tuple[Array, Array]:
         """The engine's step from given positions and velocities; lanes that are lost stand still."""
-        for target, values in zip(self._values, (position, velocity, force, damping), strict=True):
-            target[:] = values
-            if self._lost is not None:
+        own = self._values
+        own[0][:], own[1][:], own[2][:], own[3][:] = position, velocity, force, damping
+        if self._lost is not None:
+            for target in own:
                 target[self._lost] = 0.0
         mujoco.mj_step(self._model, self._data)
         return self._values[0].copy(), self._values[1].copy()

@@ -31,7 +31,7 @@ SERVO = {
     "derivative_gain": {"initial": 4.0, "bounds": [1, 40]},
 }
 STAGE = [{"kind": "gauss-newton", "tolerance": 1e-4}]
-TURN, SAMPLES = arms.move(1, 35, 90), 40
+TURN, SAMPLES = arms.move(1, 25, 120, start_s=0.02), 40
 COULOMB = {"name": "dry friction", "numbers": {"friction.coulomb": {"initial": 1.0, "bounds": [0.01, 100]}}}
 INTEGRAL = {
     "name": "integral action",
@@ -68,7 +68,7 @@ def truth(seconds: float, dry: float = 0.0, ki: float = 0.0) -> tuple[Array, Arr
 
 
 def record(
-    folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.8, ki: float = 0.0
+    folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.55, ki: float = 0.0
 ) -> dict[str, Any]:
     """A record's settings, and its file with noise."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -133,7 +133,7 @@ def test_ratio_and_gains_are_found_within_their_intervals(tmp_path: Path) -> Non
 
 def test_a_bee_colony_then_gauss_newton_gets_there_from_afar(tmp_path: Path) -> None:
     stages = [
-        {"kind": "artificial-bee-colony", "evaluations": 150, "population": 10},
+        {"kind": "artificial-bee-colony", "evaluations": 150, "population": 30},
         {"kind": "gauss-newton", "tolerance": 1e-8},
     ]
     found = fitted(tmp_path, [record(tmp_path, "a", 1)], optimizer=stages)

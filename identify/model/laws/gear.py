@@ -34,6 +34,10 @@ class GearSpring:
         """Whether anything is left to do beside the engine's own linear spring."""
         return bool(self.ripples or np.any(self.cubic) or np.any(self.backlash))
 
+    @cached_property
+    def _slack(self) -> bool:
+        return bool(np.any(self.backlash))
+
     def transmission_error(self, turn: Array) -> tuple[Array, Array]:
         """theta_TE, rad, at the drive's turn (rad, gear output), and its derivative with respect to that."""
         error, slope = np.zeros_like(turn), np.zeros_like(turn)
@@ -45,7 +49,9 @@ class GearSpring:
 
     def torque(self, windup: Array) -> Array:
         """k e + A_3 e^3 for delta - theta_TE = windup."""
-        e = windup - np.clip(windup, -self.backlash / 2, self.backlash / 2)
+        e = windup
+        if self._slack:
+            e = windup - np.clip(windup, -self.backlash / 2, self.backlash / 2)
         return np.asarray(self.stiffness * e + self.cubic * e**3)
 
     def beyond_linear(self, turn: Array, delta: Array) -> tuple[Array, Array]:
@@ -55,8 +61,8 @@ class GearSpring:
         return torque * slope, self.stiffness * delta - torque
 
     def windup(self, torque: Array) -> Array:
-        """delta - theta_TE under a torque, N m, by Newton's method; the inverse of `torque`, at the near stop
-        of the backlash.
+        """delta - theta_TE under a torque (..., lanes, joints), N m, by Newton's method; the inverse of
+        `torque`, at the near stop of the backlash.
         """
         stiffness = np.where(self.stiffness > 0, self.stiffness, 1.0)
         e = torque / stiffness
