@@ -106,11 +106,9 @@ def simulate(models: Models, attached: Sequence[AttachedTorque], record: float, 
     )
     during = int(np.flatnonzero(impacts.any(axis=1)).max(initial=-1)) + 1
     torque = np.zeros((steps, len(attached), count * inputs))
-    state = np.zeros((size, count * inputs), dtype=complex)
     for number in range(steps):
-        impact = impacts[number] if number < during else None
-        state = loop.advance(state, torque[number], torque[number - 1], impact)
-    moved = np.moveaxis(state.reshape(size, count, inputs), 0, 1)
+        loop.advance(torque[number], torque[number - 1], impacts[number] if number < during else None)
+    moved = np.moveaxis(loop.state.reshape(size, count, inputs), 0, 1)
     x = (modal.shapes @ moved).real
     v = (modal.shapes @ (modal.eigenvalues[:, :, None] * moved)).real
     return Response(step, torque.reshape(steps, len(attached), count, inputs), x, v)
@@ -135,7 +133,7 @@ def _modal(models: Models) -> _Modal:
 
 
 class _Loop:
-    """One time step; columns are models by inputs, side by side."""
+    """Time steps from rest; columns are models by inputs, side by side: `state` (modes, columns)."""
 
     def __init__(
         self, modal: _Modal, models: Models, attached: Sequence[AttachedTorque], step: float
@@ -145,6 +143,8 @@ class _Loop:
         self.decay, full, part = np.exp(rate * step), _growth(rate, step), _growth(rate, _AT * step)
         hit = np.moveaxis(modal.left @ models.force, 1, 0).reshape(len(rate), -1)
         self.hit, self.laws = full * hit, [one.law for one in attached]
+        self.state = np.zeros_like(full)
+        self._both, self._twice = _interleaved(self.state), np.empty(2 * full.shape[1])
         self.own = [np.repeat(one.own.T, inputs, axis=1) for one in attached]
         turned = [np.einsum("smn,sn->ms", modal.left, one.coordinate) for one in attached]
         pushes = [np.repeat(push, inputs, axis=1) for push in turned]
@@ -159,25 +159,28 @@ class _Loop:
             self.kick.append(np.sum((row * part + at_once) * hit, axis=0).real)
             self.gain.append([np.sum((row * part + at_once) * push, axis=0).real for push in pushes])
 
-    def advance(self, state: Complex, torque: Array, before: Array, impact: Array | None) -> Complex:
-        """The state (modes, columns) a step later; torque (J, columns) of the step is filled in; before: that
-        of the last step.  The state is changed in place.
+    def advance(self, torque: Array, before: Array, impact: Array | None) -> None:
+        """The state a step later; torque (J, columns) of the step is filled in; before: that of the last
+        step.
         """
-        both = _interleaved(state)
+        both, twice = self._both, self._twice
         free = [_pairs(np.einsum("mk,mk->k", row, both)) for row in self.rows]
         if impact is not None:
             free = [one + kick * impact for one, kick in zip(free, self.kick, strict=True)]
-        torque[:] = before
-        for _ in range(_SWEEPS if len(free) > 1 else 1):
-            for j, law in enumerate(self.laws):
-                others = [gain * torque[other] for other, gain in enumerate(self.gain[j]) if other != j]
-                torque[j] = law.torque(free[j] - sum(others), self.gain[j][j], self.own[j])
-        state *= self.decay
+        if len(free) == 1:
+            torque[0] = self.laws[0].torque(free[0], self.gain[0][0], self.own[0])
+        else:
+            torque[:] = before
+            for _ in range(_SWEEPS):
+                for j, law in enumerate(self.laws):
+                    others = [gain * torque[other] for other, gain in enumerate(self.gain[j]) if other != j]
+                    torque[j] = law.torque(free[j] - sum(others), self.gain[j][j], self.own[j])
+        self.state *= self.decay
         for push, one in zip(self.push, torque, strict=True):
-            both += push * np.repeat(one, 2)
+            twice[::2] = twice[1::2] = one
+            both += push * twice
         if impact is not None:
-            state += self.hit * impact
-        return state
+            self.state += self.hit * impact
 
 
 def _interleaved(values: Complex) -> Array:

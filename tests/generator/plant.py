@@ -30,6 +30,8 @@ class Plant:
     def __init__(self, tree: Tree, torques: Sequence[TorqueEffect] = (), weighed: bool = False) -> None:
         self.model = _compile(tree)
         self.data = mujoco.MjData(self.model)
+        # The engine takes longer to hand these over than most of what is done with them at every step.
+        self._turn, self._speed, self._applied = self.data.qpos, self.data.qvel, self.data.qfrc_applied
         self.sensors = [sensor.name for sensor in tree.sensors]
         self.coordinates = [self.model.joint(number).name for number in range(self.model.nv)]
         self._torques = [(self.coordinates.index(f"joint{effect.joint}.rz"), effect) for effect in torques]
@@ -53,15 +55,15 @@ class Plant:
         of the data.
         """
         data = self.data
-        data.qfrc_applied[:] = 0.0
+        self._applied[:] = 0.0
         if force is not None:
             site = data.site(sensor)
             world = site.xmat.reshape(3, 3) @ force
             mujoco.mj_applyFT(
-                self.model, data, world, np.zeros(3), site.xpos, self._body_of[sensor], data.qfrc_applied
+                self.model, data, world, np.zeros(3), site.xpos, self._body_of[sensor], self._applied
             )
         for (number, effect), memory in zip(self._torques, self._memory, strict=True) if torques else ():
-            data.qfrc_applied[number] += effect.torque(data.qpos[number], data.qvel[number], memory)
+            self._applied[number] += effect.torque(self._turn[number], self._speed[number], memory)
 
     def respond(self, sensor: str, force: Force, until: float, step: float, steps: int) -> Array:
         """Accelerations (steps, sensors, 3), m/s^2, in sensor axes, row n at time n * step (s), of a force
@@ -72,7 +74,7 @@ class Plant:
         self.rest()
         data, model = self.data, self.model
         model.opt.timestep = step
-        result = np.empty((steps, model.nsensordata))
+        result, read = np.empty((steps, model.nsensordata)), data.sensordata
         driven = steps if self._torques else min(steps, ceil(until / step) + 2)
         try:
             mujoco.set_mjcb_control(
@@ -82,11 +84,12 @@ class Plant:
                 if row == driven:  # nothing acts from outside any more, and the calls back take time
                     mujoco.set_mjcb_control(None)
                 mujoco.mj_step(model, data)
-                self._memory = [
-                    effect.after(data.qpos[number], memory)
-                    for (number, effect), memory in zip(self._torques, self._memory, strict=True)
-                ]
-                result[row] = data.sensordata
+                if self._torques:
+                    self._memory = [
+                        effect.after(self._turn[number], memory)
+                        for (number, effect), memory in zip(self._torques, self._memory, strict=True)
+                    ]
+                result[row] = read
         finally:
             mujoco.set_mjcb_control(None)
         return np.asarray(result - result[0]).reshape(steps, -1, 3)

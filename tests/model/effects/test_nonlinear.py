@@ -5,8 +5,9 @@ hammer tests at several levels.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -166,24 +167,35 @@ def test_levels_are_needed_by_these_effects_only() -> None:
     assert needing == {"joint-friction", "hardening-stiffness"}
 
 
-def test_a_locked_joint_and_a_blow_that_was_not_stated_are_refused(tmp_path: Path) -> None:
+def test_a_locked_joint_and_a_blow_that_was_not_stated_are_refused(
+    tmp_path: Path, tested: Callable[[str], Path]
+) -> None:
     system, _ = model(
         arm(tmp_path), [parse_effect({"kind": "joint-compliance", "joints": [1, 3]}), parse_effect(FRICTION)]
     )
     with pytest.raises(InputError, match=r"joint2\.rz, which is locked"):
         predictor(system)
-    path = _study(_tested("none", tmp_path, levels=(1.0,)), [FRICTION], stated=False)
+    path = _study(tested("none"), [FRICTION], stated=False)
     with pytest.raises(InputErrors, match="no `impact`, on which a nonlinear effect depends"):
         load_problem(read_study(path))
 
 
-def _tested(case: str, folder: Path, levels: Sequence[float] = (0.3, 3.0)) -> Path:
-    """A simulated test of few points at one posture with something hidden in it."""
-    spec = TestSpec(
-        MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=1, averages=3, oversampling=8
-    )
-    generate(replace(hide(spec, case), levels=tuple(levels)), folder / "test", folder / "truth.json")
-    return folder / "test"
+@pytest.fixture(scope="module")
+def tested(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """By what is hidden: a simulated test of few points at one posture at two levels, with the truth beside
+    it.
+    """
+
+    @cache
+    def made(case: str) -> Path:
+        folder = tmp_path_factory.mktemp(case)
+        spec = TestSpec(
+            MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=1, averages=3, oversampling=8
+        )
+        generate(replace(hide(spec, case), levels=(0.3, 3.0)), folder / "test", folder / "truth.json")
+        return folder / "test"
+
+    return made
 
 
 def _study(
@@ -236,15 +248,17 @@ def _fitted(
     ],
 )
 def test_it_is_found_in_a_simulated_test(
-    case: str, kind: str, parameter: str, truth_of: str, close: float, tmp_path: Path
+    case: str, kind: str, parameter: str, truth_of: str, close: float, tested: Callable[[str], Path]
 ) -> None:
     """Four impacts within 20 % of their level leave 6 % of their mean open (one sigma), and twice that of a
-    cubic stiffness.
+    cubic stiffness.  Springs begin where they are: it is the torque beside them that is looked for.
     """
     joint = int(case[-1])
-    test = _tested(case, tmp_path)
-    hidden = json.loads((tmp_path / "truth.json").read_text())["effects"][0][truth_of]
-    problem, linear, before = _fitted(test, [])
+    test = tested(case)
+    told = json.loads((test.parent / "truth.json").read_text())
+    hidden = told["effects"][0][truth_of]
+    springs = {f"joint{number}.rz.stiffness": k for number, k in enumerate(told["k"], start=1)}
+    problem, linear, before = _fitted(test, [], springs)
     gaps = torque_gaps(problem.targets().frf, np.array(list(linear.values())))
     assert level_gap(problem) > 1.5
     assert min(gaps, key=lambda name: gaps[name]) == f"joint{joint}.rz"
@@ -257,10 +271,9 @@ def test_it_is_found_in_a_simulated_test(
 
 
 @pytest.fixture(scope="module")
-def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+def rubbing(tested: Callable[[str], Path]) -> Problem:
     """A test of an arm with friction, two levels, whose impacts were not quite as told."""
-    test = _tested("friction_j2", tmp_path_factory.mktemp("rubbing"))
-    path = _study(test, [FRICTION])
+    path = _study(tested("friction_j2"), [FRICTION])
     study = json.loads(path.read_text()) | {"uncertainty": {"impacts": {"strength": 0.3, "duration": 0.2}}}
     for one, factor in zip(study["measurements"], (0.6, 1.4), strict=True):
         one["impact"]["peak_n"] *= factor
@@ -324,8 +337,8 @@ def test_impacts_that_may_be_off_explain_what_they_leave_and_say_so(rubbing: Pro
     assert any("stronger than stated" in one or "weaker than stated" in one for one in said), said
 
 
-def test_levels_agree_where_nothing_depends_on_them(tmp_path: Path) -> None:
-    problem = load_problem(read_study(_study(_tested("none", tmp_path), [])))
+def test_levels_agree_where_nothing_depends_on_them(tested: Callable[[str], Path]) -> None:
+    problem = load_problem(read_study(_study(tested("none"), [])))
     assert level_gap(problem) == pytest.approx(1.0, abs=0.3)
     assert np.isnan(level_gap(replace(problem, measurements=problem.measurements[:1])))
 
