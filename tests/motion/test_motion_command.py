@@ -28,8 +28,8 @@ from tests.programs import ran
 def written(folder: Path, **keys: object) -> Path:
     """A study with a record to fit and one to judge."""
     records = [
-        record(folder, "a", 1, seconds=0.8),
-        {**record(folder, "b", 2, seconds=0.8), "use": "validate", "phases_s": {"end": [0.7, 0.8]}},
+        record(folder, "a", 1),
+        {**record(folder, "b", 2), "use": "validate", "phases_s": {"end": [0.5, 0.55]}},
     ]
     arms.study(
         folder,

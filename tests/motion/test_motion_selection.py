@@ -31,7 +31,8 @@ KEYS = {"friction.coulomb": "C", "servo.integral_gain": "I", "friction.viscous":
 
 
 def problem_of(folder: Path, *, judged: bool = True) -> MotionProblem:
-    records = [record(folder, "a", 1), record(folder, "b", 2) | ({"use": "validate"} if judged else {})]
+    second = record(folder, "b", 2, seconds=0.8) | ({"use": "validate"} if judged else {})
+    records = [record(folder, "a", 1, seconds=0.8), second]
     return arms.study(
         folder,
         arms.one_link(0.0),
