@@ -50,10 +50,15 @@ class Hit:
 class Repeated:
     """A hammer test whose motions are simulated once and measured as often as wanted."""
 
-    def __init__(self, seed: int, postures: int = 2) -> None:
+    def __init__(self, seed: int, postures: int = 2, oversampling: int = 16) -> None:
         arm = MAKES["random"](seed)
         self.spec = TestSpec(
-            arm=arm.at_points(NODES), seed=seed, postures=postures, noise_force=0.2, noise_response=0.1
+            arm=arm.at_points(NODES),
+            seed=seed,
+            postures=postures,
+            noise_force=0.2,
+            noise_response=0.1,
+            oversampling=oversampling,
         )
         plants = [make_plant(self.spec, posture) for posture in draw_postures(self.spec)]
         linear = [linearise(plant, self.spec.hammer_points[0]) for plant in plants]
