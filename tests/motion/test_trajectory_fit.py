@@ -200,6 +200,35 @@ def test_residuals_and_costs_agree_and_the_gradient_is_the_slope(tmp_path: Path)
     assert objective.costs(np.array([[50.0, 2000.0, 40.0]]))[0] == np.inf  # that loop is unstable
 
 
+def test_what_is_computed_along_with_a_cost_changes_nothing(tmp_path: Path) -> None:
+    """A step that is taken, one that is not, and one taken after it: as an objective that saw nothing before
+    has them.
+    """
+    problem = arms.study(
+        tmp_path,
+        arms.one_link(0.0),
+        motor=DC,
+        gear={"ratio": FREE},
+        servo=SERVO,
+        noise=NOISE,
+        records=[record(tmp_path, "a", 3)],
+    )
+
+    def fresh() -> TrajectoryObjective:
+        return TrajectoryObjective(problem, problem.records, NOISE)
+
+    objective, free = fresh(), Scale(problem.parameters).free
+    objective.residuals(problem.initial, free)
+    for growth, taken in ((1.1, True), (1.2, False), (1.3, True)):
+        values = growth * problem.initial
+        assert objective.costs(values[None])[0] == fresh().costs(values[None])[0]
+        if taken:
+            for one, other in zip(
+                objective.residuals(values, free), fresh().residuals(values, free), strict=True
+            ):
+                np.testing.assert_array_equal(one, other)
+
+
 def test_rms_by_phase() -> None:
     time = np.linspace(0, 2, 201)
     difference = np.where(time < 1, 3.0, 4.0)[:, None] * [1.0, 2.0]
