@@ -32,6 +32,8 @@ _REACH, _EXCESS = 4.0, 0.2
 """Half-bandwidths around a place in which the residual must hold this part of what noise may explain."""
 _MOST = 2e7
 """Places times lines that are looked at in a round."""
+_AT_ONCE = 300_000
+"""Places times lines that are worked on at once: new pages for large arrays cost more than arithmetic."""
 _ALONE = 1e-9
 """Part of a column that those of the fit leave, below which it is theirs."""
 
@@ -121,7 +123,7 @@ def _gains(found: Fit, places: Complex) -> tuple[Array, Complex]:
     basis, unit = equations.basis(found.participation), np.diag(equations.reference).astype(complex)
     functions = equations.functions(found.poles, found.poles[:0])
     gains, residues = [], []
-    for some in np.array_split(places, max(1, len(places) // 256)):
+    for some in np.array_split(places, max(1, len(places) * len(s) // _AT_ONCE)):
         own = Functions.of(scale / (s - some), scale / (s - some.conj()))
         columns = _columns(len(some), unit)
         overlap = gram(*products(own, functions), columns, basis) / found.size

@@ -38,8 +38,13 @@ class Functions:
     @classmethod
     def of(cls, direct: Complex, mirror: Complex) -> Functions:
         """Of functions (L, n) and mirrors (L, n)."""
-        both, turned = direct + mirror, direct - mirror
-        return cls(np.block([[both.real, -turned.imag], [both.imag, turned.real]]))
+        lines, n = direct.shape
+        columns = np.empty((2 * lines, 2 * n))
+        np.add(direct.real, mirror.real, out=columns[:lines, :n])
+        np.subtract(mirror.imag, direct.imag, out=columns[:lines, n:])
+        np.add(direct.imag, mirror.imag, out=columns[lines:, :n])
+        np.subtract(direct.real, mirror.real, out=columns[lines:, n:])
+        return cls(columns)
 
     def __len__(self) -> int:
         return int(self.columns.shape[1]) // 2
