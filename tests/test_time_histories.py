@@ -60,17 +60,24 @@ effects:
 """  # noqa: E501
 
 
+@pytest.fixture(scope="module")
+def pendulum(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the robot, its point and three files of hammer records."""
+    folder = tmp_path_factory.mktemp("pendulum")
+    (folder / "pendulum.urdf").write_text(PENDULUM)
+    (folder / "points.csv").write_text("node,name,link,x_m,y_m,z_m\n1,tip,rod,0,0,-1\n")
+    for number in (1, 2, 3):
+        _records(folder / f"hits{number}.csv", number)
+    return folder
+
+
 @pytest.mark.parametrize("more", ["", ", repeats: [hits2.csv, hits3.csv]"])
-def test_stiffness_and_damping_from_hammer_records(more: str, tmp_path: Path) -> None:
+def test_stiffness_and_damping_from_hammer_records(more: str, pendulum: Path, tmp_path: Path) -> None:
     """The exponential window adds 2 1/s of decay; evaluating the model at sigma + j omega takes it out
     again.
     """
-    (tmp_path / "pendulum.urdf").write_text(PENDULUM)
-    (tmp_path / "points.csv").write_text("node,name,link,x_m,y_m,z_m\n1,tip,rod,0,0,-1\n")
-    for number in (1, 2, 3):
-        _records(tmp_path / f"hits{number}.csv", number)
-    (tmp_path / "config.yaml").write_text(CONFIG.format(decay=DECAY, more=more))
-    result, _ = run_fit(tmp_path / "config.yaml", tmp_path / "r.h5", {})
+    (pendulum / "config.yaml").write_text(CONFIG.format(decay=DECAY, more=more))
+    result, _ = run_fit(pendulum / "config.yaml", tmp_path / "r.h5", {})
     k, c = result.parameters.value
     assert k == pytest.approx(STIFFNESS, rel=2e-3)
     assert c == pytest.approx(DAMPING, rel=0.03)

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from identify.reports.kinds import read_any, report_of
+from identify.reports.kinds import report_of
 from identify.reports.kit.document import Document, document
 from identify.reports.kit.page import page
+from identify.reports.kit.report import Report
 from identify.reports.write import write_reports
 from identify.results import file as result_file
-from identify.results.comparison import compared
 from tests.reports.deflection_sample import deflection_result
 from tests.reports.discovery_sample import discovery_result, null_result
 from tests.reports.excite_sample import excite_result
@@ -25,6 +25,7 @@ from tests.reports.explain_sample import explain_result
 from tests.reports.joints_sample import joints_result
 from tests.reports.modes_sample import modes_result
 from tests.reports.motion_sample import motion_result
+from tests.reports.pdf_text import lines
 from tests.reports.plan_sample import plan_result
 from tests.reports.posture_sample import batch_result, map_result
 from tests.reports.sample import frf_result, modal_result
@@ -193,24 +194,22 @@ def document_of(result: Any) -> Document:
 
 @dataclass(frozen=True)
 class Made:
-    """The reports of a case: result files, HTML, PDF, and the folder of its export."""
+    """The reports of a case: result files, HTML, PDF, the folder of its export; the result as it was read
+    from its files, and the document that was printed.
+    """
 
     case: Case
     files: list[Path]
     page: Path
     printed: Path
     exported: Path
+    result: Any
+    document: Document
 
     @cached_property
-    def result(self) -> Any:
-        """The result as it is read from its files."""
-        return compared(self.files) if len(self.files) > 1 else read_any(self.files[0])
-
-    @cached_property
-    def document(self) -> Document:
-        """The document that was printed, its figures not drawn once more."""
-        with patch("identify.reports.kit.figures.svg", return_value=b""):
-            return document_of(self.result)
+    def text(self) -> list[str]:
+        """The lines of the PDF."""
+        return lines(self.printed)
 
 
 def make(case: Case, folder: Path) -> Made:
@@ -219,5 +218,12 @@ def make(case: Case, folder: Path) -> Made:
     for name, result in zip(("first", "second"), case.make(), strict=False):
         files.append(folder / f"{name}.h5")
         result_file.write(result, files[-1])
-    written = write_reports(*files, export=folder / "figures")
-    return Made(case, files, *written)
+    kept: list[tuple[Any, Document]] = []
+
+    def keeping(result: Any, report: Report) -> Document:
+        kept.append((result, document(result, report)))
+        return kept[-1][1]
+
+    with patch("identify.reports.write.document", keeping):
+        written = write_reports(*files, export=folder / "figures")
+    return Made(case, files, *written, *kept[-1])
