@@ -52,6 +52,12 @@ def test_starts_end_early_when_three_agree(result: tuple[FitResult, Path]) -> No
     assert result[0].cost == costs.min()
 
 
+def test_the_window_of_the_records_is_told_with_their_frfs(result: tuple[FitResult, Path]) -> None:
+    for one in result[0].measurements.values():
+        assert one.frf is not None
+        assert one.frf.window_decay_per_s == 1.226
+
+
 def test_measured_modes_are_beside_the_models(result: tuple[FitResult, Path]) -> None:
     for measurement in result[0].measurements.values():
         pairs = measurement.pairs

@@ -158,9 +158,9 @@ class Promotion:
         shift = np.array([self.model.values[one.name] for one in self.problem.nuisances.entries])
 
         def may(one: Suspect) -> bool:
-            at = one.errors
-            fall = foreseen_fall(shift[at], covariance[np.ix_(at, at)]) / self._disagreement
-            return self._log_odds(fall, 1) > _HOPE * _BEYOND_CHANCE
+            fall = foreseen_fall(shift[one.errors], covariance[np.ix_(one.errors, one.errors)])
+            least = _HOPE * _BEYOND_CHANCE  # what forces disagree by takes longer to tell
+            return self._log_odds(fall, 1) > least and self._log_odds(fall / self._disagreement, 1) > least
 
         return [one for one in found if may(one)]
 

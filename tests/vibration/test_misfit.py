@@ -25,9 +25,9 @@ def model(fit: FitResult) -> FittedModel:
     return fitted_model(fit, "fit.h5")
 
 
-def _altered(fit: FitResult, errors: list[float], noise: float) -> FitResult:
+def _altered(fit: FitResult, errors: list[float], noise: float, decay: float = 0.0) -> FitResult:
     """With residuals in place of its own: noise, in units of the stated, and a relative error of each
-    stiffness, complex and anew at each line; closed form.
+    stiffness, complex and anew at each line; closed form, of records behind a window of that decay, 1/s.
     """
     rng = np.random.default_rng(3)
     value = dict(zip(fit.parameters.name, fit.parameters.value, strict=True))
@@ -39,7 +39,7 @@ def _altered(fit: FitResult, errors: list[float], noise: float) -> FitResult:
         out, force = (np.array([rows[t] for t in texts]) for texts in (one.frf.output, one.frf.input))
         measured = one.frf.fitted.copy()
         for line, hz in enumerate(one.frf.frequency_hz):
-            s = 2j * np.pi * hz
+            s = decay + 2j * np.pi * hz
             z = np.diag(k) + s * np.diag(c) + s**2 * planar.mass_matrix(np.deg2rad(one.posture_deg))
             xi = np.array(errors) * (rng.normal(size=3) + 1j * rng.normal(size=3)) / np.sqrt(2)
             inside = np.linalg.inv(z)
@@ -47,7 +47,7 @@ def _altered(fit: FitResult, errors: list[float], noise: float) -> FitResult:
         shape = measured.shape
         drawn = rng.normal(size=shape) + 1j * rng.normal(size=shape)
         measured = measured + noise * one.frf.noise * drawn
-        found[name] = replace(one, frf=replace(one.frf, measured=measured))
+        found[name] = replace(one, frf=replace(one.frf, measured=measured, window_decay_per_s=decay))
     return replace(fit, measurements=found)
 
 
@@ -60,6 +60,17 @@ def test_errors_of_stiffnesses_are_found_beside_noise(fit: FitResult, model: Fit
     both = misfit(_altered(fit, [0.1, 0.05, 0.1], 1.0), model)
     assert both[own] == pytest.approx([0.1, 0.05, 0.1], rel=0.35)
     assert not np.delete(both, own).any(), "dampers are the imaginary part of stiffnesses"
+
+
+def test_a_window_widens_what_stiffnesses_do(fit: FitResult, model: FittedModel) -> None:
+    own = [p.name for p in model.system(model.posture).parameters].index("joint2.rz.stiffness")
+    windowed = _altered(fit, [0.0, 0.05, 0.0], 1.0, decay=30.0)
+    assert misfit(windowed, model)[own] == pytest.approx(0.05, rel=0.25)
+    untold = {
+        name: replace(one, frf=replace(one.frf, window_decay_per_s=0.0))  # type: ignore[type-var]
+        for name, one in windowed.measurements.items()
+    }
+    assert misfit(replace(windowed, measurements=untold), model)[own] < 0.03
 
 
 def test_noise_alone_is_no_misfit(fit: FitResult, model: FittedModel) -> None:
