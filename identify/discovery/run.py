@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,8 @@ from identify.results.discovery import (
     StepResult,
 )
 from identify.vibration.evaluate import evaluate
-from identify.vibration.measured_modes import modes_of
+from identify.vibration.measured_modes import MeasuredModes, modes_of
+from identify.vibration.nuisances.settings import FORMS_ALONE, IMPACTS_ALONE
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
@@ -111,7 +112,7 @@ def _remarks(found: Discovery) -> list[tuple[Any, str]]:
 
 
 def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: float) -> DiscoveryResult:
-    """Curves and measured modes are found in other processes beside all else."""
+    """Curves, measured modes and the present model's results are found in other processes beside all else."""
     problem, first, final = found.problem, found.first, found.final
     at = acting(problem, found)
     curves = at_work.each(curve_of, wanted(problem, found, at))
@@ -124,13 +125,10 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
     map_after = gap_map(after, after.at(final.values), bands)
     steps = {str(number): _step(problem, found, number, bands) for number in range(len(found.steps))}
     measured = dict(zip((m.name for m in problem.measurements), modes, strict=True))
-    fitted = evaluate(
-        replace(after, file=after.file.model_copy(update={"text": text})),
-        _as_fit(after, final),
-        key,
-        measured=measured,
+    before = at_work.each(_evaluated, [_Ended(first, key, measured)])
+    fitted = _evaluated(
+        replace(after, file=after.file.model_copy(update={"text": text})), _Ended(final, key, measured)
     )
-    validated = any(m.settings.use == "validate" for m in problem.measurements)
     return DiscoveryResult(
         key=key,
         name=problem.file.study.name,
@@ -141,19 +139,42 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
         notes=fitted.notes,
         seconds=time.perf_counter() - began,
         elsewhere="measurements for validation"
-        if validated
+        if _validated(problem)
         else "a third of the response channels, left out of one more fit",
         added=_added(after, found, fitted),
         steps=steps,
         map_before=map_before,
         map_after=map_after,
-        before=evaluate(problem, _as_fit(problem, first), key, measured=measured),
+        before=next(before),
         after=fitted,
         provenance=provenance_of(problem.file),
         curves={str(number): table for number, table in enumerate(curves)},
         marks=marks(after, [option.effect for option in found.added]),
         written=path.with_suffix(".yaml").name if found.added else "",
     )
+
+
+@dataclass(frozen=True)
+class _Ended:
+    """A trial, the key of its run and the measured modes, to be evaluated."""
+
+    trial: Trial
+    key: str
+    measured: Mapping[str, MeasuredModes | None]
+
+
+def _evaluated(problem: Problem, ended: _Ended) -> results.FitResult:
+    """The result of a trial; what it says of data that were not fitted is known already where errors of what
+    was told were fitted along in it.
+    """
+    trial, found_later = ended.trial, (None, FORMS_ALONE, IMPACTS_ALONE)
+    known = _validated(problem) and problem.file.study.uncertainty not in found_later
+    elsewhere = trial.gap_validation if known else None
+    return evaluate(problem, _as_fit(problem, trial), ended.key, measured=ended.measured, elsewhere=elsewhere)
+
+
+def _validated(problem: Problem) -> bool:
+    return any(m.settings.use == "validate" for m in problem.measurements)
 
 
 def _as_fit(problem: Problem, trial: Trial) -> Fit:

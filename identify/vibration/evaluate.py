@@ -46,12 +46,13 @@ def evaluate(
     key: str,
     profiled: Sequence[str] = (),
     measured: Mapping[str, MeasuredModes | None] | None = None,
+    elsewhere: float | None = None,
 ) -> results.FitResult:
     """The result of a fit, ready to be written; key says which run it is the result of
     (`identify.vibration.run`).
 
     profiled: names of parameters whose profile likelihood is wanted; measured: the `measured_modes` of the
-    data where they are known already.
+    data, elsewhere: the gap on data that were not fitted, where they are known already.
     """
     measured = measured_modes(problem) if measured is None else measured
     targets, parameters = problem.targets(), problem.parameters[: problem.size]
@@ -60,7 +61,8 @@ def evaluate(
     stated = stated_uncertainty(problem, trusted, fit.values)
     names = [parameters[number].name for number in scale.free]
     groups = tuple(", ".join(group) for group in inseparable(trusted, names))
-    gaps = gap(targets, fit.values), gap_elsewhere(problem, trusted, fit.values)
+    elsewhere = gap_elsewhere(problem, trusted, fit.values) if elsewhere is None else elsewhere
+    gaps = gap(targets, fit.values), elsewhere
     study, seen = problem.file.study, looks(problem.robot)
     return results.FitResult(
         key=key,
@@ -260,7 +262,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty) ->
     numbers, root = covariance_root(problem, trusted, fit.values)
     fitted, gradient = target.gradient_pairs(fit.values, numbers)
     measured, difference = target.measured, fitted - target.measured
-    band = SIGMAS_95 * np.linalg.norm(gradient @ root, axis=-1)
+    spread = np.hypot(*(np.linalg.norm(part @ root, axis=-1) for part in (gradient.real, gradient.imag)))
     known = target.noise is not None
     return results.FrfComparison(
         quantity=target.data.quantity,
@@ -272,7 +274,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty) ->
         measured=measured,
         initial=target.predict_pairs(problem.initial),
         fitted=fitted,
-        band_95=band,
+        band_95=SIGMAS_95 * spread,
         noise=target.sigma if known else None,
         coherence=None if target.data.coherence is None else target.data.coherence[:, outputs, inputs],
         gap=np.sqrt(np.mean(np.abs(difference / target.sigma) ** 2, axis=0) / 2) if known else None,
