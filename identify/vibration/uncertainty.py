@@ -38,6 +38,7 @@ FEWEST_BLOCKS = 4
 """Forces of all postures together from which on what they disagree by says something."""
 _FAR_MORE = 2.0
 """How many times as wide as noise makes them standard deviations must be for that to be said."""
+_TINY = float(np.finfo(float).tiny)
 _STEPS, _SETTLED = 8, 0.01
 """Steps at most that a prediction takes to what new data ask for; share of their count that one more would
 take off, below which it has arrived."""
@@ -281,22 +282,23 @@ def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
     level = common_variance(np.abs(c) ** 2, size[:, 0] ** 2, level_rest)
     common, other = a * np.sqrt(level / 2)[:, None], np.sqrt(level_rest / 2)
     turned, left = other * np.conj(j), other * a
-    total = _outer(common, common) + _outer(turned, turned) - _outer(left, left)
-    for lag in range(1, min(_LAGS, len(c) // 5) + 1):
-        alike = complex(
-            np.sum(np.conj(e[:-lag]) * e[lag:]) / max(float(np.sum(np.abs(e) ** 2)), np.finfo(float).tiny)
-        )
-        pairs = ((common, 1), (turned, 1), (left, -1))
-        cross = sum((sign * _outer(x[:-lag], x[lag:], alike) for x, sign in pairs), np.zeros_like(total))
-        total += cross + cross.T
-    return np.asarray(total)
+    lags, whole = range(1, min(_LAGS, len(c) // 5) + 1), max(float(np.sum(np.abs(e) ** 2)), _TINY)
+    alike = [complex(np.vdot(e[:-lag], e[lag:])) / whole for lag in lags]
+    total = np.zeros((j.shape[-1],) * 2)
+    for x, sign in ((common, 1), (turned, 1), (left, -1)):
+        near = np.zeros_like(x)  # of the lines after each, as far as they are correlated with it
+        for lag, share in zip(lags, alike, strict=True):
+            near[:-lag] += share * x[lag:]
+        cross = _outer(x, near)
+        total += sign * (_outer(x, x) + cross + cross.T)
+    return total
 
 
 def common_variance(squares: Array, power: Array, rest: float) -> Array:
     """Variance rest + b |h|^2 (lines,) of c from its squares, b >= 0 by maximum likelihood over neighbouring
     lines; power is |h|^2.
     """
-    kernel, b, floor = np.ones(min(_POOL, len(power))), np.zeros(len(power)), np.finfo(float).tiny
+    kernel, b, floor = np.ones(min(_POOL, len(power))), np.zeros(len(power)), _TINY
     for _ in range(6):
         weight = power / (rest + b * power + floor) ** 2
         top, bottom = (
@@ -306,10 +308,10 @@ def common_variance(squares: Array, power: Array, rest: float) -> Array:
     return np.asarray(rest + b * power)
 
 
-def _outer(a: Complex, b: Complex, factor: complex = 1.0) -> Array:
-    """Re sum factor conj(a) b' over all but the last axis, (f, f)."""
+def _outer(a: Complex, b: Complex) -> Array:
+    """Re sum conj(a) b' over all but the last axis, (f, f)."""
     flat_a, flat_b = a.reshape(-1, a.shape[-1]), b.reshape(-1, b.shape[-1])
-    return np.asarray((factor * (np.conj(flat_a).T @ flat_b)).real)
+    return np.asarray((np.conj(flat_a).T @ flat_b).real)
 
 
 def _frf_residuals(target: FrfTarget, values: Array, free: Index | None) -> tuple[Complex, Complex]:
