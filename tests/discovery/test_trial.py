@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.discovery.task import Task
 from identify.discovery.thinned import left_out, thinned
@@ -19,7 +20,12 @@ from identify.model.effects.base import parse_effect
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import fitted_information, predictive_squares
+from identify.vibration.uncertainty import (
+    fitted_information,
+    gap_elsewhere,
+    predictive_squares,
+    uncertainty,
+)
 from tests.hidden import config_of, truth, write_config
 from tests.shared import shared
 
@@ -198,6 +204,18 @@ def test_under_stated_uncertainty_a_first_look_that_went_astray_begins_with_the_
     )
     far_off = replace(near, parameters=far)
     assert gap(far_off, "astray") < 0.2 * gap(far_off)
+
+
+def test_under_stated_uncertainty_a_trial_says_of_other_data_what_its_result_would(tmp_path: Path) -> None:
+    """So that it is not judged twice."""
+    config = tmp_path / "study.yaml"
+    text = CONFIG.read_text(encoding="utf-8").replace("../data", str(CONFIG.parents[1] / "data"))
+    config.write_text(f"{text}\nuncertainty: careful\n", encoding="utf-8")
+    stated = load_problem(read_study(config))
+    trial = TrialRunner(stated).run(Task(tuple(stated.file.study.effects), (), {}, "onward"))
+    values, targets = stated.at(trial.values), stated.targets()
+    trusted = uncertainty(targets, Scale(stated.parameters), values, disagreement=False)
+    assert trial.gap_validation == pytest.approx(gap_elsewhere(stated, trusted, values), rel=1e-6)
 
 
 def test_under_stated_uncertainty_two_effects_begin_where_each_does_by_default(tmp_path: Path) -> None:
