@@ -79,21 +79,9 @@ def condition(
             f"a frequency below {rate / 2:g} Hz",
         )
     position = record.signal("motor_position") if resample_hz is None else signals["motor_position"]
-    measured = signals.get("motor_velocity")
-    origin = "the recorded motor speed" if measured is not None else "the motor position, differentiated"
-    velocity = _lowpass(
-        measured if measured is not None else np.gradient(position, 1 / rate, axis=0), lowpass_hz, rate
-    )
-    said.append(
-        f"speed from {origin}, and acceleration as its central differences, behind a zero-phase Butterworth"
-        f" low-pass of {lowpass_hz:g} Hz (fourth order, forwards and backwards); positions and torques"
-        " unfiltered"
-    )
+    velocity, sentence = _speed(signals.get("motor_velocity"), position, lowpass_hz, rate)
+    said.append(sentence)
     reach = int(np.ceil(rate / lowpass_hz))
-    inside = np.zeros(len(time_s), dtype=bool)
-    inside[reach : len(time_s) - reach] = True
-    for begin, end in gaps:
-        inside &= (time_s < begin - reach / rate) | (time_s > end + reach / rate)
     said.append(f"{reach / rate:.3g} s at either end left out, where the filter has no past or future")
     return ConditionedMotion(
         record.name,
@@ -105,9 +93,31 @@ def condition(
         _torque(record, signals, torque_constant),
         signals.get("link_position"),
         signals.get("command_position"),
-        inside,
+        _inside(time_s, reach, rate, gaps),
         tuple(said),
     )
+
+
+def _speed(measured: Array | None, position: Array, lowpass_hz: float, rate: float) -> tuple[Array, str]:
+    """Filtered speeds (samples, joints), of recorded ones if there are any, and in words where from."""
+    origin = "the motor position, differentiated" if measured is None else "the recorded motor speed"
+    speed = np.gradient(position, 1 / rate, axis=0) if measured is None else measured
+    return _lowpass(speed, lowpass_hz, rate), (
+        f"speed from {origin}, and acceleration as its central differences, behind a zero-phase Butterworth"
+        f" low-pass of {lowpass_hz:g} Hz (fourth order, forwards and backwards); positions and torques"
+        " unfiltered"
+    )
+
+
+def _inside(time_s: Array, reach: int, rate: float, gaps: Array) -> Mask:
+    """(samples,): where the filter has a past and a future, further than `reach` samples from either end and
+    from gaps (g, 2), s.
+    """
+    inside = np.zeros(len(time_s), dtype=bool)
+    inside[reach : len(time_s) - reach] = True
+    for begin, end in gaps:
+        inside &= (time_s < begin - reach / rate) | (time_s > end + reach / rate)
+    return inside
 
 
 def in_a_row(motions: Sequence[ConditionedMotion]) -> ConditionedMotion:
