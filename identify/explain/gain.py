@@ -6,7 +6,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import effective_samples, log_likelihood_gain, mean_above_zero
-from identify.explain.regression import Fit, RegressionProblem, aligned, strain
+from identify.explain.regression import Fit, RegressionProblem, aligned, strain, summed
 from identify.fitting.selection.gain import Gain
 
 _TOUCH = 1e-6
@@ -34,7 +34,7 @@ def record_gain(
     does (Schwarz 1978).
     """
     (old, price), (new, other_price) = (
-        _with_own_bodies(problem, aligned(problem, fit), fitted) for fit in (before, after)
+        _left(problem, side, fit, fitted) for side, fit in (("before", before), ("after", after))
     )
     size = np.abs(old).max(axis=0)
     touch = _TOUCH if problem.bodies is None else _MOVED
@@ -86,6 +86,17 @@ def loses_a_direction(problem: RegressionProblem, before: Fit, after: Fit, fitte
     return False
 
 
+def _left(
+    problem: RegressionProblem, side: str, fit: Fit, fitted: RegressionProblem | None
+) -> tuple[Array, float]:
+    """See `_with_own_bodies`; of a fit that is compared with one after another, computed once."""
+    last = problem.compared.get(side)
+    if last is None or last[0] is not fit or last[1] is not fitted:
+        last = (fit, fitted, *_with_own_bodies(problem, aligned(problem, fit), fitted))
+        problem.compared[side] = last
+    return last[2:]
+
+
 def _with_own_bodies(
     problem: RegressionProblem, fit: Fit, fitted: RegressionProblem | None
 ) -> tuple[Array, float]:
@@ -102,9 +113,10 @@ def _with_own_bodies(
     squares = fit.weights**2
     precision = np.tensordot(squares, fitted.body_products, axes=1) + np.eye(problem.bodies.shape[2])
     own = np.tensordot(squares, problem.body_products, axes=1)
-    pull = np.tensordot(problem.bodies, residual * squares, axes=2 * ((0, 1),))
+    flat = problem.bodies.reshape(-1, problem.bodies.shape[2])
+    pull = flat.T @ (residual * squares).ravel()
     moved = np.linalg.solve(own + precision, pull)
-    left = np.where(problem.mask, residual - np.tensordot(problem.bodies, moved, axes=1), 0.0)
+    left = np.where(problem.mask, residual - summed(problem.bodies, moved), 0.0)
     return left, float(moved @ precision @ moved) / 2
 
 
@@ -115,8 +127,15 @@ def _relief(problem: RegressionProblem, before: Fit, after: Fit) -> tuple[float,
     first, last = (float((strain(problem, fit) ** 2).sum()) for fit in (before, after))
     if first == last:
         return 0.0, 0.0
-    residual = before.residual(problem)
-    samples = sum(
-        effective_samples(residual[:, joint], problem.mask[:, joint]) for joint in range(residual.shape[1])
-    )
+    samples = _samples(problem, before)
     return (first - last) / 2, (first - last) / (samples + max(first, last))
+
+
+def _samples(problem: RegressionProblem, fit: Fit) -> float:
+    """How many independent samples what a fit leaves is worth; computed once as in `_left`."""
+    last = problem.counted
+    if not last or last[0] is not fit:
+        residual, mask = fit.residual(problem), problem.mask
+        count = sum(effective_samples(residual[:, n], mask[:, n]) for n in range(residual.shape[1]))
+        last[:] = [fit, float(count)]
+    return last[1]

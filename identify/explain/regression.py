@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -26,6 +26,12 @@ _KEPT = 250
 """Sets of columns kept in memory, some 0.2 MB each."""
 
 
+def summed(columns: Array, coefficients: Array) -> Array:
+    """Columns (samples, joints, coefficients) times their coefficients."""
+    flat = columns.reshape(-1, columns.shape[2])
+    return np.asarray((flat @ coefficients).reshape(columns.shape[:2]))
+
+
 @dataclass(frozen=True)
 class Columns:
     """Columns of an effect, (samples, some joints, coefficients), of the joints where it acts: most act at
@@ -37,7 +43,7 @@ class Columns:
 
     def added_to(self, total: Array, coefficients: Array) -> None:
         """Add what they make of coefficients to a total (samples, joints)."""
-        total[:, self.joints] += np.tensordot(self.values, coefficients, axes=1)
+        total[:, self.joints] += summed(self.values, coefficients)
 
     def everywhere(self, joints: int) -> Array:
         """(samples, joints, coefficients)."""
@@ -77,6 +83,16 @@ class RegressionProblem:
         counted = np.where(self.mask[:, :, None], self.bodies, 0.0).swapaxes(0, 1)
         return np.asarray(counted.swapaxes(1, 2) @ counted)
 
+    @cached_property
+    def compared(self) -> dict[str, tuple[Fit, RegressionProblem | None, Array, float]]:
+        """What the last two fits that were compared leave: one of them is compared with many others."""
+        return {}
+
+    @cached_property
+    def counted(self) -> list[Any]:
+        """The last fit whose residual was counted in independent samples, and their number."""
+        return []
+
     def columns(self, effect: MotionEffect, parameters: Array) -> Array:
         """Columns (samples, joints, coefficients) of an effect."""
         return self.columns_where(effect, parameters).everywhere(self.target.shape[1])
@@ -90,7 +106,7 @@ class RegressionProblem:
                     del self.remembered[old]
             found = self.from_datum(effect.columns(self.scene, parameters))
             joints = np.flatnonzero(found.any(axis=(0, 2)))
-            self.remembered[key] = Columns(joints, found[:, joints])
+            self.remembered[key] = Columns(joints, np.ascontiguousarray(found[:, joints]))
         return self.remembered[key]
 
     @cached_property
@@ -163,7 +179,7 @@ class Fit:
             problem.columns_where(effect, parameters).added_to(total, self.coefficients[first:last])
             first = last
         if problem.bodies is not None:
-            total += np.tensordot(problem.bodies, self.coefficients[first:], axes=1)
+            total += summed(problem.bodies, self.coefficients[first:])
         return total
 
     def residual(self, problem: RegressionProblem) -> Array:
@@ -239,8 +255,7 @@ def aligned(problem: RegressionProblem, fit: Fit) -> Fit:
             coefficients, mask = fit.of(effect)[: len(effect.coefficients)], problem.mask[:, columns.joints]
             quadrature = np.stack([-coefficients[1::2], coefficients[::2]], axis=1).ravel()
             harmonic, turned = (
-                np.where(mask, np.tensordot(columns.values, values, axes=1), 0.0)
-                for values in (coefficients, quadrature)
+                np.where(mask, summed(columns.values, values), 0.0) for values in (coefficients, quadrature)
             )
             left = residual[:, columns.joints] + harmonic
             angle = np.arctan2((left * turned).sum(), (left * harmonic).sum())

@@ -70,6 +70,8 @@ class HeldOut:
     memory: Memory
     label: str
     tried: frozenset[str]
+    of_judge: dict[str, tuple[Fit, Fit]] = field(default_factory=dict, repr=False, compare=False)
+    """The last two fits that were compared, each with itself fitted to the judge."""
 
     def gain(self, before: Fit, after: Fit) -> Gain:
         """See `identify.explain.gain.record_gain`."""
@@ -121,8 +123,16 @@ class HeldOut:
 
     def _of_judge(self, before: Fit, after: Fit) -> tuple[Fit, Fit]:
         """Both fitted to the judge, parameters inside the columns kept."""
-        first, last = (solve(self.judge, fit.effects, fit.nonlinear, fit.weights) for fit in (before, after))
+        first, last = (self._once(side, fit) for side, fit in (("before", before), ("after", after)))
         return first, last
+
+    def _once(self, side: str, fit: Fit) -> Fit:
+        """The fit to the judge of one that is compared with one after another, computed once."""
+        last = self.of_judge.get(side)
+        if last is None or last[0] is not fit:
+            last = fit, solve(self.judge, fit.effects, fit.nonlinear, fit.weights)
+            self.of_judge[side] = last
+        return last[1]
 
     def _one_way_only(self, before: Fit, after: Fit) -> bool:
         """Whether new waves lose on either record, fitted to the other, in one direction of motion."""

@@ -46,12 +46,11 @@ def strongest_orders(angle: Array, residual: Array, lower: float, upper: float) 
     orders = np.arange(lower, upper, 1.0 / travel)
     time = np.linspace(-1.0, 1.0, len(residual))
     centred = residual - legval(time, legfit(time, residual, _SLOW))
-    power = np.concatenate(
-        [
-            np.abs(np.exp(1j * np.outer(part, angle)) @ centred)
-            for part in np.array_split(orders, len(orders) // 500 + 1)
-        ]
-    )
+    # Waves of all orders are those of every so many, times those of the few between.
+    between = int(np.sqrt(len(orders))) + 1
+    fine = np.exp(1j * np.outer(angle, (orders - lower)[:between]))
+    coarse = np.exp(1j * np.outer(orders[::between], angle)) * centred
+    power = np.abs(coarse @ fine).ravel()[: len(orders)]
     found: list[float] = []
     while len(found) < _ORDERS and power.max() > 0:
         peak = int(np.argmax(power))
