@@ -87,7 +87,15 @@ class Engine:
 
     @cached_property
     def _gravity_stiffness(self) -> Array:
-        return _fixed(self._derivative(lambda data: np.asarray(data.qfrc_bias).copy()))
+        def bias(data: mujoco.MjData) -> Array:
+            found = np.zeros((1, self._model.nv))
+            mujoco.mj_kinematics(self._model, data)
+            mujoco.mj_comPos(self._model, data)
+            mujoco.mj_comVel(self._model, data)
+            mujoco.mj_rne(self._model, data, 0, found[0])
+            return found
+
+        return _fixed(self._derivatives(bias)[0])
 
     def coriolis(self, rates: Array) -> Array:
         """(n, n), N s/m, N m s/rad: derivative of the Coriolis and centrifugal forces by the rates of all
@@ -139,35 +147,50 @@ class Engine:
         """(n, n) per kg: the gravity stiffness of a point mass at a point (3,), m, of a frame, in the frame's
         axes.
         """
-        key = frame, np.asarray(point, dtype=float).tobytes()
-        if key not in self._weights:
-            self._weights[key] = _fixed(self._weight_stiffness(frame, point, where))
-        return self._weights[key]
+        [found] = self.weight_stiffnesses(frame, np.asarray(point, dtype=float)[None], where)
+        return found
 
-    def _weight_stiffness(self, frame: str, point: Array, where: str) -> Array:
+    def weight_stiffnesses(self, frame: str, points: Array, where: str = "points") -> list[Array]:
+        """The same of several points (points, 3) of one frame."""
+        keys = [(frame, point.tobytes()) for point in points]
+        new = [number for number, key in enumerate(keys) if key not in self._weights]
+        if new:
+            found = self._weight_stiffnesses(frame, points[new], where)
+            self._weights |= {keys[number]: _fixed(one) for number, one in zip(new, found, strict=True)}
+        return [self._weights[key] for key in keys]
+
+    def _weight_stiffnesses(self, frame: str, points: Array, where: str) -> Array:
         body, pose = self.mechanism.frame(frame, where)
-        inside, linear = pose[:3, :3] @ point + pose[:3, 3], np.zeros((3, self._model.nv))
+        insides, linear = (
+            [pose[:3, :3] @ point + pose[:3, 3] for point in points],
+            np.zeros((3, self._model.nv)),
+        )
 
-        def weight(data: mujoco.MjData) -> Array:
-            world = data.xpos[body + 1] + data.xmat[body + 1].reshape(3, 3) @ inside
-            mujoco.mj_jac(self._model, data, linear, None, world, body + 1)
-            return np.asarray(-linear.T @ self.mechanism.gravity)
+        def weights(data: mujoco.MjData) -> Array:
+            mujoco.mj_kinematics(self._model, data)
+            mujoco.mj_comPos(self._model, data)
+            place, turn, found = data.xpos[body + 1], data.xmat[body + 1].reshape(3, 3), []
+            for inside in insides:
+                mujoco.mj_jac(self._model, data, linear, None, place + turn @ inside, body + 1)
+                found.append(-linear.T @ self.mechanism.gravity)
+            return np.array(found)
 
-        return self._derivative(weight)
+        return self._derivatives(weights)
 
-    def _derivative(self, force: Callable[[mujoco.MjData], Array]) -> Array:
-        """Central differences of a generalised force over all coordinates, made symmetric."""
+    def _derivatives(self, forces: Callable[[mujoco.MjData], Array]) -> Array:
+        """Central differences of generalised forces (forces, n), which are asked for at changed coordinates,
+        over all coordinates, made symmetric: (forces, n, n).
+        """
         data, columns = mujoco.MjData(self._model), []
         for coordinate in range(self._model.nv):
-            difference = np.zeros(self._model.nv)
-            for sign in (1.0, -1.0):
+            sides = []
+            for step in (_STEP, -_STEP):
                 data.qpos[:] = 0.0
-                data.qpos[coordinate] = sign * _STEP
-                mujoco.mj_forward(self._model, data)
-                difference += sign * force(data)
-            columns.append(difference / (2 * _STEP))
-        stiffness = np.array(columns)
-        return np.asarray((stiffness + stiffness.T) / 2)
+                data.qpos[coordinate] = step
+                sides.append(forces(data))
+            columns.append((sides[0] - sides[1]) / (2 * _STEP))
+        stiffness = np.stack(columns, axis=1)
+        return np.asarray((stiffness + stiffness.swapaxes(1, 2)) / 2)
 
 
 def _fixed(array: Array) -> Array:

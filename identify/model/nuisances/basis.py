@@ -104,8 +104,8 @@ def basis(
 
 def _weights(engine: Engine, link: str) -> Array:
     """(4, n, n): gravity stiffness of a unit mass at the origin of a link, and per unit of first moments."""
-    here = engine.weight_stiffness(link, np.zeros(3))
-    return np.array([here, *(engine.weight_stiffness(link, axis) - here for axis in np.eye(3))])
+    here, *there = engine.weight_stiffnesses(link, np.vstack([np.zeros(3), np.eye(3)]))
+    return np.array([here, *(one - here for one in there)])
 
 
 Variant = tuple[tuple[Robot, Array], tuple[Robot, Array], float]
