@@ -115,8 +115,8 @@ def _with_own_bodies(
     own = np.tensordot(squares, problem.body_products, axes=1)
     flat = problem.bodies.reshape(-1, problem.bodies.shape[2])
     pull = flat.T @ (residual * squares).ravel()
-    moved = np.linalg.solve(own + precision, pull)
-    left = np.where(problem.mask, residual - summed(problem.bodies, moved), 0.0)
+    moved = np.asarray(np.linalg.solve(own + precision, pull), dtype=float)
+    left = np.where(problem.mask, np.subtract(residual, summed(problem.bodies, moved)), 0.0)
     return left, float(moved @ precision @ moved) / 2
 
 
@@ -138,4 +138,4 @@ def _samples(problem: RegressionProblem, fit: Fit) -> float:
         residual, mask = fit.residual(problem), problem.mask
         count = sum(effective_samples(residual[:, n], mask[:, n]) for n in range(residual.shape[1]))
         last[:] = [fit, float(count)]
-    return last[1]
+    return float(last[1])

@@ -18,7 +18,7 @@ does to the numerator makes up for one n-th of that.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
@@ -35,8 +35,11 @@ _PRINTED = 5e-7
 """Files of single precision print a coherence to six digits: a 1 stands for anything above 1 - 5e-7, and half
 of that is assumed.
 """
+_DENSE = 2000
+"""Numbers in a basis up to which the zeros among them take less time than their leaving out."""
 if TYPE_CHECKING:
-    _Bases = tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]
+    _Basis = Any  # an array, or scipy.sparse.csr_array
+    _Bases = tuple[_Basis, _Basis]
 
 
 @dataclass(frozen=True)
@@ -177,7 +180,7 @@ def _fit(
     use = np.isfinite(variance).astype(float)
     variance = np.where(use > 0, variance, 0.0)
     floor = _FLOOR * power + _TINY
-    onto = bases[0].T.tocsr(), bases[1].T.tocsr()
+    onto = _transposed(bases[0]), _transposed(bases[1])
     alpha, beta = start or _start(power, variance, use, onto)
     model = _model(alpha, beta, bases, power, floor)
     for _ in range(_ITERATIONS):
@@ -211,7 +214,7 @@ def _model(alpha: Array, beta: Array, bases: _Bases, power: Array, floor: Array)
     return np.asarray(model)
 
 
-def _project(onto: scipy.sparse.csr_array, values: Array) -> Array:
+def _project(onto: _Basis, values: Array) -> Array:
     """Sum over the lines (axis 0) of values, weighted by each hat, a row each."""
     return np.asarray((onto @ values.reshape(len(values), -1)).reshape(-1, *values.shape[1:]))
 
@@ -221,7 +224,11 @@ def _share(a: Array, b: Array) -> Array:
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0)
 
 
-def _hats(lines: int, spacing: float) -> scipy.sparse.csr_array:
+def _transposed(basis: _Basis) -> _Basis:
+    return np.ascontiguousarray(basis.T) if isinstance(basis, np.ndarray) else basis.T.tocsr()
+
+
+def _hats(lines: int, spacing: float) -> _Basis:
     """Piecewise linear basis (lines, knots) with knots about `spacing` lines apart; its rows sum to 1."""
     intervals = max(1, round((lines - 1) / max(spacing, 1.0)))
     position = np.linspace(0, intervals, lines)
@@ -230,4 +237,5 @@ def _hats(lines: int, spacing: float) -> scipy.sparse.csr_array:
     rows = np.repeat(np.arange(lines), 2)
     columns = np.stack([left, left + 1], axis=1).ravel()
     shares = np.stack([1 - right_share, right_share], axis=1).ravel()
-    return scipy.sparse.csr_array((shares, (rows, columns)), shape=(lines, intervals + 1))
+    hats = scipy.sparse.csr_array((shares, (rows, columns)), shape=(lines, intervals + 1))
+    return hats.toarray() if lines * (intervals + 1) <= _DENSE else hats

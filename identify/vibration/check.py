@@ -75,10 +75,9 @@ def run_checks(config: Path) -> Checked:
         if one.file is not None
     }
     labels = {node: point.name for node, point in (points or {}).items()}
-    findings = {
-        name: _of_set(data, settings[name], labels, file) for name, data in sets.items() if data is not None
-    }
-    problem = None if refused else _kept(lambda: _loaded(file), refused)
+    known = {name: data for name, data in sets.items() if data is not None}
+    findings = {name: _of_set(data, settings[name], labels, file) for name, data in known.items()}
+    problem = None if refused else _kept(lambda: _loaded(file, known), refused)
     found = list(_radians(settings))
     if problem is not None:
         found += [
@@ -103,9 +102,9 @@ def _kept(read: Callable[[], T], refused: list[InputError]) -> T | None:
     return None
 
 
-def _loaded(file: StudyFile) -> Problem:
+def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     """The problem of a fit, with everything done that a fit does before its first step."""
-    problem = load_problem(file)
+    problem = load_problem(file, known)
     plan = fit_plan(problem)
     check_moves(plan.parameters, plan.objective)
     return problem

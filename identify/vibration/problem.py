@@ -163,16 +163,18 @@ class Problem:
         )
 
 
-def load_problem(file: StudyFile) -> Problem:
+def load_problem(file: StudyFile, known: Mapping[str, FrfSet] | None = None) -> Problem:
     """Read and assemble everything a study names.
+
+    known: FRFs that `read_frfs` has read already, by names of measurements.
 
     Raises InputError or, where several things are wrong, InputErrors.
     """
     with file.located():
-        return _loaded(file)
+        return _loaded(file, known or {})
 
 
-def _loaded(file: StudyFile) -> Problem:
+def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     study = file.study
     robot = read_robot(study.robot, file.path.parent)
     points = read_points(file.resolve(study.points)) if study.points else {}
@@ -180,7 +182,7 @@ def _loaded(file: StudyFile) -> Problem:
     postures = collect([partial(_posture, m, robot, n) for n, m in enumerate(study.measurements)])
     names = measurement_names(study.measurements)
     tasks = zip(study.measurements, names, postures, strict=True)
-    given = collect([partial(_read, file, m, name, posture) for m, name, posture in tasks])
+    given = collect([partial(_read, file, m, name, posture, known) for m, name, posture in tasks])
     nuisances = NOTHING
     if study.uncertainty is not None:
         _check_uncertain(given)
@@ -394,12 +396,14 @@ def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
     return names
 
 
-def _read(file: StudyFile, settings: MeasurementSettings, name: str, posture: Array) -> Given:
+def _read(
+    file: StudyFile, settings: MeasurementSettings, name: str, posture: Array, known: Mapping[str, FrfSet]
+) -> Given:
     if settings.modes is not None:
         shapes = file.resolve(settings.shapes) if settings.shapes else None
         return Given(name, settings, posture, read_modal_table(file.resolve(settings.modes), shapes))
-    data = _in_band(_select(read_frfs(file, settings), settings, name), file.study.band_hz, name)
-    data = _with_noise(data, settings)
+    whole = known[name] if name in known else read_frfs(file, settings)
+    data = _with_noise(_in_band(_select(whole, settings, name), file.study.band_hz, name), settings)
     return Given(name, settings, posture, data, record_length(data), _impact(data, settings))
 
 
