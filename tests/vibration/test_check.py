@@ -21,8 +21,12 @@ Change = Callable[[dict[str, Any], Path], None]
 
 
 def changed(folder: Path, change: Change) -> Path:
-    """The shipped study, its paths made absolute, with something changed."""
+    """The shipped study, its paths made absolute, with something changed, and then of its first posture
+    alone, which says as much.
+    """
     data = YAML(typ="safe").load(CONFIG.read_text())
+    if change is not nothing:
+        del data["measurements"][1:]
     data["robot"]["urdf"] = str((CONFIG.parent / data["robot"]["urdf"]).resolve())
     data["points"] = str((CONFIG.parent / data["points"]).resolve())
     for measurement in data["measurements"]:
