@@ -28,9 +28,15 @@ TX200 = ROOT / "configs" / "umons_tx200.yaml"
 
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    """The TX200 study, one start."""
-    out = tmp_path_factory.mktemp("api") / "tx200.h5"
-    return identify.fit(TX200, out=out, starts=1, seed=3)
+    """The TX200 study, one start of few evaluations."""
+    folder = tmp_path_factory.mktemp("api")
+    text = (
+        TX200.read_text()
+        .replace("../data", str(ROOT / "data"))
+        .replace("evaluations: 20000", "evaluations: 200")
+    )
+    (folder / "few.yaml").write_text(text)
+    return identify.fit(folder / "few.yaml", out=folder / "tx200.h5", starts=1, seed=3)
 
 
 def test_a_fit_gives_tables_and_figures(fitted: Result) -> None:

@@ -22,11 +22,12 @@ class Structure:
     damping_ratio: np.ndarray
     shapes: np.ndarray
 
-    def receptance(self, s: np.ndarray) -> np.ndarray:
-        """(lines, places, places): sum of shape shape^T / (s^2 + 2 zeta w s + w^2)."""
+    def receptance(self, s: np.ndarray, struck: slice = slice(None)) -> np.ndarray:
+        """(lines, places, struck places): sum of shape shape^T / (s^2 + 2 zeta w s + w^2)."""
         w = 2 * np.pi * self.frequency_hz
         parts = 1 / (s[:, None] ** 2 + 2 * self.damping_ratio * w * s[:, None] + w**2)
-        return np.einsum("lm,mi,mj->lij", parts, self.shapes, self.shapes)
+        products = self.shapes[:, :, None] * self.shapes[:, None, struck]
+        return np.asarray((parts @ products.reshape(len(w), -1)).reshape(len(s), *products.shape[1:]))
 
 
 def two_masses() -> Structure:
@@ -59,8 +60,9 @@ def response(structure: Structure, force: np.ndarray, place: int) -> np.ndarray:
     """
     length = 32 * len(force)
     s = 2j * np.pi * np.fft.rfftfreq(length, 1 / SAMPLE_RATE_HZ)
-    accelerance = structure.receptance(s)[:, :, place] * s[:, None] ** 2
-    return np.fft.irfft(np.fft.rfft(force, length)[:, None] * accelerance, length, axis=0)[: len(force)]
+    accelerance = structure.receptance(s, slice(place, place + 1))[:, :, 0] * s[:, None] ** 2
+    spectrum = np.fft.rfft(force, length)[:, None] * accelerance
+    return np.asarray(np.fft.irfft(spectrum, length, axis=0)[: len(force)])
 
 
 def hammer_test(structure: Structure, place: int, hits: int, random: np.random.Generator) -> np.ndarray:
