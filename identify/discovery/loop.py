@@ -34,6 +34,7 @@ from identify.discovery.promote import (
     without_errors_at,
 )
 from identify.discovery.records import timed
+from identify.discovery.screen import attempt
 from identify.discovery.screen_softly import (
     further,
     promising_softly,
@@ -115,7 +116,11 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         doubts = partial(variance_inflation, problem), partial(disagreement, problem)
         judge = Promotion(problem, *doubts, partial(covariance_of_errors, problem), final)
         if final.gap < CLOSED and judge.suspects:
-            judge, options = in_another_form(judge, bench.variants(final, richer=True), options, story)
+            fewer = [one for one in rivals(final, story.steps) if judge.log_odds(one) > _BEYOND_CHANCE]
+            ended = further(workers, fewer[:_AT_ONCE], "settled")
+            others = [attempt(final, one) for one in ended if not replace(judge, model=one).suspects]
+            forms = bench.variants(final, richer=True)
+            judge, options = in_place_of(judge, [*forms, *others], options, story)
         options, final = promoted(judge, workers, options, story)
         if final is not found.final:
             final = bench.settled(final)
@@ -194,22 +199,39 @@ class Promotion:
         return sum(trial.values[one.name] ** 2 for one in self.problem.nuisances.entries)
 
 
-def in_another_form(
-    judge: Promotion, forms: Sequence[Attempt], options: Sequence[Option], story: Story
+def rivals(model: Trial, steps: Sequence[Step]) -> list[Trial]:
+    """What closes the gap as the model does, with another effect than the one that a step took."""
+    every = (option.model for step in steps for option in step.options)
+    there = model.task.effects
+    return [
+        one
+        for one in every
+        if one.count == model.count
+        and one.gap < CLOSED
+        and one.task.new[0] not in there
+        and len(one.task.effects) == len(there)
+        and all(effect in there for effect in one.task.known)
+    ]
+
+
+def in_place_of(
+    judge: Promotion, others: Sequence[Attempt], options: Sequence[Option], story: Story
 ) -> tuple[Promotion, list[Option]]:
-    """The model and its options with an added effect in another form where that takes away errors beyond
-    chance: what a form of it cannot say must not be blamed on sensors.
+    """The model and its options with an added effect in another form, or another effect in its place, where
+    that takes away errors beyond chance: what an effect cannot say must not be blamed on sensors and links.
     """
-    best = max(forms, key=lambda one: judge.log_odds(one.model), default=None)
+    best = max(others, key=lambda one: judge.log_odds(one.model), default=None)
     if best is None or judge.log_odds(best.model) <= _BEYOND_CHANCE:
         return judge, list(options)
+    effects = best.model.task.effects
     kept = [
-        replace(one, effect=best.effect, model=best.model, size=one.size + best.size)
-        if one.effect in best.effect.variants()
-        else one
+        one
+        if one.effect in effects
+        else replace(one, effect=best.effect, model=best.model, size=one.size + best.size)
         for one in options
     ]
-    story.say(f"{best.effect.sentence()} in place of another form of it: fewer errors of what was told.")
+    old = " and ".join(one.effect.sentence() for one in options if one.effect not in effects)
+    story.say(f"{best.effect.sentence()} in place of {old}: fewer errors of what was told.")
     return replace(judge, model=best.model), kept
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from identify.core.parameters import Parameter
 from identify.discovery import loop
-from identify.discovery.loop import Promotion, in_another_form, promoted
+from identify.discovery.loop import Promotion, Step, in_place_of, promoted, rivals
 from identify.discovery.promote import (
     alike,
     beyond_belief,
@@ -259,11 +259,42 @@ def test_another_form_of_what_was_added_takes_errors_of_sensors_away(left: float
     before, after = trial(uniform, 6.0, 9), trial(nonuniform, left, 20)
     gain = Gain(50.0, 0.9, True, True)
     options = [Option(delay, before, 1, gain), Option(uniform, before, 8, gain)]
-    judge, kept = in_another_form(_judge(before), [Attempt(nonuniform, after, 11)], options, Story())
+    judge, kept = in_place_of(_judge(before), [Attempt(nonuniform, after, 11)], options, Story())
     assert [one.effect for one in kept] == [delay, nonuniform if named else uniform]
     assert judge.model is (after if named else before)
     assert kept[1].size == (19 if named else 8)
-    assert in_another_form(_judge(before), [], options, Story())[1] == options
+    assert in_place_of(_judge(before), [], options, Story())[1] == options
+
+
+def test_a_rival_that_needs_fewer_errors_takes_an_effect_s_place() -> None:
+    """A resonator on the neighbouring link, for which a mass would have to be far off."""
+    names = [one.name for one in _ENTRIES]
+    believed, known = dict.fromkeys(names, 0.0), (parse_effect({"kind": "joint-compliance"}),)
+    wrong, right, other = (
+        parse_effect({"kind": "appended-resonator", "link": link, "axis": "z"})
+        for link in ("link2", "link3", "link4")
+    )
+
+    def trial(effect: Effect, error: float, **changes: Any) -> Trial:
+        ended = Trial(
+            Task(known, (effect,), {}), {**believed, names[0]: error}, 100.0 + error**2, 150, free=9
+        )
+        return replace(ended, **changes)
+
+    model, rival = trial(wrong, 6.0), trial(right, 1.0)
+    unlike = [
+        trial(other, 0.0, count=30),  # on few lines
+        trial(other, 0.0, squares=300.0),  # does not close the gap
+        replace(trial(other, 0.0), task=Task((), (other,), {})),  # beside other effects
+    ]
+    gain = Gain(50.0, 0.9, True, True)
+    options = [Option(one.task.new[0], one, 9, gain) for one in (model, rival, *unlike)]
+    step = SimpleNamespace(options=options)
+    assert rivals(model, [cast(Step, step)]) == [rival]
+    judge, [kept] = in_place_of(_judge(model), [Attempt(right, rival, 0)], options[:1], Story())
+    assert (kept.effect, kept.size, judge.model) == (right, 9, rival)
+    weak = [Attempt(right, trial(right, 5.9), 0)]
+    assert in_place_of(_judge(model), weak, options[:1], Story())[1] == options[:1]
 
 
 def test_residuals_count_for_less_where_they_are_correlated_and_all_where_forces_disagree() -> None:
