@@ -283,7 +283,7 @@ def test_a_rival_that_needs_fewer_errors_takes_an_effect_s_place() -> None:
 
     model, rival = trial(wrong, 6.0), trial(right, 1.0)
     unlike = [
-        trial(other, 0.0, count=30),  # on few lines
+        trial(other, 0.0, squares=30.0, count=30),  # on few lines
         trial(other, 0.0, squares=300.0),  # does not close the gap
         replace(trial(other, 0.0), task=Task((), (other,), {})),  # beside other effects
     ]
