@@ -217,8 +217,12 @@ class ImpactWorkbench:
     def _pair_softly(
         self, step: Step[Effect, Trial], quick: Sequence[Trial]
     ) -> tuple[tuple[Option[Effect, Trial], ...], float] | None:
-        """Also of what is missing with a wrong channel, where neither was convincing."""
+        """Also of what is missing with a wrong channel, where neither was convincing; not of what little is
+        left beside effects that were added: any two fit some of that.
+        """
         if not step.options or not quick or self._stands_out(step, quick):
+            return None
+        if nearly_closed(step.before) and self.added(step.before):
             return None
         faults = faults_beside(self.workers, self.problem, quick[0], self._looked_at)
         asked = step if step.found else replace(step, found=step.options[:1])

@@ -139,6 +139,25 @@ def test_pairs_are_looked_at_beside_errors_unless_one_hides_behind_nothing(
     assert bool(asked) is looked_at
 
 
+@pytest.mark.parametrize(
+    ("left", "added", "looked_at"), [(1.2, True, False), (1.2, False, True), (2.5, True, True)]
+)
+def test_beside_errors_two_are_not_made_of_what_little_is_left_beside_what_was_added(
+    left: float, added: bool, looked_at: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world, asked = World(lambda kinds: left - 0.01 * len(kinds)), list[Any]()
+    before = world.trial(Task((DRIVES, TILT) if added else (DRIVES,), (), {}))
+    body, base = (world.trial(replace(before.task, new=(effect,))) for effect in (BODY, BASE))
+    found = replace(_option(body), size=13)
+    step = replace(_step(before, found), options=(found,))
+    monkeypatch.setattr(
+        "identify.discovery.workbench.faults_beside", lambda *given: asked.append(given) or []
+    )
+    monkeypatch.setattr(screen, "first_of_two", lambda *given: screen.Two(found, 1.0))
+    Known(world)._pair_softly(step, [body, base])
+    assert bool(asked) is looked_at
+
+
 def test_beside_errors_nothing_is_tried_where_there_are_no_candidates() -> None:
     """The gap is closed; pairs of the step before would bring one."""
     world = World(lambda kinds: 1.02)
