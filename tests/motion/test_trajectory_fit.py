@@ -17,6 +17,7 @@ from identify.core.parameters import Scale
 from identify.fitting.fit import Progress
 from identify.motion.command import Move
 from identify.motion.evaluate import evaluate_fit
+from identify.motion.problem import MotionProblem
 from identify.motion.trajectory import TrajectoryObjective, phase_rms
 from identify.motion.trajectory_fit import MotionFit, fit_motion
 from tests.motion import arms
@@ -173,16 +174,21 @@ def test_effects_of_two_rounds_stay_together(tmp_path: Path) -> None:
     assert found.fit.cost < 1.3
 
 
-def test_residuals_and_costs_agree_and_the_gradient_is_the_slope(tmp_path: Path) -> None:
-    problem = arms.study(
-        tmp_path,
+def _one_link(folder: Path) -> MotionProblem:
+    """One link and one record of it."""
+    return arms.study(
+        folder,
         arms.one_link(0.0),
         motor=DC,
         gear={"ratio": FREE},
         servo=SERVO,
         noise=NOISE,
-        records=[record(tmp_path, "a", 3)],
+        records=[record(folder, "a", 3)],
     )
+
+
+def test_residuals_and_costs_agree_and_the_gradient_is_the_slope(tmp_path: Path) -> None:
+    problem = _one_link(tmp_path)
     objective, scale, values = (
         TrajectoryObjective(problem, problem.records, NOISE),
         Scale(problem.parameters),
@@ -204,15 +210,7 @@ def test_what_is_computed_along_with_a_cost_changes_nothing(tmp_path: Path) -> N
     """A step that is taken, one that is not, and one taken after it: as an objective that saw nothing before
     has them.
     """
-    problem = arms.study(
-        tmp_path,
-        arms.one_link(0.0),
-        motor=DC,
-        gear={"ratio": FREE},
-        servo=SERVO,
-        noise=NOISE,
-        records=[record(tmp_path, "a", 3)],
-    )
+    problem = _one_link(tmp_path)
 
     def fresh() -> TrajectoryObjective:
         return TrajectoryObjective(problem, problem.records, NOISE)
