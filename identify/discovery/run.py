@@ -9,7 +9,8 @@ import os
 import time
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -125,10 +126,9 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
     map_after = gap_map(after, after.at(final.values), bands)
     steps = {str(number): _step(problem, found, number, bands) for number in range(len(found.steps))}
     measured = dict(zip((m.name for m in problem.measurements), modes, strict=True))
-    before = at_work.each(_evaluated, [_Ended(first, key, measured)])
-    fitted = _evaluated(
-        replace(after, file=after.file.model_copy(update={"text": text})), _Ended(final, key, measured)
-    )
+    evaluated = partial(_evaluated, key=key, measured=measured)
+    before = at_work.each(evaluated, [first])
+    fitted = evaluated(replace(after, file=after.file.model_copy(update={"text": text})), final)
     return DiscoveryResult(
         key=key,
         name=problem.file.study.name,
@@ -139,7 +139,7 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
         notes=fitted.notes,
         seconds=time.perf_counter() - began,
         elsewhere="measurements for validation"
-        if _validated(problem)
+        if problem.validated
         else "a third of the response channels, left out of one more fit",
         added=_added(after, found, fitted),
         steps=steps,
@@ -154,27 +154,15 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
     )
 
 
-@dataclass(frozen=True)
-class _Ended:
-    """A trial, the key of its run and the measured modes, to be evaluated."""
-
-    trial: Trial
-    key: str
-    measured: Mapping[str, MeasuredModes | None]
-
-
-def _evaluated(problem: Problem, ended: _Ended) -> results.FitResult:
+def _evaluated(
+    problem: Problem, trial: Trial, *, key: str, measured: Mapping[str, MeasuredModes | None]
+) -> results.FitResult:
     """The result of a trial; what it says of data that were not fitted is known already where errors of what
     was told were fitted along in it.
     """
-    trial, found_later = ended.trial, (None, FORMS_ALONE, IMPACTS_ALONE)
-    known = _validated(problem) and problem.file.study.uncertainty not in found_later
+    known = problem.validated and problem.file.study.uncertainty not in (None, FORMS_ALONE, IMPACTS_ALONE)
     elsewhere = trial.gap_validation if known else None
-    return evaluate(problem, _as_fit(problem, trial), ended.key, measured=ended.measured, elsewhere=elsewhere)
-
-
-def _validated(problem: Problem) -> bool:
-    return any(m.settings.use == "validate" for m in problem.measurements)
+    return evaluate(problem, _as_fit(problem, trial), key, measured=measured, elsewhere=elsewhere)
 
 
 def _as_fit(problem: Problem, trial: Trial) -> Fit:

@@ -76,8 +76,7 @@ class TrialRunner:
 
     def __init__(self, problem: Problem) -> None:
         self.whole, self.thin = problem, thinned(problem)
-        self._validated = any(m.settings.use == "validate" for m in problem.measurements)
-        self.kept = self.thin if self._validated else left_out(self.thin)
+        self.kept = self.thin if problem.validated else left_out(self.thin)
         self._corrected: tuple[tuple[tuple[Effect, ...], Mapping[str, float]], Problem] | None = None
         self._fitter: tuple[Any, PlaceFitter] | None = None
         self._initial = {p.name: p.initial for p in problem.parameters}
@@ -291,7 +290,7 @@ class TrialRunner:
         """Sum of squares and count on data that were not fitted: those for validation, or channels left out
         of one more fit.
         """
-        if not self._validated:
+        if not self.whole.validated:
             problem = self._model("kept", replace(task, values=found))
             values = _descend(problem, problem.initial[None], _QUICK)[0]
         else:

@@ -33,9 +33,7 @@ def record_gain(
     from blocks.  Parameters need no price of their own; a phase that is turned to the record's own beginning
     does (Schwarz 1978).
     """
-    (old, price), (new, other_price) = (
-        _left(problem, side, fit, fitted) for side, fit in (("before", before), ("after", after))
-    )
+    (old, price), (new, other_price) = (_left(problem, fit, fitted) for fit in (before, after))
     size = np.abs(old).max(axis=0)
     touch = _TOUCH if problem.bodies is None else _MOVED
     touched = [
@@ -86,15 +84,9 @@ def loses_a_direction(problem: RegressionProblem, before: Fit, after: Fit, fitte
     return False
 
 
-def _left(
-    problem: RegressionProblem, side: str, fit: Fit, fitted: RegressionProblem | None
-) -> tuple[Array, float]:
+def _left(problem: RegressionProblem, fit: Fit, fitted: RegressionProblem | None) -> tuple[Array, float]:
     """See `_with_own_bodies`; of a fit that is compared with one after another, computed once."""
-    last = problem.compared.get(side)
-    if last is None or last[0] is not fit or last[1] is not fitted:
-        last = (fit, fitted, *_with_own_bodies(problem, aligned(problem, fit), fitted))
-        problem.compared[side] = last
-    return last[2:]
+    return problem.left.of((fit, fitted), lambda: _with_own_bodies(problem, aligned(problem, fit), fitted))
 
 
 def _with_own_bodies(
@@ -127,15 +119,11 @@ def _relief(problem: RegressionProblem, before: Fit, after: Fit) -> tuple[float,
     first, last = (float((strain(problem, fit) ** 2).sum()) for fit in (before, after))
     if first == last:
         return 0.0, 0.0
-    samples = _samples(problem, before)
-    return (first - last) / 2, (first - last) / (samples + max(first, last))
+    count = problem.samples.of((before,), lambda: sum(samples(problem, before)))
+    return (first - last) / 2, (first - last) / (count + max(first, last))
 
 
-def _samples(problem: RegressionProblem, fit: Fit) -> float:
-    """How many independent samples what a fit leaves is worth; computed once as in `_left`."""
-    last = problem.counted
-    if not last or last[0] is not fit:
-        residual, mask = fit.residual(problem), problem.mask
-        count = sum(effective_samples(residual[:, n], mask[:, n]) for n in range(residual.shape[1]))
-        last[:] = [fit, float(count)]
-    return float(last[1])
+def samples(problem: RegressionProblem, fit: Fit) -> list[float]:
+    """How many independent samples what a fit leaves is worth, joint by joint."""
+    residual, mask = fit.residual(problem), problem.mask
+    return [effective_samples(residual[:, joint], mask[:, joint]) for joint in range(residual.shape[1])]

@@ -7,11 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from identify.core.arrays import Array, Index, Mask
+from identify.core.latest import Latest
 from identify.explain.effects.base import MotionEffect
 from identify.explain.recorded_motion import RecordedMotion
 
@@ -84,14 +85,14 @@ class RegressionProblem:
         return np.asarray(counted.swapaxes(1, 2) @ counted)
 
     @cached_property
-    def compared(self) -> dict[str, tuple[Fit, RegressionProblem | None, Array, float]]:
-        """What the last two fits that were compared leave: one of them is compared with many others."""
-        return {}
+    def left(self) -> Latest[tuple[Array, float]]:
+        """What two fits leave, of which one is compared with many others (`identify.explain.gain`)."""
+        return Latest(2)
 
     @cached_property
-    def counted(self) -> list[Any]:
-        """The last fit whose residual was counted in independent samples, and their number."""
-        return []
+    def samples(self) -> Latest[float]:
+        """How many independent samples what such a fit leaves is worth."""
+        return Latest(1)
 
     def columns(self, effect: MotionEffect, parameters: Array) -> Array:
         """Columns (samples, joints, coefficients) of an effect."""

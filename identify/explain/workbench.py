@@ -16,10 +16,10 @@ from functools import cached_property, partial
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.correlated import effective_samples
 from identify.core.interruption import check
+from identify.core.latest import Latest
 from identify.explain.effects.base import MotionEffect
-from identify.explain.gain import loses_a_direction, record_gain
+from identify.explain.gain import loses_a_direction, record_gain, samples
 from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
 from identify.explain.screen import Screen, refine
 from identify.explain.workers import Stage, ahead
@@ -70,8 +70,6 @@ class HeldOut:
     memory: Memory
     label: str
     tried: frozenset[str]
-    of_judge: dict[str, tuple[Fit, Fit]] = field(default_factory=dict, repr=False, compare=False)
-    """The last two fits that were compared, each with itself fitted to the judge."""
 
     def gain(self, before: Fit, after: Fit) -> Gain:
         """See `identify.explain.gain.record_gain`."""
@@ -121,18 +119,20 @@ class HeldOut:
         """The gain on the fitted record of both fitted to the judge."""
         return record_gain(self.fitted, *self._of_judge(before, after), self.judge)
 
-    def _of_judge(self, before: Fit, after: Fit) -> tuple[Fit, Fit]:
-        """Both fitted to the judge, parameters inside the columns kept."""
-        first, last = (self._once(side, fit) for side, fit in (("before", before), ("after", after)))
-        return first, last
+    @cached_property
+    def _fitted_to_judge(self) -> Latest[Fit]:
+        return Latest(2)
 
-    def _once(self, side: str, fit: Fit) -> Fit:
-        """The fit to the judge of one that is compared with one after another, computed once."""
-        last = self.of_judge.get(side)
-        if last is None or last[0] is not fit:
-            last = fit, solve(self.judge, fit.effects, fit.nonlinear, fit.weights)
-            self.of_judge[side] = last
-        return last[1]
+    def _of_judge(self, before: Fit, after: Fit) -> tuple[Fit, Fit]:
+        """Both fitted to the judge, parameters inside the columns kept; one that is compared with one after
+        another once.
+        """
+
+        def of(fit: Fit) -> Fit:
+            return solve(self.judge, fit.effects, fit.nonlinear, fit.weights)
+
+        first, last = (self._fitted_to_judge.of((fit,), partial(of, fit)) for fit in (before, after))
+        return first, last
 
     def _one_way_only(self, before: Fit, after: Fit) -> bool:
         """Whether new waves lose on either record, fitted to the other, in one direction of motion."""
@@ -381,11 +381,8 @@ def rms(problem: RegressionProblem, fit: Fit) -> Array:
 
 def weights(problem: RegressionProblem, fit: Fit) -> Array:
     """One over the size of what is left per joint, where it counts as many samples as it is worth."""
-    residual, sizes = fit.residual(problem), rms(problem, fit)
-    samples = [
-        effective_samples(residual[:, joint], problem.mask[:, joint]) for joint in range(residual.shape[1])
-    ]
-    part = np.sqrt(np.array(samples) / np.maximum(problem.mask.sum(axis=0), 1))
+    sizes = rms(problem, fit)
+    part = np.sqrt(np.array(samples(problem, fit)) / np.maximum(problem.mask.sum(axis=0), 1))
     return np.asarray(np.where(sizes > 0, part / np.maximum(sizes, 1e-300), 1.0))
 
 

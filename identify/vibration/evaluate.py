@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, real_product
 from identify.core.parameters import Scale
 from identify.core.thresholds import MISSING, QUIET, SIGMAS_95
 from identify.fitting.fit import Fit
@@ -262,7 +262,7 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty) ->
     numbers, root = covariance_root(problem, trusted, fit.values)
     fitted, gradient = target.gradient_pairs(fit.values, numbers)
     measured, difference = target.measured, fitted - target.measured
-    spread = np.hypot(*(np.linalg.norm(part @ root, axis=-1) for part in (gradient.real, gradient.imag)))
+    spread = np.linalg.norm(real_product(root.T, np.swapaxes(gradient, 1, 2)), axis=1)
     known = target.noise is not None
     return results.FrfComparison(
         quantity=target.data.quantity,

@@ -134,6 +134,11 @@ class Problem:
         """Number of parameters of effects; those after them are nuisances."""
         return len(self.parameters) - len(self.nuisances.entries)
 
+    @property
+    def validated(self) -> bool:
+        """Whether any measurement is not fitted but predicted."""
+        return any(m.settings.use == "validate" for m in self.measurements)
+
     def at(self, values: Mapping[str, float]) -> Array:
         """Values by name as an array (parameters,)."""
         return np.array([values[p.name] for p in self.parameters])

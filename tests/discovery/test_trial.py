@@ -183,14 +183,19 @@ def test_under_stated_uncertainty_a_reversed_channel_stands_out(tmp_path: Path) 
     assert true < 0.2 * other
 
 
+def _stated(folder: Path) -> Problem:
+    """The shipped example as a careful lab would have told it."""
+    config = folder / "study.yaml"
+    text = CONFIG.read_text(encoding="utf-8").replace("../data", str(CONFIG.parents[1] / "data"))
+    config.write_text(f"{text}\nuncertainty: careful\n", encoding="utf-8")
+    return load_problem(read_study(config))
+
+
 def test_under_stated_uncertainty_a_first_look_that_went_astray_begins_with_the_present_values(
     tmp_path: Path,
 ) -> None:
     """Where those of the study are far from the data, so that a look from them ends nowhere."""
-    config = tmp_path / "study.yaml"
-    text = CONFIG.read_text(encoding="utf-8").replace("../data", str(CONFIG.parents[1] / "data"))
-    config.write_text(f"{text}\nuncertainty: careful\n", encoding="utf-8")
-    near = load_problem(read_study(config))
+    near = _stated(tmp_path)
     present = {p.name: p.initial for p in near.parameters}
     known = tuple(near.file.study.effects)
     tilt = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
@@ -208,10 +213,7 @@ def test_under_stated_uncertainty_a_first_look_that_went_astray_begins_with_the_
 
 def test_under_stated_uncertainty_a_trial_says_of_other_data_what_its_result_would(tmp_path: Path) -> None:
     """So that it is not judged twice."""
-    config = tmp_path / "study.yaml"
-    text = CONFIG.read_text(encoding="utf-8").replace("../data", str(CONFIG.parents[1] / "data"))
-    config.write_text(f"{text}\nuncertainty: careful\n", encoding="utf-8")
-    stated = load_problem(read_study(config))
+    stated = _stated(tmp_path)
     trial = TrialRunner(stated).run(Task(tuple(stated.file.study.effects), (), {}, "onward"))
     values, targets = stated.at(trial.values), stated.targets()
     trusted = uncertainty(targets, Scale(stated.parameters), values, disagreement=False)
@@ -220,10 +222,7 @@ def test_under_stated_uncertainty_a_trial_says_of_other_data_what_its_result_wou
 
 def test_under_stated_uncertainty_two_effects_begin_where_each_does_by_default(tmp_path: Path) -> None:
     """Not where either ended by itself, which made up for the other."""
-    config = tmp_path / "study.yaml"
-    text = CONFIG.read_text(encoding="utf-8").replace("../data", str(CONFIG.parents[1] / "data"))
-    config.write_text(f"{text}\nuncertainty: careful\n", encoding="utf-8")
-    runner = TrialRunner(load_problem(read_study(config)))
+    runner = TrialRunner(_stated(tmp_path))
     known = tuple(runner.whole.file.study.effects)
     present = {p.name: p.initial for p in runner.whole.parameters}
     two = tuple(
