@@ -136,12 +136,17 @@ def _refitted(
             left if nearly_closed(before) else _astray(model, left, places, before, reached), "brief"
         )
     quick += _again(workers, brief, quick)
-    best = min((trial.gap for trial in quick), default=np.inf)
-    if places and not anchor and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _LAWLESS):
+    if not anchor and _lawless(places, quick):
         laws = tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
         quick += [*laws, *workers.run(in_place_of_springs(model, laws, added), one)]
     rest = [_guessed(before, o, anchor) for o in placed[_REFITTED:]]
     return [*once(likeliest_first(quick)), *sorted(rest, key=squares_of)]
+
+
+def _lawless(places: Sequence[PlaceFit], quick: Sequence[Trial]) -> bool:
+    """Whether the best place explains far more than any effect does, so that a law that none has may act."""
+    best = min((trial.gap for trial in quick), default=np.inf)
+    return bool(places) and best - 1 > _UNEXPLAINED * max(places[0].fit.gap - 1, _LAWLESS)
 
 
 def likeliest_first(trials: Sequence[Trial]) -> list[Trial]:
