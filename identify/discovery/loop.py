@@ -18,6 +18,7 @@ from identify.discovery.candidates import candidates
 from identify.discovery.evidence import (
     CLOSED,
     EvidenceCriterion,
+    closed,
     covariance_of_errors,
     disagreement,
     variance_inflation,
@@ -47,6 +48,7 @@ from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
 from identify.fitting.selection.loop import Selection, select
+from identify.fitting.selection.prune import still_there
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
@@ -71,6 +73,7 @@ _HOPE = 0.75
 Option = selection.Option[Effect, Trial]
 Attempt = selection.Attempt[Effect, Trial]
 Step = selection.Step[Effect, Trial]
+Found = Selection[Effect, Trial]
 
 
 @dataclass(frozen=True)
@@ -109,25 +112,38 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     problem = timed(problem)
     workers.turn_to(problem, with_errors=workers.with_errors)
     bench = ImpactWorkbench(problem, workers)
-    found = select(bench, story)
-    problem = bench.problem
-    options, final = list(found.options), found.final
-    if problem.nuisances.entries:
-        doubts = partial(variance_inflation, problem), partial(disagreement, problem)
-        judge = Promotion(problem, *doubts, partial(covariance_of_errors, problem), final)
-        if final.gap < CLOSED and judge.suspects:
-            fewer = [one for one in rivals(final, story.steps) if judge.log_odds(one) > _BEYOND_CHANCE]
-            ended = further(workers, fewer[:_AT_ONCE], "settled")
-            others = [attempt(final, one) for one in ended if not replace(judge, model=one).suspects]
-            forms = bench.variants(final, richer=True)
-            judge, options = in_place_of(judge, [*forms, *others], options, story)
-        options, final = promoted(judge, workers, options, story)
-        if final is not found.final:
-            final = bench.settled(final)
-        found = Selection(found.first, final, tuple(options))
-    added = in_turn(problem, workers, found.first, found.options, found.final, bench.refitted)
+    found, named = _selected(bench, workers, story)
+    first, problem = found.first, bench.problem
+    if named and not closed(found.final):
+        # What was blamed on what was told is named, and something else may stand out beside it.
+        bench.go_on_from(found.final)
+        earlier, (found, _) = found.options, _selected(bench, workers, story)
+        options = (*still_there(bench, earlier, found.final), *found.options)
+        found = Selection(first, found.final, options)
+    added = in_turn(problem, workers, first, found.options, found.final, bench.refitted)
     places = tuple(bench.places(step.before) for step in story.steps)
-    return Discovery(problem, found.first, found.final, tuple(added), tuple(story.steps), places)
+    return Discovery(problem, first, found.final, tuple(added), tuple(story.steps), places)
+
+
+def _selected(bench: ImpactWorkbench, workers: Workers, story: Story) -> tuple[Found, bool]:
+    """What is missing, and whether any of it was named because errors of what was told were beyond belief."""
+    found, problem = select(bench, story), bench.problem
+    if not problem.nuisances.entries:
+        return found, False
+    options, final = list(found.options), found.final
+    doubts = partial(variance_inflation, problem), partial(disagreement, problem)
+    judge = Promotion(problem, *doubts, partial(covariance_of_errors, problem), final)
+    if final.gap < CLOSED and judge.suspects:
+        fewer = [one for one in rivals(final, story.steps) if judge.log_odds(one) > _BEYOND_CHANCE]
+        ended = further(workers, fewer[:_AT_ONCE], "settled")
+        others = [attempt(final, one) for one in ended if not replace(judge, model=one).suspects]
+        forms = bench.variants(final, richer=True)
+        judge, options = in_place_of(judge, [*forms, *others], options, story)
+    count = len(options)
+    options, final = promoted(judge, workers, options, story)
+    if final is not found.final:
+        final = bench.settled(final)
+    return Selection(found.first, final, tuple(options)), len(options) > count
 
 
 @dataclass(frozen=True, eq=False)

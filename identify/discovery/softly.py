@@ -12,6 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
+from identify.discovery.evidence import FAR
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Optimizer, Search
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
@@ -24,6 +25,8 @@ from identify.vibration.softened import SOFT_STAGE, SOFTNESS
 LEADING, SOFT = SOFTNESS[:2], SOFTNESS[2]
 """By how much less residuals count in a first look, then on the way from there, and in quick trials: noise of
 half a per cent counts as one of 50, 15 and 5 %."""
+_COARSE = 1e-2
+"""Relative change of a sum of squares that tells nothing of a model which is far from the data."""
 
 
 def as_told(problem: Problem) -> Problem:
@@ -95,8 +98,17 @@ def on_to_likelihood(problem: Problem, start: Array, optimizer: Optimizer) -> tu
 
 
 def at_likelihood(problem: Problem, start: Array, optimizer: Optimizer) -> tuple[Array, float]:
-    """From start (unknowns,), with the errors there, which are near; values and cost."""
-    return minimized(problem, start, optimizer, FrfLeastSquares().objective(problem.targets()))
+    """From start (unknowns,), with the errors there, which are near; values and cost.
+
+    Coarsely while the model is far from the data, where errors creep on to make up for what it lacks.
+    """
+    objective = FrfLeastSquares().objective(problem.targets())
+    if float(objective.costs(start[None])[0]) > FAR:
+        coarse = optimizer.model_copy(update={"tolerance": _COARSE})
+        start, cost = minimized(problem, start, coarse, objective)
+        if cost > FAR:
+            return start, cost
+    return minimized(problem, start, optimizer, objective)
 
 
 def minimized(

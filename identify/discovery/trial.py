@@ -261,7 +261,10 @@ class TrialRunner:
         """The best of the ends (values, cost) of some lines, refitted."""
         values = min(ends, key=_cost)[0]
         problem = self._model("whole", replace(task, values=_named(problem, values)))
-        values, cost = _descend(problem, problem.initial[None], optimizer)
+        if problem.nuisances.entries:
+            values, cost = at_likelihood(problem, problem.initial, optimizer)
+        else:
+            values, cost = _descend(problem, problem.initial[None], optimizer)
         count, found = count_of(problem, "fit"), _named(problem, values)
         squares, validation = self._elsewhere(problem, task, found)
         return Trial(task, found, cost**2 * count, count, squares, validation, free_of(problem))

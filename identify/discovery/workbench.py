@@ -59,6 +59,7 @@ class ImpactWorkbench:
 
     def __init__(self, problem: Problem, workers: Workers) -> None:
         self.problem, self.workers = problem, workers
+        self._begun: Trial | None = None
         self._places: list[tuple[tuple[Effect, ...], list[PlaceFit]]] = []
         self._looked_at: Sequence[Effect] = ()
         self._pairs: Sequence[Trial] = ()
@@ -73,8 +74,10 @@ class ImpactWorkbench:
 
     def begin(self) -> Trial:
         """The present model, fitted from several starts: a local minimum looks exactly like something
-        missing.
+        missing; or the one to go on from.
         """
+        if self._begun is not None:
+            return self._begun
         problem, workers = self.problem, self.workers
         study, scale = problem.file.study, Scale(problem.parameters)
         names, known = [p.name for p in problem.parameters], tuple(study.effects)
@@ -100,6 +103,10 @@ class ImpactWorkbench:
                 "a model that `identify fit` can fit",
             )
         return trial
+
+    def go_on_from(self, model: Trial) -> None:
+        """Begin the next selection with a model, beside which nothing has been looked at."""
+        self._begun, self._pairs = model, ()
 
     def _agree(self, ends: Sequence[Trial]) -> bool:
         """Whether enough starts, the best first, have ended in the best minimum; beside errors of what was
