@@ -11,9 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typst
-
-from identify.reports.kit import figures
+from identify.reports.kit import figures, typeset
 from identify.reports.kit.cells import Curves, Table, sentence
 from identify.reports.kit.report import (
     GAP,
@@ -94,9 +92,7 @@ class Document:
         }
         data = json.dumps({**head, "blocks": self.blocks}).encode()
         drawn = {f"figure{number}.svg": one.svg for number, one in enumerate(self.drawn, 1)}
-        files: Any = {"main.typ": _TEMPLATE.read_bytes(), "data.json": data, **drawn}
-        own = [str(figures.fonts())]
-        return bytes(typst.compile(files, format="pdf", ignore_system_fonts=True, font_paths=own))
+        return typeset.pdf({"main.typ": _TEMPLATE.read_bytes(), "data.json": data, **drawn})
 
 
 def document(result: Header, report: Report) -> Document:

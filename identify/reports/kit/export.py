@@ -12,9 +12,8 @@ import re
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from identify.reports.kit import figures
+from identify.reports.kit import figures, typeset
 from identify.reports.kit.cells import Curves, Number, Table
 from identify.reports.kit.document import Document
 from identify.reports.kit.drawn_data import drawn_curves
@@ -32,7 +31,8 @@ def contents(document: Document) -> Contents:
         name = f"figure{number:02d}_{_slug(one.title or 'overview')}"
         with figures.style():
             yield f"{name}.svg", figures.outlined(one.figure)
-            yield f"{name}.png", _png(one.figure)
+        width, height = one.figure.get_size_inches()
+        yield f"{name}.png", typeset.png(one.svg, width, height, _DPI)
         data = one.data or drawn_curves(one.figure)
         for ending, part in zip(_endings([part.title for part in data]), data, strict=True):
             yield f"{name}{ending}.csv", _csv(part)
@@ -55,13 +55,6 @@ def _endings(titles: list[str]) -> list[str]:
 def _slug(text: str) -> str:
     """A title as part of a file's name."""
     return re.sub(r"[^a-z0-9.+-]+", "_", text.lower()).strip("_")[:60]
-
-
-def _png(figure: Figure) -> bytes:
-    stream = io.BytesIO()
-    figure.set_layout_engine("none")  # it was laid out for the drawing
-    figure.savefig(stream, format="png", dpi=_DPI, metadata={"Software": None})
-    return stream.getvalue()
 
 
 def _csv(data: Table | Curves) -> bytes:
