@@ -9,8 +9,9 @@ that sticking friction, however stiff, does not ring.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -75,10 +76,8 @@ class Response:
     def transform(self, s: Complex) -> Complex:
         """(lines, J, S, inputs): Laplace transform of the torques over the record at s (lines,)."""
         steps = len(self.torque)
-        coarse = np.exp(-np.outer(s, self.step * np.arange(0, steps, _BLOCK)))
-        fine = np.exp(-np.outer(s, self.step * np.arange(_BLOCK))) * (-np.expm1(-s * self.step) / s)[:, None]
-        waves = (coarse[:, :, None] * fine[:, None, :]).reshape(len(s), -1)[:, :steps]
-        flat = np.concatenate([waves.real, waves.imag]) @ self.torque.reshape(steps, -1)
+        waves = _waves(s.tobytes(), self.step, steps)
+        flat = waves @ self.torque.reshape(steps, -1)
         return np.asarray(flat[: len(s)] + 1j * flat[len(s) :]).reshape(len(s), *self.torque.shape[1:])
 
 
@@ -142,15 +141,16 @@ class _Loop:
         rate = np.repeat(modal.eigenvalues.T, inputs, axis=1)
         self.decay, full, part = np.exp(rate * step), _growth(rate, step), _growth(rate, _AT * step)
         hit = np.moveaxis(modal.left @ models.force, 1, 0).reshape(len(rate), -1)
-        self.hit, self.laws = full * hit, [one.law for one in attached]
+        self.hit = full * hit
         self.state = np.zeros_like(full)
         self._both, self._twice = _interleaved(self.state), np.empty(2 * full.shape[1])
-        self.own = [np.repeat(one.own.T, inputs, axis=1) for one in attached]
+        owns = [np.repeat(one.own.T, inputs, axis=1) for one in attached]
         turned = [np.einsum("smn,sn->ms", modal.left, one.coordinate) for one in attached]
         pushes = [np.repeat(push, inputs, axis=1) for push in turned]
         self.push = [_interleaved(-full * push) for push in pushes]
         self.rows, self.kick, self.gain = [], [], []
-        for one, own in zip(attached, self.own, strict=True):
+        self.torques: list[Callable[[Array], Array]] = []
+        for number, (one, own) in enumerate(zip(attached, owns, strict=True)):
             seen = np.repeat(np.einsum("snm,sn->ms", modal.shapes, one.coordinate), inputs, axis=1)
             angle, speed, acceleration = one.law.probe(own)
             row = seen * (angle + rate * (speed + rate * acceleration))
@@ -158,6 +158,7 @@ class _Loop:
             at_once = seen * rate * acceleration  # forces act on the acceleration without delay
             self.kick.append(np.sum((row * part + at_once) * hit, axis=0).real)
             self.gain.append([np.sum((row * part + at_once) * push, axis=0).real for push in pushes])
+            self.torques.append(one.law.solver(self.gain[number][number], own))
 
     def advance(self, torque: Array, before: Array, impact: Array | None) -> None:
         """The state a step later; torque (J, columns) of the step is filled in; before: that of the last
@@ -168,19 +169,31 @@ class _Loop:
         if impact is not None:
             free = [one + kick * impact for one, kick in zip(free, self.kick, strict=True)]
         if len(free) == 1:
-            torque[0] = self.laws[0].torque(free[0], self.gain[0][0], self.own[0])
+            torque[0] = self.torques[0](free[0])
         else:
             torque[:] = before
             for _ in range(_SWEEPS):
-                for j, law in enumerate(self.laws):
+                for j, solved in enumerate(self.torques):
                     others = [gain * torque[other] for other, gain in enumerate(self.gain[j]) if other != j]
-                    torque[j] = law.torque(free[j] - sum(others), self.gain[j][j], self.own[j])
+                    torque[j] = solved(free[j] - sum(others))
         self.state *= self.decay
         for push, one in zip(self.push, torque, strict=True):
             twice[::2] = twice[1::2] = one
             both += push * twice
         if impact is not None:
             self.state += self.hit * impact
+
+
+@lru_cache(maxsize=2)
+def _waves(lines: bytes, step: float, steps: int) -> Array:
+    """(2 lines, steps): integrals of e^(-s t) over each step, real parts above imaginary ones; kept, because
+    a fit asks for the same again and again.  lines: the bytes of s (lines,).
+    """
+    s = np.frombuffer(lines, complex)
+    coarse = np.exp(-np.outer(s, step * np.arange(0, steps, _BLOCK)))
+    fine = np.exp(-np.outer(s, step * np.arange(_BLOCK))) * (-np.expm1(-s * step) / s)[:, None]
+    waves = (coarse[:, :, None] * fine[:, None, :]).reshape(len(s), -1)[:, :steps]
+    return np.concatenate([waves.real, waves.imag])
 
 
 def _interleaved(values: Complex) -> Array:
@@ -190,7 +203,8 @@ def _interleaved(values: Complex) -> Array:
 
 def _pairs(values: Array) -> Array:
     """(c,): sums of neighbours of (2 c,); with conj(a) and b interleaved, Re(a b) of sums of products."""
-    return np.asarray(values[::2] + values[1::2])
+    sums: Array = values[::2] + values[1::2]
+    return sums
 
 
 def _growth(rate: Complex, time: float) -> Complex:

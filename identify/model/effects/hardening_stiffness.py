@@ -4,6 +4,7 @@ and flexsplines under load.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -34,10 +35,14 @@ class CubicSpring(TorqueLaw):
         """The angle."""
         return np.array([np.ones_like(own[0]), np.zeros_like(own[0]), np.zeros_like(own[0])])
 
-    def torque(self, free: Array, compliance: Array, own: Array) -> Array:
+    def solver(self, compliance: Array, own: Array) -> Callable[[Array], Array]:
         """One step of Newton from the free angle: within a time step the torque hardly moves it."""
-        square = own[0] * free * free
-        return np.asarray(square * free / (1 + 3 * square * compliance))
+
+        def torque(free: Array) -> Array:
+            square = own[0] * free * free
+            return np.asarray(square * free / (1 + 3 * square * compliance))
+
+        return torque
 
 
 class HardeningStiffness(NonlinearEffect):

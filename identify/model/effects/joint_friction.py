@@ -13,6 +13,7 @@ friction as a constraint (MuJoCo documentation, Computation, "Constraint model":
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -39,9 +40,15 @@ class StickingFriction(TorqueLaw):
         """Rate and, in the share of tau, acceleration."""
         return np.array([np.zeros_like(own[2]), np.ones_like(own[2]), own[2]])
 
-    def torque(self, free: Array, compliance: Array, own: Array) -> Array:
+    def solver(self, compliance: Array, own: Array) -> Callable[[Array], Array]:
         """What sticking takes, as far as the friction torque goes."""
-        return np.asarray(np.maximum(np.minimum(free / (1 / own[1] + compliance), own[0]), -own[0]))
+        give, most, least = 1 / own[1] + compliance, own[0], -own[0]
+
+        def torque(free: Array) -> Array:
+            sticking: Array = np.maximum(np.minimum(free / give, most), least)
+            return sticking
+
+        return torque
 
 
 class JointFriction(NonlinearEffect):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import ClassVar
 
 from identify.core.arrays import Array
@@ -21,7 +22,8 @@ class TorqueLaw(ABC):
         """(3, ...): the shares of angle (rad), rate (rad/s) and acceleration (rad/s^2) in p."""
 
     @abstractmethod
-    def torque(self, free: Array, compliance: Array, own: Array) -> Array:
-        """T (...), N m, that solves T = f(free - compliance T): free (...) is p without T, compliance (...)
-        what a unit of T takes off.
+    def solver(self, compliance: Array, own: Array) -> Callable[[Array], Array]:
+        """Of free (...), p without T, it gives T (...), N m, that solves T = f(free - compliance T);
+        compliance (...) is what a unit of T takes off.  It is asked at every time step: what does not depend
+        on free is done before.
         """
