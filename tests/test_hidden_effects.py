@@ -73,7 +73,7 @@ def test_the_form_of_a_chain_of_segments_is_fitted_along(
             and any(one in effect.sentence() for one in rivals)
         ),
     )
-    config = write_config("link2_flex_101", tmp_path)
+    config = write_config("link2_flex_101", tmp_path, extra="starts: 1")
     result, written = run_discover(config, tmp_path / "found.h5", {}, Story(), workers=1)
     assert result.added.sentence == ("flexibility of link2 (bending, torsion, nonuniform)",)
     assert result.after.gap < 1.06
