@@ -62,11 +62,20 @@ def wanted(problem: Problem, found: Discovery, at: str = "") -> list[Wanted]:
     every: list[Wanted] = []
     for option in found.added:
         every += _of_effect(problem, found.final, option.effect)
-    if found.final.gap > QUIET and found.places and found.places[-1]:
-        place = Beside((at,)) if at else found.places[-1][0].place
-        if not isinstance(place, (Rows, Column)):
+    if found.final.gap > QUIET:
+        place = Beside((at,)) if at else next((one.place for one in _of_the_rest(found)), None)
+        if place is not None and not isinstance(place, (Rows, Column)):
             every += _by_strength(problem, Wanted(found.final.task.effects, found.final, place, None))
     return every
+
+
+def _of_the_rest(found: Discovery) -> list[PlaceFit]:
+    """The places that were looked at beside the effects of the final model, best first: those beside another
+    may be where it has an effect already.
+    """
+    steps = zip(reversed(found.steps), reversed(found.places), strict=True)
+    effects = found.final.task.effects
+    return next((places for step, places in steps if step.before.task.effects == effects), [])
 
 
 def place_table(ranked: Sequence[PlaceFit]) -> PlaceTable:

@@ -6,21 +6,26 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
+from identify.discovery.curves import wanted
+from identify.discovery.loop import Discovery
 from identify.discovery.places.catalogue import leaning
 from identify.discovery.places.curve import MeasuredCurve, measured_curve
 from identify.discovery.places.laws import rank_laws
 from identify.discovery.places.predict import StructuralModel, model_of
 from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
 from identify.discovery.places.views import views_of
+from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import thinned
 from identify.model.effects.base import parse_effect
-from identify.model.effects.place import Release
+from identify.model.effects.place import Beside, Release
 from identify.model.frf import dynamic_stiffness
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem, with_effects
@@ -191,3 +196,22 @@ def test_the_band_holds_the_truth_about_an_axis_of_its_own_direction(fitter: Pla
     share = {turned: np.mean(np.abs(np.concatenate(off)) < 1.96) for turned, off in counted.items()}
     assert 0.91 < share[True] < 0.99
     assert share[False] < 0.8
+
+
+@pytest.mark.parametrize("looked_at_beside_it", [True, False])
+def test_what_is_left_is_measured_only_where_it_was_looked_at_beside_the_final_model(
+    looked_at_beside_it: bool,
+) -> None:
+    """A place that was looked at before an effect was added may be where that effect acts."""
+    problem = SimpleNamespace(file=SimpleNamespace(study=SimpleNamespace(uncertainty=None)), measurements=[])
+    model, final = (
+        Trial(Task((), effects, {}), {}, 200.0, 100)
+        for effects in ((), (parse_effect({"kind": "time-delay"}),))
+    )
+    before, after = ([SimpleNamespace(place=Release((name,)))] for name in ("joint2.rx", "joint3.rx"))
+    steps = [SimpleNamespace(before=model), SimpleNamespace(before=final if looked_at_beside_it else model)]
+    found = SimpleNamespace(final=final, added=[], steps=steps, places=(before, after))
+    every = wanted(cast(Problem, problem), cast(Discovery, found))
+    assert [one.place for one in every] == ([Release(("joint3.rx",))] if looked_at_beside_it else [])
+    [acting] = wanted(cast(Problem, problem), cast(Discovery, found), at="joint4.rz")
+    assert acting.place == Beside(("joint4.rz",))
