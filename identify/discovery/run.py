@@ -25,10 +25,10 @@ from identify.discovery import sentences
 from identify.discovery.advise import advise
 from identify.discovery.curves import acting, curve_of, place_table, wanted
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
-from identify.discovery.loop import Discovery, Step, check_cost, check_data, discover
+from identify.discovery.loop import Discovery, check_cost, check_data, discover
 from identify.discovery.marks import marks
 from identify.discovery.new_config import config_text, entry_of
-from identify.discovery.task import Trial
+from identify.discovery.task import Step, Trial
 from identify.discovery.workers import NEEDED, Workers
 from identify.fitting.fit import Fit, Start
 from identify.fitting.memory import Memory

@@ -22,10 +22,10 @@ from identify.discovery.screen_softly import (
     screened_softly,
     thorough_softly,
 )
-from identify.discovery.task import Task, Trial, near_enough, once, solved, squares_of
+from identify.discovery.task import Attempt, Option, Step, Task, Trial, near_enough, once, solved, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.selection.turn import as_options
-from identify.fitting.selection.workbench import Attempt, Option, Step, Story
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.springs import Springs
@@ -61,7 +61,7 @@ _LEAST_INFLATION = 5.0
 """The least that correlation of residuals has been seen to count for."""
 
 
-def attempt(before: Trial, trial: Trial) -> Attempt[Effect, Trial]:
+def attempt(before: Trial, trial: Trial) -> Attempt:
     """A trial of one more effect."""
     return Attempt(trial.task.new[0], trial, trial.free - before.free)
 
@@ -365,13 +365,13 @@ class Two:
     explained then; quick trials of all pairs, the best first; refits of one of the best pair each.
     """
 
-    best: Option[Effect, Trial]
+    best: Option
     explained: float
     pairs: Sequence[Trial] = ()
     single: Sequence[Trial] = ()
 
 
-def first_of_two(workers: Workers, step: Step[Effect, Trial], quick: Sequence[Trial]) -> Two:
+def first_of_two(workers: Workers, step: Step, quick: Sequence[Trial]) -> Two:
     """What the step chose, or the better of two simple ones that together would explain far more than it.
 
     Two effects hide each other, and what stands for both of them at once, with many parameters, is not
@@ -404,7 +404,7 @@ def first_of_two(workers: Workers, step: Step[Effect, Trial], quick: Sequence[Tr
 
 
 def _above_noise(
-    workers: Workers, step: Step[Effect, Trial], quick: Sequence[Trial], pair: Trial
+    workers: Workers, step: Step, quick: Sequence[Trial], pair: Trial
 ) -> tuple[float, float, float]:
     """What gaps are above noise before, with the best one and with a pair; where errors of what was told are
     fitted along, residuals count for little in quick trials, and noise for next to nothing.

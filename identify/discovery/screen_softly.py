@@ -13,7 +13,7 @@ import numpy as np
 from identify.core.thresholds import MISSING, QUIET
 from identify.discovery.evidence import CLOSED, FAR, POLICY, nearly_closed, removed
 from identify.discovery.neighbours import moved, siblings, turning
-from identify.discovery.promote import stated_already
+from identify.discovery.suspects import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
 from identify.discovery.workers import Workers
 from identify.model.effects.appended_resonator import AppendedResonator

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from identify.core.text import capital, listed
 from identify.core.thresholds import CONVINCING, MISSING, QUIET
 from identify.discovery.evidence import above_noise, removed
-from identify.discovery.loop import Discovery, Option, Step
+from identify.discovery.loop import Discovery
+from identify.discovery.task import Option, Step
 from identify.fitting.uncertainty import BOUNDS
 from identify.model.effects.base import Effect
 from identify.results.tables import ParameterTable

@@ -8,6 +8,8 @@ from typing import Literal
 
 import numpy as np
 
+from identify.fitting.selection import loop as selecting
+from identify.fitting.selection import workbench as selection
 from identify.model.effects.base import Effect
 
 _NEAR, _LEAST = 5.0, 0.05
@@ -103,6 +105,12 @@ class Trial:
             return self.gap
         squares, count = self.squares + self.squares_validation, self.count + self.count_validation
         return float(np.sqrt(squares / count))
+
+
+Option = selection.Option[Effect, Trial]
+Attempt = selection.Attempt[Effect, Trial]
+Step = selection.Step[Effect, Trial]
+Found = selecting.Selection[Effect, Trial]
 
 
 def squares_of(trial: Trial) -> float:

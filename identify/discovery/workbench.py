@@ -39,11 +39,11 @@ from identify.discovery.siblings import (
     with_springs_beside,
     with_struts,
 )
-from identify.discovery.task import Task, Trial, squares_of
+from identify.discovery.task import Attempt, Option, Step, Task, Trial, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
 from identify.fitting.selection.policy import Policy
-from identify.fitting.selection.workbench import Attempt, Option, Step, Story
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.vibration.nuisances.settings import FORMS_ALONE, IMPACTS_ALONE
@@ -131,7 +131,7 @@ class ImpactWorkbench:
             return []
         return plausible(present, model.values, candidates(self.problem, model.task.effects))
 
-    def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt[Effect, Trial]]:
+    def screen(self, model: Trial, effects: Sequence[Effect], story: Story) -> list[Attempt]:
         """Trials on few lines, best first."""
         self.came_through(model)
         self._looked_at = effects
@@ -157,9 +157,7 @@ class ImpactWorkbench:
         """The places that were looked at beside the effects of a model, best first."""
         return next((found for effects, found in reversed(self._places) if effects == model.task.effects), [])
 
-    def promising(
-        self, model: Trial, screened: Sequence[Attempt[Effect, Trial]]
-    ) -> Sequence[Attempt[Effect, Trial]]:
+    def promising(self, model: Trial, screened: Sequence[Attempt]) -> Sequence[Attempt]:
         """Those that may win."""
         trials = [one.model for one in screened]
         if self.workers.with_errors:
@@ -168,9 +166,7 @@ class ImpactWorkbench:
             chosen = screen.promising(self.workers, model, trials)
         return [screen.attempt(model, trial) for trial in chosen]
 
-    def refit(
-        self, model: Trial, promising: Sequence[Attempt[Effect, Trial]]
-    ) -> list[list[Attempt[Effect, Trial]]]:
+    def refit(self, model: Trial, promising: Sequence[Attempt]) -> list[list[Attempt]]:
         """Each on all lines and from several starts, the best of them in their other variants too."""
         groups = screen.thorough(self.workers, [one.model for one in promising], model.gap)
         if self.workers.with_errors:
@@ -192,10 +188,10 @@ class ImpactWorkbench:
 
     def pair(
         self,
-        step: Step[Effect, Trial],
-        screened: Sequence[Attempt[Effect, Trial]],
+        step: Step,
+        screened: Sequence[Attempt],
         banned: Sequence[Effect],
-    ) -> tuple[tuple[Option[Effect, Trial], ...], float] | None:
+    ) -> tuple[tuple[Option, ...], float] | None:
         """The better of two that hide each other; not where amplitude matters, because it would take long."""
         if screen.anchor_of(step.before):
             return None
@@ -221,9 +217,7 @@ class ImpactWorkbench:
         ]
         return self.workers.run(tasks)
 
-    def _pair_softly(
-        self, step: Step[Effect, Trial], quick: Sequence[Trial]
-    ) -> tuple[tuple[Option[Effect, Trial], ...], float] | None:
+    def _pair_softly(self, step: Step, quick: Sequence[Trial]) -> tuple[tuple[Option, ...], float] | None:
         """Also of what is missing with a wrong channel, where neither was convincing; not of what little is
         left beside effects that were added: any two fit some of that.
         """
@@ -240,7 +234,7 @@ class ImpactWorkbench:
             return None
         return (two.best,), two.explained
 
-    def _stands_out(self, step: Step[Effect, Trial], quick: Sequence[Trial]) -> bool:
+    def _stands_out(self, step: Step, quick: Sequence[Trial]) -> bool:
         """Whether what a step found has few parameters, and leaves nothing open or comes far nearer to the
         data than all else: it stands for no two others at once, and what is missing beside it the next step
         will see.
@@ -346,7 +340,7 @@ class ImpactWorkbench:
         [without] = self.leave_out(model, [effect])
         return model.free - without.free
 
-    def variants(self, model: Trial, *, richer: bool = False) -> list[Attempt[Effect, Trial]]:
+    def variants(self, model: Trial, *, richer: bool = False) -> list[Attempt]:
         """The model with an added effect in another variant, or only in one with more parameters, refitted;
         those that were tried when it was found are not tried anew.
         """

@@ -13,8 +13,7 @@ import pytest
 
 from identify.discovery import loop, screen
 from identify.discovery.evidence import POLICY, EvidenceCriterion
-from identify.discovery.loop import Option, Step
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Option, Step, Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection import loop as selection_loop

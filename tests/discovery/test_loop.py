@@ -9,8 +9,8 @@ from typing import Any, cast
 import pytest
 
 from identify.discovery import loop
-from identify.discovery.loop import Option, discover
-from identify.discovery.task import Task, Trial
+from identify.discovery.loop import discover
+from identify.discovery.task import Option, Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.loop import Selection

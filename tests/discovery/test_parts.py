@@ -17,9 +17,9 @@ from identify.discovery import sentences as told
 from identify.discovery.candidates import candidates
 from identify.discovery.evidence import POLICY, EvidenceCriterion, confirmed, removed
 from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
-from identify.discovery.loop import Discovery, Option, Step
+from identify.discovery.loop import Discovery
 from identify.discovery.new_config import config_text
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Option, Step, Task, Trial
 from identify.discovery.thinned import left_out, thinned
 from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers

@@ -11,8 +11,8 @@ import pytest
 
 from identify.core.errors import InputErrors
 from identify.core.parameters import Scale
-from identify.discovery.promote import beyond_belief
 from identify.discovery.softly import minimized
+from identify.discovery.suspects import beyond_belief
 from identify.discovery.trial import likelihood
 from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.machining.uncertain import uncertain_tip

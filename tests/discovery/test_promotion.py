@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from identify.core.parameters import Parameter
-from identify.discovery import loop
-from identify.discovery.loop import Promotion, Step, in_place_of, promoted, rivals
-from identify.discovery.promote import (
+from identify.discovery import promotion
+from identify.discovery.promotion import Promotion, in_place_of, promoted, rivals
+from identify.discovery.suspects import (
     alike,
     beyond_belief,
     causes,
@@ -21,7 +21,7 @@ from identify.discovery.promote import (
     log_chance,
     stated_already,
 )
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Step, Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.workbench import Attempt, Option, Story
@@ -133,10 +133,10 @@ def test_a_wrong_link_is_compared_with_all_structure(
         def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
             return [Trial(t, believed, 100.0 - fall[t.new[0].kind], 100, free=1) for t in tasks]
 
-    monkeypatch.setattr(loop, "candidates", lambda *given: [rotor] if screened else [])
-    monkeypatch.setattr(loop, "screened_softly", lambda workers, problem, found, before, part: found)
-    monkeypatch.setattr(loop, "promising_softly", lambda found: [Task((), (one,), {}) for one in found])
-    monkeypatch.setattr(loop, "thorough_softly", lambda workers, tasks: [workers.run(tasks)])
+    monkeypatch.setattr(promotion, "candidates", lambda *given: [rotor] if screened else [])
+    monkeypatch.setattr(promotion, "screened_softly", lambda workers, problem, found, before, part: found)
+    monkeypatch.setattr(promotion, "promising_softly", lambda found: [Task((), (one,), {}) for one in found])
+    monkeypatch.setattr(promotion, "thorough_softly", lambda workers, tasks: [workers.run(tasks)])
     beyond = Trial(first, {**believed, names[0]: 9.0}, 100.0, 100)
     kept, model = promoted(_judge(beyond), cast(Workers, Fitting()), [], Story())
     assert [option.effect.kind for option in kept] == [named]
