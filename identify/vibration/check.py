@@ -25,6 +25,7 @@ from identify.model.modes import undamped_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.link_ends import left_open
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem, measurement_names, read_frfs
@@ -37,6 +38,7 @@ STUDY = "study"
 _BEYOND, _SLACK_M = 2.0, 0.3
 """A point farther from its link than this many times the link's own extent plus a tool's length is
 doubtful; one farther than the whole arm is long cannot be right."""
+_ENDS = "the ends of links that bend"
 _FAR = 2.0
 """A first resonance this many times above the band, or modes that all lie below it by as much, are
 doubtful.
@@ -221,9 +223,10 @@ def _uncertain(problem: Problem) -> Iterator[Finding]:
     scale = Scale(problem.parameters)
     covariance = np.linalg.inv(fitted_information(problem, problem.initial))
     own = np.flatnonzero(scale.free < problem.size)
+    ends = left_open(problem, problem.initial)[scale.free[own], None] ** 2
     parts = covariance[np.ix_(own, np.arange(len(own), len(scale.free)))] ** 2
-    share = np.mean(parts / np.diag(covariance)[own, None], axis=0)
-    kinds = [kind_of(one) for one in entries]
+    share = np.mean(np.hstack([parts, ends]) / (np.diag(covariance)[own, None] + ends), axis=0)
+    kinds = [*(kind_of(one) for one in entries), _ENDS]
     total = {kind: float(share[[one == kind for one in kinds]].sum()) for kind in dict.fromkeys(kinds)}
     most = max(total, key=lambda kind: total[kind])
     sentence = (

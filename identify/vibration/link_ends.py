@@ -31,18 +31,10 @@ def with_link_ends(problem: Problem, trusted: Uncertainty, values: Array) -> Unc
     """The uncertainty of a fit with what links that bend leave open of the joints at their ends; values
     (unknowns,).
     """
-    settings = problem.file.study.uncertainty or FORMS_ALONE
-    share, parameters = settings.std("flexible_links", "ends"), problem.parameters[: problem.size]
+    parameters = problem.parameters[: problem.size]
     scale, found = Scale(parameters), values[: problem.size]
-    value_of = dict(zip((p.name for p in parameters), found, strict=True))
-    variance = dict.fromkeys(value_of, 0.0)
-    for coordinate, compliance in _hinges(problem.robot, problem.measurements[0].system, values):
-        stiffness = value_of.get(f"{coordinate}.stiffness", 0.0)
-        for what, times in _OF.items():
-            if f"{coordinate}.{what}" in variance:
-                variance[f"{coordinate}.{what}"] += (times * share * compliance * stiffness) ** 2
     free = [parameters[number] for number in scale.free]
-    std = np.sqrt([variance[p.name] if p.log else 0.0 for p in free])
+    std = left_open(problem, values)[scale.free]
     notes = []
     if np.any(std > trusted.std):
         most = int(np.argmax(std / trusted.std))
@@ -51,6 +43,22 @@ def with_link_ends(problem: Problem, trusted: Uncertainty, values: Array) -> Unc
             f" open by {100 * std[most]:.0f} % (`flexible_links.ends`), more than the data do"
         ]
     return with_more(trusted, std, scale, found, *notes)
+
+
+def left_open(problem: Problem, values: Array) -> Array:
+    """(parameters,): the standard deviation of the logarithm of each parameter that the ends of links leave;
+    none of what is fitted on another scale.
+    """
+    settings = problem.file.study.uncertainty or FORMS_ALONE
+    share, parameters = settings.std("flexible_links", "ends"), problem.parameters[: problem.size]
+    value_of = {p.name: value for p, value in zip(parameters, values[: problem.size].tolist(), strict=True)}
+    variance = dict.fromkeys(value_of, 0.0)
+    for coordinate, compliance in _hinges(problem.robot, problem.measurements[0].system, values):
+        stiffness = value_of.get(f"{coordinate}.stiffness", 0.0)
+        for what, times in _OF.items():
+            if f"{coordinate}.{what}" in variance:
+                variance[f"{coordinate}.{what}"] += (times * share * compliance * stiffness) ** 2
+    return np.sqrt([variance[p.name] if p.log else 0.0 for p in parameters])
 
 
 def _hinges(robot: Robot, system: System, values: Array) -> Iterator[tuple[str, float]]:

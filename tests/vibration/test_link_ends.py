@@ -11,10 +11,11 @@ import pytest
 from identify.core.parameters import Scale
 from identify.core.thresholds import SIGMAS_95
 from identify.fitting.uncertainty import Uncertainty
-from identify.vibration.link_ends import with_link_ends
+from identify.vibration.check import STUDY, run_checks
+from identify.vibration.link_ends import left_open, with_link_ends
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import uncertainty
+from identify.vibration.uncertainty import fitted_information, uncertainty
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
@@ -75,6 +76,19 @@ def test_a_study_says_how_much(tmp_path: Path, stated: str) -> None:
         if "careful" in stated
         else set()
     )
+
+
+@pytest.mark.parametrize(("mass", "ends", "said"), [(1e-6, 0.5, True), (0.5, 1e-6, False)])
+def test_a_check_says_whether_they_matter_most(mass: float, ends: float, said: bool, tmp_path: Path) -> None:
+    stated = f"uncertainty: {{links: {{mass: {mass}}}, flexible_links: {{ends: {ends}}}}}\n"
+    problem = _problem(tmp_path, stated)
+    findings = run_checks(tmp_path / "bends.yaml").findings[STUDY]
+    [finding] = [one for one in findings if one.check == "stated-uncertainty"]
+    assert ("the ends of links that bend matter most" in finding.sentence) == said
+    own = Scale(problem.parameters[: problem.size]).free
+    left = left_open(problem, problem.initial)[own] ** 2
+    known = np.diag(np.linalg.inv(fitted_information(problem, problem.initial)))[: len(own)]
+    assert (finding.value == pytest.approx(np.mean(left / (known + left)))) == said
 
 
 def test_a_model_without_such_a_link_is_as_sure_as_it_was() -> None:
