@@ -190,7 +190,12 @@ def tested(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     def made(case: str) -> Path:
         folder = tmp_path_factory.mktemp(case)
         spec = TestSpec(
-            MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=1, averages=3, oversampling=8
+            MAKES["large"](1).at_points([4, 6, 9, 14]),
+            seed=3,
+            postures=1,
+            averages=3,
+            binary=True,
+            oversampling=8,
         )
         generate(replace(hide(spec, case), levels=(0.3, 3.0)), folder / "test", folder / "truth.json")
         return folder / "test"
