@@ -93,7 +93,7 @@ def screened_softly(
     [idle] = further(workers, [present], "led", done)
     quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
     quick = _with_siblings(workers, problem, quick, others)
-    quick = _with_forms(workers, _with_turning(workers, present, quick))
+    quick = _with_forms(workers, _with_turning(workers, present, others, (brief, led), quick))
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]
@@ -182,17 +182,28 @@ def _with_siblings(
     return once(result)
 
 
-def _with_turning(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[Trial]:
-    """Quick trials, the best first; where none of them will close the gap also of the best few of two
-    directions in the form whose soft direction lies anywhere between them: without it they may not get far.
+def _with_turning(
+    workers: Workers,
+    present: Trial,
+    found: Sequence[Effect],
+    plain: Sequence[Sequence[Trial]],
+    quick: Sequence[Trial],
+) -> list[Trial]:
+    """Quick trials, the best first; where none of them will close the gap also of what was looked at in the
+    forms whose soft direction lies anywhere between two: without it they may not get anywhere.
+
+    plain: first looks, and what they led to; forms that are far from the best there go no further.
     """
-    least = min((trial.gap for trial in quick), default=0.0)
-    if least <= MISSING:
+    if not quick or quick[0].gap <= MISSING:
         return list(quick)
-    forms = [one for trial in quick if trial.gap <= _WITHIN * least for one in turning(trial.task.new[0])]
-    tasks = [Task(before.task.effects, (form,), before.values, "brief") for form in forms]
-    led = further(workers, workers.run(tasks), "led")
-    return sorted([*quick, *further(workers, led[:_FEW], "quick")], key=squares_of)
+    forms = [form for effect in found for form in turning(effect)]
+    trials = workers.run([Task(present.task.effects, (form,), present.values, "brief") for form in forms])
+    hows: tuple[Literal["led", "quick"], ...] = ("led", "quick")
+    for others, how in zip(plain, hows, strict=True):
+        most = _WITHIN * min((trial.gap for trial in (*others, *trials)), default=0.0)
+        near = sorted((trial for trial in trials if trial.gap <= most), key=squares_of)
+        trials = further(workers, near[:_FEW], how)
+    return sorted([*quick, *trials], key=squares_of)
 
 
 def _with_forms(workers: Workers, quick: Sequence[Trial]) -> list[Trial]:

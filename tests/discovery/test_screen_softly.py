@@ -378,14 +378,21 @@ def test_what_adds_nothing_goes_no_further(problem: Problem, best: float, count:
     assert all(one in told for one in candidates), "those that stay behind too"
 
 
-@pytest.mark.parametrize(("plain", "turned"), [(5.0, True), (1.5, False)])
+@pytest.mark.parametrize(
+    ("plain", "other", "turned"), [(5.0, 5.0, True), (30.0, 4.0, True), (1.5, 5.0, False)]
+)
 def test_directions_that_turn_are_looked_at_where_nothing_else_closes_the_gap(
-    problem: Problem, plain: float, turned: bool
+    problem: Problem, plain: float, other: float, turned: bool
 ) -> None:
-    """A bearing that is far softer in a direction between its axes than across it."""
+    """A bearing that is far softer in a direction between its axes than across it; along these alone it may
+    do nothing at all.
+    """
     before = _trial(Task(tuple(problem.file.study.effects), (), {}), 6.0)
-    [form] = [one for one in TILT.variants() if one.valleys > 1]
-    world = _World(lambda task: 1.2 if task.new == (form,) else plain)
+    [form], [far] = ([one for one in effect.variants() if one.valleys > 1] for effect in (TILT, BASE))
+    gaps = [(form, 1.2), (far, 7.0), (TILT, plain)]
+    world = _World(lambda task: next((gap for one, gap in gaps if task.new == (one,)), other))
     best = screened_softly(_workers(world), problem, [TILT, DELAY, BASE], before)[0]
     assert (best.task.new == (form,)) is turned
-    assert any(task.new == (form,) for task in world.tasks) is turned
+    hows = [[task.how for task in world.tasks if task.new == (one,)] for one in (form, far)]
+    assert hows[0] == (["brief", "led", "quick"] if turned else [])
+    assert hows[1] == (["brief"] if turned else []), "what is far from the best goes no further"
