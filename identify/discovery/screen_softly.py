@@ -50,6 +50,8 @@ _HALF = 0.5
 _TIMES, _AS_NEAR = 2.0, 1.3
 """How many times the best one's gap above noise a candidate may leave at the likelihood, and still win; and a
 variant, which few lines compare with it well."""
+_SOMETHING = 0.1
+"""Share of the present gap above noise that a third candidate must explain, as far as few lines tell."""
 _NOWHERE_NEAR = 2 * FAR
 """Gap where residuals count for little that no likelihood closes."""
 _AHEAD = 0.9
@@ -336,7 +338,7 @@ def thorough_softly(workers: Workers, trials: Sequence[Trial], present: float = 
         ends = further(workers, beside, "nearby")
     else:
         ends = _to_likelihood(workers, [trial for trial in trials if trial not in beside], beside)
-    whole = further(workers, _near_enough(ends), "onward")
+    whole = further(workers, _near_enough(ends, present), "onward")
     if not whole:
         return []
     added = whole[0].task.new if removed(present, whole[0].gap) >= _HALF else ()
@@ -381,8 +383,9 @@ def _nonuniform(task: Task) -> bool:
     return isinstance(task.new[0], LinkFlexibility) and task.new[0].nonuniform
 
 
-def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
-    """Those, the best first, that may win on all lines, and the second: what is best is told with a rival.
+def _near_enough(ends: Sequence[Trial], present: float = np.inf) -> Sequence[Trial]:
+    """Those, the best first, that may win on all lines, as they explain something of the present gap, and the
+    second: what is best is told with a rival.
 
     While something else is missing beside them only the best one, and a smaller one that is as near: details
     are compared once that is found.
@@ -392,7 +395,8 @@ def _near_enough(ends: Sequence[Trial]) -> Sequence[Trial]:
         smaller = [one for one in others if one.free < best.free and one.gap <= _LEVEL * best.gap]
         return [best, *sorted(smaller, key=lambda one: one.free)[:1]]
     near = near_enough(ends, min((end.gap for end in ends), default=np.inf), _TIMES)
-    return ends[: max(_VARIED, len(near))]
+    explaining = [end for end in near if removed(present, end.gap) >= _SOMETHING]
+    return ends[: max(_VARIED, len(explaining))]
 
 
 def _one_form_each(ends: Sequence[Trial]) -> list[Trial]:

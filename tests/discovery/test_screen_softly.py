@@ -279,6 +279,12 @@ def test_while_much_is_left_only_the_best_and_a_smaller_one_go_on(
     assert [trial.task.new for trial in _near_enough(ends)] == [(effects[name],) for name in chosen]
 
 
+@pytest.mark.parametrize(("present", "count"), [(1.12, 2), (1.3, 3)])
+def test_a_third_candidate_goes_on_only_if_it_explains_something(present: float, count: int) -> None:
+    ends = [_trial(Task((), (one,), {}), gap) for one, gap in ((BODY, 1.12), (BASE, 1.125), (TILT, 1.13))]
+    assert list(_near_enough(ends, present)) == ends[:count]
+
+
 def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem: Problem) -> None:
     """It has the present model in it."""
     before = _trial(Task(tuple(problem.file.study.effects), (), {}), 3.0)
