@@ -12,7 +12,7 @@ from identify.discovery.evidence import EvidenceCriterion, closed, variance_infl
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.promotion import in_fitting_forms, judge_of, promoted
 from identify.discovery.records import timed
-from identify.discovery.task import Found, Option, Step, Task, Trial
+from identify.discovery.task import Option, Step, Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection.loop import Selection, select
@@ -61,12 +61,12 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     problem = timed(problem)
     workers.turn_to(problem, with_errors=workers.with_errors)
     bench = ImpactWorkbench(problem, workers)
-    found, named = _selected(bench, workers, story)
+    found, named = _selected(bench, story)
     first, problem = found.first, bench.problem
     if named and not closed(found.final):
         # What was blamed on what was told is named, and something else may stand out beside it.
         bench.go_on_from(found.final)
-        earlier, (found, _) = found.options, _selected(bench, workers, story)
+        earlier, (found, _) = found.options, _selected(bench, story)
         options = (*still_there(bench, earlier, found.final), *found.options)
         found = Selection(first, found.final, options)
     added = in_turn(problem, workers, first, found.options, found.final, bench.refitted)
@@ -74,13 +74,13 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     return Discovery(problem, first, found.final, tuple(added), tuple(story.steps), places)
 
 
-def _selected(bench: ImpactWorkbench, workers: Workers, story: Story) -> tuple[Found, bool]:
+def _selected(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Trial], bool]:
     """What is missing, and whether any of it was named because errors of what was told were beyond belief."""
     found, problem = select(bench, story), bench.problem
     if not problem.nuisances.entries:
         return found, False
-    judge, options = in_fitting_forms(judge_of(problem, found.final), bench, workers, found.options, story)
-    named, final = promoted(judge, workers, options, story)
+    judge, options = in_fitting_forms(judge_of(problem, found.final), bench, found.options, story)
+    named, final = promoted(judge, bench.workers, options, story)
     if final is not found.final:
         final = bench.settled(final)
     return Selection(found.first, final, tuple(named)), len(named) > len(options)

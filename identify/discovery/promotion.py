@@ -133,7 +133,7 @@ def judge_of(problem: Problem, model: Trial) -> Promotion:
 
 
 def in_fitting_forms(
-    judge: Promotion, bench: ImpactWorkbench, workers: Workers, options: Sequence[Option], story: Story
+    judge: Promotion, bench: ImpactWorkbench, options: Sequence[Option], story: Story
 ) -> tuple[Promotion, list[Option]]:
     """The model and its options, where it closes the gap with errors beyond belief, with an added effect in a
     richer form, or a rival in its place, that needs none.
@@ -142,7 +142,7 @@ def in_fitting_forms(
     if model.gap >= CLOSED or not judge.suspects:
         return judge, list(options)
     fewer = [one for one in rivals(model, story.steps) if judge.log_odds(one) > _BEYOND_CHANCE]
-    ended = further(workers, fewer[:_AT_ONCE], "settled")
+    ended = further(bench.workers, fewer[:_AT_ONCE], "settled")
     others = [attempt(model, one) for one in ended if not replace(judge, model=one).suspects]
     forms = bench.variants(model, richer=True)
     return in_place_of(judge, [*forms, *others], options, story)

@@ -188,7 +188,7 @@ def _with_turning(
     workers: Workers,
     present: Trial,
     found: Sequence[Effect],
-    plain: Sequence[Sequence[Trial]],
+    plain: tuple[Sequence[Trial], Sequence[Trial]],
     quick: Sequence[Trial],
 ) -> list[Trial]:
     """Quick trials, the best first; where none of them will close the gap also of what was looked at in the
@@ -199,13 +199,15 @@ def _with_turning(
     if not quick or quick[0].gap <= MISSING:
         return list(quick)
     forms = [form for effect in found for form in turning(effect)]
-    trials = workers.run([Task(present.task.effects, (form,), present.values, "brief") for form in forms])
-    hows: tuple[Literal["led", "quick"], ...] = ("led", "quick")
-    for others, how in zip(plain, hows, strict=True):
-        most = _WITHIN * min((trial.gap for trial in (*others, *trials)), default=0.0)
-        near = sorted((trial for trial in trials if trial.gap <= most), key=squares_of)
-        trials = further(workers, near[:_FEW], how)
-    return sorted([*quick, *trials], key=squares_of)
+    turned = workers.run([Task(present.task.effects, (form,), present.values, "brief") for form in forms])
+    led = further(workers, _few_near(turned, plain[0]), "led")
+    return sorted([*quick, *further(workers, _few_near(led, plain[1]), "quick")], key=squares_of)
+
+
+def _few_near(trials: Sequence[Trial], others: Sequence[Trial]) -> list[Trial]:
+    """The best few, of those that are not far behind the best of them and of some others."""
+    most = _WITHIN * min(trial.gap for trial in (*others, *trials))
+    return sorted((trial for trial in trials if trial.gap <= most), key=squares_of)[:_FEW]
 
 
 def _with_forms(workers: Workers, quick: Sequence[Trial]) -> list[Trial]:

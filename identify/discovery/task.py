@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from identify.fitting.selection import loop as selecting
 from identify.fitting.selection import workbench as selection
 from identify.model.effects.base import Effect
 
@@ -110,7 +109,6 @@ class Trial:
 Option = selection.Option[Effect, Trial]
 Attempt = selection.Attempt[Effect, Trial]
 Step = selection.Step[Effect, Trial]
-Found = selecting.Selection[Effect, Trial]
 
 
 def squares_of(trial: Trial) -> float:

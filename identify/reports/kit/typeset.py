@@ -24,7 +24,7 @@ def png(svg: bytes, width_in: float, height_in: float, dpi: float) -> bytes:
 
 
 def _compiled(files: dict[str, bytes], **form: Any) -> bytes:
-    return bytes(typst.compile(files, ignore_system_fonts=True, font_paths=_fonts(), **form))
+    return bytes(typst.compile(files, font_paths=_fonts(), **form))
 
 
 @cache
