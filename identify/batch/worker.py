@@ -21,7 +21,7 @@ from importlib import import_module
 from typing import Any, BinaryIO, Self
 
 from identify.batch.job import JobOutcome, failure
-from identify.core.threads import beside_others
+from identify.core.threads import work_in
 from identify.core.version import VERSION
 
 
@@ -30,7 +30,7 @@ def main() -> None:
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
     )  # Ctrl-C goes to a whole terminal; the parent decides what ends
-    beside_others()
+    work_in(1)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not get between the answers
     with contextlib.suppress(ImportError):  # the job will say it

@@ -1,5 +1,5 @@
-"""Threads: one for linear algebra, because matrices here are small; several for many matrices, each thread
-with its own, but in processes beside each other, which share the cores.
+"""Threads: one for linear algebra, because matrices here are small; several for many matrices or sets of data,
+each thread with its own, but in processes beside each other, which share the cores.
 """
 
 from __future__ import annotations
@@ -48,18 +48,19 @@ def threads() -> int:
     return _share.threads
 
 
-def beside_others() -> None:
-    """From now on all work of this process is done in one thread, because others run beside it."""
-    _share.threads = 1
+def work_in(threads: int) -> None:
+    """From now on this process works in so many threads: one where others run beside it."""
+    _share.threads = threads
 
 
 def each(work: Callable[[Part], Made], parts: Sequence[Part]) -> list[Made]:
-    """What `work` makes of each part, in their order, each in a thread of its own.
+    """What `work` makes of each part, in their order, in as many threads as this process may work in.
 
-    It saves time only where `work` is mostly in one call that lets other threads run, as those of
+    It saves time only where `work` is mostly in long calls that let other threads run, as those of
     `numpy.linalg` do; many short calls wait for each other.
     """
-    if len(parts) < 2:
+    count = min(len(parts), threads())
+    if count < 2:
         return [work(part) for part in parts]
-    with ThreadPoolExecutor(len(parts), thread_name_prefix="identify-part") as pool:
+    with ThreadPoolExecutor(count, thread_name_prefix="identify-part") as pool:
         return list(pool.map(work, parts))

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 
 from identify.core.errors import InputError
 from identify.core.interruption import ask, check, children_unasked
-from identify.core.threads import beside_others, one_thread
+from identify.core.threads import one_thread, processors, work_in
 
 Thing = TypeVar("Thing")
 Part = TypeVar("Part")
@@ -55,13 +55,15 @@ class Processes(AbstractContextManager["Processes"]):
         self, thing: Thing, work: Callable[[Thing, Part], Made], parts: Sequence[Part], *, small: bool = False
     ) -> Iterator[tuple[int, Made]]:
         """The number of each part with what `work` makes of the thing and of it, as they come; small: parts
-        are sent several at a time.
+        are sent several at a time.  Where there are more processes than parts, each works in several threads.
 
         Interrupted where the user asked for the end; InputError where a process was killed.
         """
         count = _STACKS * self.count if small else len(parts)
         stacks = [range(number, len(parts), count) for number in range(min(count, len(parts)))]
-        futures = self._submitted(thing, work, [[parts[number] for number in stack] for stack in stacks])
+        threads = max(1, min(self.count, processors()) // max(1, len(stacks)))
+        chosen = [[parts[number] for number in stack] for stack in stacks]
+        futures = self._submitted(thing, work, chosen, threads)
         left = dict(zip(futures, stacks, strict=True))
         while left:
             check()
@@ -75,11 +77,15 @@ class Processes(AbstractContextManager["Processes"]):
         return chain.from_iterable(map(_awaited, self._submitted(thing, work, [[part] for part in parts])))
 
     def _submitted(
-        self, thing: Thing, work: Callable[[Thing, Part], Made], stacks: Sequence[list[Part]]
+        self,
+        thing: Thing,
+        work: Callable[[Thing, Part], Made],
+        stacks: Sequence[list[Part]],
+        threads: int = 1,
     ) -> list[Future[list[Made]]]:
         path = self._file(thing)
         with children_unasked():
-            return [self._pool.submit(_made, path, work, stack) for stack in stacks]
+            return [self._pool.submit(_made, path, work, stack, threads) for stack in stacks]
 
     def _file(self, thing: object) -> Path:
         """Where processes find it."""
@@ -123,7 +129,8 @@ _latest: dict[Path, Any] = {}
 """Of a process: what it works on, by its file."""
 
 
-def _made(path: Path, work: Callable[[Any, Part], Made], parts: list[Part]) -> list[Made]:
+def _made(path: Path, work: Callable[[Any, Part], Made], parts: list[Part], threads: int) -> list[Made]:
+    work_in(threads)
     if path not in _latest:
         _latest.clear()
         _latest[path] = pickle.loads(path.read_bytes())  # written by the parent
@@ -141,7 +148,6 @@ def _start(end: Event, modules: Sequence[str]) -> None:
     for module in modules:
         import_module(module)
     one_thread()
-    beside_others()
     # At the end nothing is left to write, and to take down all libraries takes half a second.
     Finalize(None, os._exit, (0,), exitpriority=-1)
 

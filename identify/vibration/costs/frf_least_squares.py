@@ -13,7 +13,7 @@ from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.compressed import compressed_frfs
-from identify.vibration.costs.information import Rows, over_noise, rows_of
+from identify.vibration.costs.information import Rows, each_set, over_noise, rows_of
 from identify.vibration.costs.target import FrfTarget, Targets
 
 _LOG_FLOOR = 0.1
@@ -151,15 +151,15 @@ class PosteriorObjective(ProductObjective):
 
     def product(self, values: Array, free: Index) -> Array:
         """Of the data, then of the errors."""
-        product, self._rows, size = np.zeros((len(free) + 1,) * 2), [], 0
-        with np.errstate(all="ignore"):
-            for target in self.targets:
-                rows = rows_of(target, values, free, self._likelihood.residuals_of)
-                product += rows.product(free)
-                size += rows.nbytes
-                kept = size < _KEPT_BYTES and not self._simulated
-                self._rows = [*self._rows, rows] if kept else []
-        product /= self._softness**2
+        share = 0 if self._simulated else _KEPT_BYTES // len(self.targets)
+
+        def own(target: FrfTarget) -> tuple[Array, Rows | None]:
+            rows = rows_of(target, values, free, self._likelihood.residuals_of)
+            return rows.product(free), rows if rows.nbytes < share else None
+
+        products, rows = zip(*each_set(own, self.targets), strict=True)
+        self._rows = [one for one in rows if one is not None]
+        product = np.asarray(sum(products) / self._softness**2)
         add_errors(product, values, free, self.errors)
         total = float(product[-1, -1])
         cost = float(np.sqrt(total / self.count)) if np.isfinite(total) else np.inf

@@ -6,13 +6,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
+from identify.core.threads import each
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.nuisances.blocks import chosen
 from identify.vibration.nuisances.sensitivity import Block
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -43,11 +47,26 @@ def over_noise(target: FrfTarget, h: Complex) -> tuple[Complex, Array]:
 
 def information(targets: Sequence[FrfTarget], values: Array, free: Index) -> Information:
     """The information of FRF sets at values (unknowns,) about the free unknowns."""
-    product, count = np.zeros((len(free) + 1, len(free) + 1)), 0
-    for target in targets:
-        product += rows_of(target, values, free, over_noise).product(free)
-        count += 2 * target.sigma.size
-    return Information(product, count)
+
+    def own(target: FrfTarget) -> Array:
+        return rows_of(target, values, free, over_noise).product(free)
+
+    product = sum(each_set(own, targets), start=np.zeros((len(free) + 1, len(free) + 1)))
+    return Information(product, sum(2 * target.sigma.size for target in targets))
+
+
+def each_set(work: Callable[[FrfTarget], Made], targets: Sequence[FrfTarget]) -> list[Made]:
+    """What `work` makes of each set, in threads, unless they share a simulator of impacts; numbers that are
+    not finite are no error.
+    """
+
+    def quietly(target: FrfTarget) -> Made:
+        with np.errstate(all="ignore"):  # of this thread
+            return work(target)
+
+    if any(target.simulated is not None for target in targets):
+        return [quietly(target) for target in targets]
+    return each(quietly, targets)
 
 
 def information_by_force(targets: Sequence[FrfTarget], values: Array, free: Index) -> list[Information]:
