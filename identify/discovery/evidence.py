@@ -32,7 +32,7 @@ CLOSED = 1.1
 wrong by: `_CONFIRMED_FALL`."""
 FAR = 5.0
 """Gap, over that of the best model known, that no other start would bring down."""
-_SMALL = 1.5
+SMALL = 1.5
 """Below this gap little is left."""
 _CONFIRMED_FALL = 0.05
 """Fall of the gap on data that were not fitted, and how much more than the others they must show for a gap to
@@ -108,7 +108,7 @@ def above_noise(gap: float) -> bool:
 
 def nearly_closed(trial: Trial) -> bool:
     """Whether a model leaves something open, but little."""
-    return not closed(trial) and trial.gap < _SMALL
+    return not closed(trial) and trial.gap < SMALL
 
 
 def confirmed(before: Trial, after: Trial) -> bool:

@@ -95,7 +95,7 @@ def screened_softly(
     [idle] = further(workers, [present], "led", done)
     quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
     quick = _with_siblings(workers, problem, quick, others)
-    quick = _with_forms(workers, _with_turning(workers, present, others, (brief, led), quick))
+    quick = _with_turning(workers, present, others, (brief, led), _with_forms(workers, quick))
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
     tried = [trial.task.new for trial in seen]
     return [*seen, *(trial for trial in once([*led, *brief]) if trial.task.new not in tried)]

@@ -13,6 +13,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.core.thresholds import QUIET
+from identify.discovery.evidence import SMALL
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
 from identify.discovery.softly import (
@@ -215,8 +216,10 @@ class TrialRunner:
         simulated = any(
             effect.of_amplitude for effect in task.effects
         )  # which takes too long for more than one start
+        # Of a bending link little is left by its form, which is fitted along where it is settled.
+        enough = SMALL if task.has_form else QUIET
         for fresh in self._others(problem, given):
-            if simulated or min(cost for _, cost in ends) <= QUIET:
+            if simulated or min(cost for _, cost in ends) <= enough:
                 break
             ends.append(_descend(problem, self._robustly(problem, fresh[None], _QUICK)[None], _QUICK))
         return self._on_all_lines(problem, task, ends, _ON_ALL_LINES["thorough"])
