@@ -1,15 +1,14 @@
 """Draw new cases for `tests.benchmarks.discovery` at random: python -m tests.benchmarks.discovery_draw OUT
---seed N [--count 60]
-[--dirt careful|typical] [--outside] [--unequal].
+--seed N [--count 60] [--dirt careful|typical] [--three] [--outside] [--unequal].
 
 Every sixth case has nothing hidden in it, every sixth two effects, the others one, each kind of the catalogue
 about as often; makes of arm, places and sizes by the seed.  The records begin up to 20 ms before the impacts,
 and half of them are windowed so lightly that slow modes ring on beyond their end.  With dirt, everything told
-is a little wrong (`tests.generator.dirt`), and what several force levels show is left out.  Unequal: each
-posture has a noise of its own, from half to six times the usual one.  Outside
-the catalogue are joints whose law no effect has, and nothing else: right is then a law measured at that joint
-or, where springs on sliders hold it, dry friction of that joint.  Draw after the work is done, and score
-once.
+is a little wrong (`tests.generator.dirt`), and what several force levels show is left out.  Three: each case
+has three effects.  Unequal: each posture has a noise of its own, from half to six times the usual one.
+Outside the catalogue are joints whose law no effect has, and nothing else: right is then a law measured at
+that joint or, where springs on sliders hold it, dry friction of that joint.  Draw after the work is done, and
+score once.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ DIRT = {"careful": CAREFUL, "typical": ORDINARY}
 _EARLIEST_S, _LIGHT_PER_S = 0.02, 0.693
 _QUIETEST, _NOISIEST = 0.5, 6.0
 _STRUCTURE = ("base_rocking", "tilt", "radial", "axial", "absorber", "payload", "delay", "polarity", "gain")
-"""What two effects at once are drawn from."""
+"""What two or three effects at once are drawn from."""
 
 
 def named(kind: str, rng: np.random.Generator) -> str:
@@ -74,6 +73,13 @@ def drawn(count: int, seed: int, without: tuple[str, ...] = _BESIDES) -> list[st
     return found
 
 
+def drawn_three(count: int, seed: int) -> list[str]:
+    """So many cases of three effects at once, by name."""
+    rng = np.random.default_rng(seed)
+    threes = [rng.choice(_STRUCTURE, 3, replace=False) for _ in range(count)]
+    return ["+".join(named(str(kind), rng) for kind in three) for three in threes]
+
+
 def drawn_outside(count: int, seed: int) -> list[str]:
     """So many cases of laws that no effect has, by name."""
     rng = np.random.default_rng(seed)
@@ -93,14 +99,17 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--dirt", choices=sorted(DIRT))
+    parser.add_argument("--three", action="store_true", help="three effects at once in every case")
     parser.add_argument("--outside", action="store_true", help="laws that the catalogue does not have")
     parser.add_argument("--unequal", action="store_true", help="each posture with a noise of its own")
     given = parser.parse_args()
     rng, of_records, of_noise = (np.random.default_rng([given.seed, stream]) for stream in (1, 2, 3))
-    without = (*_BESIDES, *_OF_LEVELS) if given.dirt else _BESIDES
-    cases = (
-        drawn_outside(given.count, given.seed) if given.outside else drawn(given.count, given.seed, without)
-    )
+    if given.three:
+        cases = drawn_three(given.count, given.seed)
+    elif given.outside:
+        cases = drawn_outside(given.count, given.seed)
+    else:
+        cases = drawn(given.count, given.seed, (*_BESIDES, *_OF_LEVELS) if given.dirt else _BESIDES)
     for number, case in enumerate(cases):
         seed = int(rng.integers(1, 10**6))
         spec = TestSpec(
