@@ -1,5 +1,5 @@
-"""Threads: one for linear algebra, because matrices here are small; several for many matrices or sets of data,
-each thread with its own, but in processes beside each other, which share the cores.
+"""Threads: one for linear algebra, because matrices here are small; several for many matrices or sets of
+data, each thread with its own, but not in processes beside each other, which share the cores.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ def threads() -> int:
     return _share.threads
 
 
-def work_in(threads: int) -> None:
+def work_in(count: int) -> None:
     """From now on this process works in so many threads: one where others run beside it."""
-    _share.threads = threads
+    _share.threads = count
 
 
 def each(work: Callable[[Part], Made], parts: Sequence[Part]) -> list[Made]:

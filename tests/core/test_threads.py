@@ -11,6 +11,7 @@ import sys
 import pytest
 
 from identify.core import threads as own
+from identify.fitting import processes as fitting_processes
 from identify.fitting.processes import Processes
 
 _COUNT = """
@@ -51,11 +52,17 @@ def test_parts_are_worked_on_in_their_order_and_an_error_comes_out() -> None:
         own.each(abs, [-3, "x"])  # type: ignore[list-item]
 
 
-def test_a_process_of_a_pool_works_in_one_thread() -> None:
-    """This one in as many as there are processors, up to some."""
+def test_processes_share_the_processors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """This one works in as many threads as there are processors, up to some; those of a pool in one each
+    where all are at work, and in the others' too where they are not.
+    """
     assert own.threads() == min(own.processors(), own._MOST)
-    with Processes(1) as processes:
-        assert list(processes.run(None, _threads, [0])) == [(0, 1)]
+    for processors, alone in ((2, 2), (1, 1)):
+        monkeypatch.setattr(fitting_processes, "processors", lambda count=processors: count)
+        with Processes(2) as processes:
+            assert sorted(processes.run(None, _threads, [0, 1])) == [(0, 1), (1, 1)]
+            assert list(processes.run(None, _threads, [0])) == [(0, alone)]
+            assert list(processes.ordered(None, _threads, [0])) == [1]
 
 
 def _threads(*_: object) -> int:

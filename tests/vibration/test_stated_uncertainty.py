@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.core import threads
 from identify.core.errors import InputErrors
 from identify.core.parameters import Scale
 from identify.discovery.softly import minimized
@@ -24,7 +25,9 @@ from identify.reports.fit.uncertainty_tables import error_table, part_table
 from identify.results.fit import FitResult
 from identify.robot.description import Link
 from identify.vibration.check import STUDY, run_checks
-from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.costs import information as information_module
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
+from identify.vibration.costs.information import information
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.fitted_model import fitted_model, tool_point
 from identify.vibration.problem import Problem, load_problem, with_effects
@@ -191,6 +194,33 @@ def test_blocks_give_the_information_of_all_rows(everything: Problem) -> None:
     assert np.abs((j.T @ j - product) / np.outer(scale, scale)).max() < 1e-10
     score = (j.T @ r - full.T @ residual - prior * values) / scale
     assert np.abs(score).max() < 1e-9 * np.linalg.norm(residual)
+
+
+def test_information_is_the_same_in_however_many_threads(
+    careful: tuple[Path, TestSpec], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, asked = load_problem(read_study(careful[0])), list[int]()
+    targets, free = problem.targets(), np.arange(len(problem.parameters))
+    assert len(targets.frf) > 1
+
+    def counted(work, parts):  # type: ignore[no-untyped-def]
+        asked.append(threads.threads())
+        return threads.each(work, parts)
+
+    monkeypatch.setattr(information_module, "each", counted)
+    found = []
+    for count in (1, 2):
+        monkeypatch.setattr(threads, "threads", lambda count=count: count)
+        objective = FrfLeastSquares().objective(targets)
+        assert isinstance(objective, PosteriorObjective)
+        found.append(
+            (
+                information(targets.frf, problem.initial, free).product,
+                objective.product(problem.initial, free),
+            )
+        )
+    assert asked == [1, 1, 2, 2]
+    assert np.array_equal(found[0], found[1])
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.03])
