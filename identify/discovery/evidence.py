@@ -10,6 +10,7 @@ criterion is the natural logarithm of the odds (Kass and Raftery 1995, section 4
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,8 @@ FAR = 5.0
 """Gap, over that of the best model known, that no other start would bring down."""
 SMALL = 1.5
 """Below this gap little is left."""
+_NEARER = 0.9
+"""Share of a large gap that is clearly less."""
 _CONFIRMED_FALL = 0.05
 """Fall of the gap on data that were not fitted, and how much more than the others they must show for a gap to
 be open there: coherence from a few averages states noise to some 5 %."""
@@ -109,6 +112,13 @@ def above_noise(gap: float) -> bool:
 def nearly_closed(trial: Trial) -> bool:
     """Whether a model leaves something open, but little."""
     return not closed(trial) and trial.gap < SMALL
+
+
+def clearly_nearer(trials: Sequence[Trial], gap: float) -> list[Trial]:
+    """Those that come near the data, or clearly nearer than a gap that is far from them: what more parameters
+    gain while something else is missing says little.
+    """
+    return [trial for trial in trials if trial.gap <= max(FAR, _NEARER * gap)]
 
 
 def confirmed(before: Trial, after: Trial) -> bool:

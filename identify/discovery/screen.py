@@ -12,7 +12,14 @@ import numpy as np
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
 from identify.core.thresholds import MATERIAL, MISSING, QUIET
-from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, nearly_closed, removed
+from identify.discovery.evidence import (
+    CLOSED,
+    EvidenceCriterion,
+    clearly_nearer,
+    closed,
+    nearly_closed,
+    removed,
+)
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import Looked, candidates_at, look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
@@ -138,6 +145,7 @@ def _refitted(
     quick += _again(workers, brief, quick)
     if not anchor and _lawless(places, quick):
         laws = tried(candidates_at(workers, model, asked, places, unknown_laws(places), one), "quick")
+        laws = clearly_nearer(laws, min((trial.gap for trial in quick), default=np.inf))
         quick += [*laws, *workers.run(in_place_of_springs(model, laws, added), one)]
     rest = [_guessed(before, o, anchor) for o in placed[_REFITTED:]]
     return [*once(likeliest_first(quick)), *sorted(rest, key=squares_of)]
@@ -342,21 +350,17 @@ def thorough(workers: Workers, trials: Sequence[Trial], present: float = np.inf)
     if best is None:
         return []
     most = np.inf if removed(present, best.gap) >= _MOSTLY else best.free + _MANY
-    others = varied_thoroughly(workers, varied, best.gap, most)
+    near = clearly_nearer(near_enough(workers.run(varied), best.gap), best.gap)
+    others = on_all_lines(workers, [trial for trial in near if trial.free <= most])
     return [
         [t for t in (end, *(t for t in others if t.task.new[0] in end.task.new[0].variants())) if solved(t)]
         for end in ends
     ]
 
 
-def varied_thoroughly(
-    workers: Workers, tasks: Sequence[Task], best: float, most: float = np.inf
-) -> list[Trial]:
-    """Other variants of effects on all lines, but those that leave far more than the best gap does in a quick
-    trial, and those with more free parameters than `most`.
-    """
-    near = [trial for trial in near_enough(workers.run(tasks), best) if trial.free <= most]
-    return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in near])
+def on_all_lines(workers: Workers, trials: Sequence[Trial]) -> list[Trial]:
+    """Trials on from where they are."""
+    return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in trials])
 
 
 @dataclass(frozen=True)

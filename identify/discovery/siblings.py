@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.thresholds import QUIET
+from identify.discovery.evidence import clearly_nearer
 from identify.discovery.lean import leaning_task, may_lean
 from identify.discovery.neighbours import siblings, turning
 from identify.discovery.screen import likeliest_first, thorough
@@ -116,7 +117,8 @@ def with_coupled(
     """The refitted candidates; where all of them leave far more than noise, with the best quick ones of two
     directions in the form whose soft direction lies anywhere between them: without it they may not get far.
     """
-    if min((trial.gap for group in groups for trial in group), default=0.0) <= _OPEN:
+    least = min((trial.gap for group in groups for trial in group), default=0.0)
+    if least <= _OPEN:
         return list(groups)
     pairs = [(trial, forms) for trial in quick if (forms := turning(trial.task.new[0]))]
     tried = [trial.task.new for group in groups for trial in group]
@@ -126,7 +128,7 @@ def with_coupled(
         for form in forms
         if (form,) not in tried
     ]
-    return [*groups, *([trial] for trial in workers.run(tasks) if solved(trial))]
+    return [*groups, *([trial] for trial in clearly_nearer(workers.run(tasks), least))]
 
 
 def _strut_task(problem: Problem, trial: Trial) -> Task | None:

@@ -39,7 +39,7 @@ from identify.discovery.siblings import (
     with_springs_beside,
     with_struts,
 )
-from identify.discovery.task import Attempt, Option, Step, Task, Trial, squares_of
+from identify.discovery.task import Attempt, Option, Step, Task, Trial, near_enough, squares_of
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
 from identify.fitting.selection.policy import Policy
@@ -355,7 +355,7 @@ class ImpactWorkbench:
         if self.workers.with_errors:
             trials = varied_softly(self.workers, left, model, self.added(model))
         else:
-            trials = screen.varied_thoroughly(self.workers, left, model.gap)
+            trials = screen.on_all_lines(self.workers, near_enough(self.workers.run(left), model.gap))
         return [screen.attempt(model, trial) for trial in [*known, *trials] if np.isfinite(trial.squares)]
 
     def _richer(self, model: Trial, effect: Effect, variant: Effect) -> bool:
