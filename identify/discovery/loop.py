@@ -77,7 +77,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
 def _selected(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Trial], bool]:
     """What is missing, and whether any of it was named because errors of what was told were beyond belief."""
     found, problem = select(bench, story), bench.problem
-    if not problem.nuisances.entries:
+    # A law that no effect has is only near what acts, and errors make up for the rest.
+    if not problem.nuisances.entries or any(one.last_resort for one in found.final.task.effects):
         return found, False
     judge, options = in_fitting_forms(judge_of(problem, found.final), bench, found.options, story)
     named, final = promoted(judge, bench.workers, options, story)

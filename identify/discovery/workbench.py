@@ -22,6 +22,7 @@ from identify.discovery.evidence import (
     nearly_closed,
     variance_inflation,
 )
+from identify.discovery.laws_softly import with_laws
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.screen_softly import (
     closing,
@@ -171,6 +172,7 @@ class ImpactWorkbench:
         groups = screen.thorough(self.workers, [one.model for one in promising], model.gap)
         if self.workers.with_errors:
             groups = with_springs_beside(self.workers, self.problem, self._screened, groups)
+            groups = with_laws(self.workers, self.problem, groups)
         elif not screen.anchor_of(model):
             groups = with_siblings(self.workers, self.problem, model, self._looked_at, groups)
             groups = with_coupled(self.workers, self._screened, groups)

@@ -11,9 +11,11 @@ import pytest
 from identify.discovery import loop
 from identify.discovery.loop import discover
 from identify.discovery.task import Option, Task, Trial
+from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.loop import Selection
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.problem import Problem
 
@@ -61,3 +63,29 @@ def test_what_was_named_from_errors_is_searched_beside_where_other_data_stay_ope
     # The delay did not outlast the second search.
     expected = [_REVERSED, _RESONATOR] if again else [_REVERSED, _DELAY]
     assert [option.effect for option in found.added] == expected
+
+
+@pytest.mark.parametrize("law", [True, False])
+def test_errors_beside_a_law_that_no_effect_has_are_not_named(
+    law: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is only near what acts, and they make up for the rest."""
+    effect = parse_effect({"kind": "measured-impedance", "at": ["joint2.rx"]}) if law else _DELAY
+    found, asked = _found(_model(gap=9.0), effect, new=[effect]), list[str]()
+
+    def as_they_are(judge: None, bench: object, options: Sequence[Option], story: Story) -> Any:
+        asked.append("forms")
+        return None, options
+
+    problem = SimpleNamespace(nuisances=SimpleNamespace(entries=("a",)))
+    monkeypatch.setattr(loop, "select", lambda bench, story: found)
+    monkeypatch.setattr(loop, "judge_of", lambda problem, final: None)
+    monkeypatch.setattr(loop, "in_fitting_forms", as_they_are)
+    monkeypatch.setattr(loop, "promoted", lambda judge, workers, options, story: (options, found.final))
+    bench = SimpleNamespace(problem=problem, workers=None)
+    assert loop._selected(cast(ImpactWorkbench, bench), Story()) == (Selection(*_parts(found)), False)
+    assert asked == ([] if law else ["forms"])
+
+
+def _parts(found: Any) -> tuple[Trial, Trial, tuple[Option, ...]]:
+    return found.first, found.final, found.options

@@ -151,14 +151,32 @@ class MeasuredImpedance(Effect):
                 result += self._maxwell(site, name, size, place * self.branches + number, where)
         return result
 
+    def starts_beside(self, stiffness: Mapping[str, float]) -> dict[str, float]:
+        """Values of the branches, by name, as by default but beside springs of known stiffness (by
+        coordinate).
+        """
+        found: dict[str, float] = {}
+        for name in self.at:
+            for number in range(self.branches):
+                own = self._branch(name, number)
+                found[f"{own}.stiffness"], found[f"{own}.damping"] = self._start(stiffness[name], number)
+        return found
+
+    def _start(self, stiffness: float, number: int) -> tuple[float, float]:
+        """k and c of a branch beside a spring: they relax at frequencies around the middle of where robots
+        resonate.
+        """
+        relax = 2 * np.pi * START_HZ * 8.0 ** (number - (self.branches - 1) / 2)
+        return 0.2 * stiffness, 0.2 * stiffness / relax
+
     def _maxwell(self, site: Site, name: str, size: float, place: int, where: str) -> list[Term]:
-        """One branch; by default they relax at frequencies around the middle of where robots resonate."""
+        """One branch."""
         number = place % self.branches
         own = self._branch(name, number)
         spring = site.vector(name) - site.vector(own)
-        relax = 2 * np.pi * START_HZ * 8.0 ** (number - (self.branches - 1) / 2)
-        k = self._parameter(f"{own}.stiffness", 0.2 * size, place, "branch_stiffness", where)
-        c = self._parameter(f"{own}.damping", 0.2 * size / relax, place, "branch_damping", where)
+        start = self._start(size, number)
+        k = self._parameter(f"{own}.stiffness", start[0], place, "branch_stiffness", where)
+        c = self._parameter(f"{own}.damping", start[1], place, "branch_damping", where)
         return [Term(k, stiffness=np.outer(spring, spring)), Term(c, damping=site.unit(own))]
 
     def _parameter(self, name: str, default: float, place: int, what: str, where: str) -> Parameter:
