@@ -216,8 +216,8 @@ class TrialRunner:
         simulated = any(
             effect.of_amplitude for effect in task.effects
         )  # which takes too long for more than one start
-        # Of a bending link little is left by its form, which is fitted along where it is settled.
-        enough = SMALL if task.has_form else QUIET
+        # A new bending link leaves little by its form, which is fitted along where it is settled.
+        enough = SMALL if any(effect.has_form for effect in task.new) else QUIET
         for fresh in self._others(problem, given):
             if simulated or min(cost for _, cost in ends) <= enough:
                 break
