@@ -16,9 +16,8 @@ from identify.discovery.screen import likeliest_first
 from identify.discovery.screen_softly import further
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
 from identify.discovery.workers import Workers
-from identify.model.effects.base_compliance import BaseCompliance
-from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.measured_impedance import MeasuredImpedance
+from identify.model.effects.springs import Springs
 from identify.vibration.nuisances.nuisance import bare
 from identify.vibration.problem import Problem
 
@@ -41,7 +40,7 @@ def with_laws(workers: Workers, problem: Problem, groups: Sequence[list[Trial]])
     if best is None or closed(best) or best.gap > MISSING:
         return list(groups)
     [springs] = best.task.new
-    if not isinstance(springs, (JointCompliance, BaseCompliance)):
+    if not isinstance(springs, Springs):
         return list(groups)
     names = springs.free_coordinates(problem.robot)
     stiffness = {name: best.values[f"{name}.stiffness"] for name in names}

@@ -351,16 +351,11 @@ def thorough(workers: Workers, trials: Sequence[Trial], present: float = np.inf)
         return []
     most = np.inf if removed(present, best.gap) >= _MOSTLY else best.free + _MANY
     near = clearly_nearer(near_enough(workers.run(varied), best.gap), best.gap)
-    others = on_all_lines(workers, [trial for trial in near if trial.free <= most])
+    others = further(workers, [trial for trial in near if trial.free <= most], "thorough")
     return [
         [t for t in (end, *(t for t in others if t.task.new[0] in end.task.new[0].variants())) if solved(t)]
         for end in ends
     ]
-
-
-def on_all_lines(workers: Workers, trials: Sequence[Trial]) -> list[Trial]:
-    """Trials on from where they are."""
-    return workers.run([replace(trial.task, values=trial.values, how="thorough") for trial in trials])
 
 
 @dataclass(frozen=True)

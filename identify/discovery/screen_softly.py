@@ -291,7 +291,7 @@ def _of_a_sensor(problem: Problem, effect: Effect) -> bool:
 def further(
     workers: Workers,
     trials: Sequence[Trial],
-    how: Literal["led", "quick", "nearby", "likely", "afresh", "onward", "settled"],
+    how: Literal["led", "quick", "nearby", "likely", "afresh", "thorough", "onward", "settled"],
     done: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
     """Trials taken on from where they are, the best first."""

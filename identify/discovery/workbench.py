@@ -357,7 +357,8 @@ class ImpactWorkbench:
         if self.workers.with_errors:
             trials = varied_softly(self.workers, left, model, self.added(model))
         else:
-            trials = screen.on_all_lines(self.workers, near_enough(self.workers.run(left), model.gap))
+            near = near_enough(self.workers.run(left), model.gap)
+            trials = further(self.workers, near, "thorough")
         return [screen.attempt(model, trial) for trial in [*known, *trials] if np.isfinite(trial.squares)]
 
     def _richer(self, model: Trial, effect: Effect, variant: Effect) -> bool:

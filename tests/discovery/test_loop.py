@@ -83,9 +83,5 @@ def test_errors_beside_a_law_that_no_effect_has_are_not_named(
     monkeypatch.setattr(loop, "in_fitting_forms", as_they_are)
     monkeypatch.setattr(loop, "promoted", lambda judge, workers, options, story: (options, found.final))
     bench = SimpleNamespace(problem=problem, workers=None)
-    assert loop._selected(cast(ImpactWorkbench, bench), Story()) == (Selection(*_parts(found)), False)
+    assert loop._selected(cast(ImpactWorkbench, bench), Story()) == (found, False)
     assert asked == ([] if law else ["forms"])
-
-
-def _parts(found: Any) -> tuple[Trial, Trial, tuple[Option, ...]]:
-    return found.first, found.final, found.options

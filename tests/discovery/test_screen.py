@@ -200,7 +200,7 @@ class _Recorded:
     def __init__(self, gap: float) -> None:
         self.gap, self.how = gap, list[str]()
 
-    def run(self, tasks: list[Task]) -> list[Trial]:
+    def run(self, tasks: list[Task], done: object = None) -> list[Trial]:
         """As told."""
         self.how += [task.how for task in tasks]
         return [Trial(task, {}, 1000 * self.gap**2, 1000) for task in tasks]
@@ -213,7 +213,7 @@ class _OfVariants(_Recorded):
         super().__init__(gap)
         self.effect, self.others = effect, others
 
-    def run(self, tasks: list[Task]) -> list[Trial]:
+    def run(self, tasks: list[Task], done: object = None) -> list[Trial]:
         """As told."""
         found = super().run(tasks)
         own = [self.gap if one.task.new == (self.effect,) else self.others for one in found]
@@ -242,7 +242,7 @@ def test_a_variant_of_many_more_parameters_waits_where_much_is_left(present: flo
     [richer] = link.variants()
 
     class Sized(_Recorded):
-        def run(self, tasks: list[Task]) -> list[Trial]:
+        def run(self, tasks: list[Task], done: object = None) -> list[Trial]:
             return [replace(t, free=30 if t.task.new == (richer,) else 19) for t in super().run(tasks)]
 
     workers, before = Sized(4.0), Task((DRIVES,), (link,), {})

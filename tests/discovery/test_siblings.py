@@ -64,7 +64,7 @@ class _Sloping:
     def __init__(self, problem: Problem, least: float) -> None:
         self.names, self.least = [link.name for link in problem.robot.links], least
 
-    def run(self, tasks: Sequence[Task]) -> list[Trial]:
+    def run(self, tasks: Sequence[Task], done: object = None) -> list[Trial]:
         """As told."""
         links = [one.link for task in tasks for one in task.new if isinstance(one, SpringToGround)]
         gaps = [self.least + 0.01 * self.names.index(link) for link in links]

@@ -152,6 +152,7 @@ class PosteriorObjective(ProductObjective):
     def product(self, values: Array, free: Index) -> Array:
         """Of the data, then of the errors."""
         share = 0 if self._simulated else _KEPT_BYTES // len(self.targets)
+        self._rows = []  # before others are made: there is room for one of each set
 
         def own(target: FrfTarget) -> tuple[Array, Rows | None]:
             rows = rows_of(target, values, free, self._likelihood.residuals_of)
