@@ -43,13 +43,13 @@ def frf(
     out: Array,
     force: Array,
     power: int,
-    record: float | None = None,
+    record: float | Array | None = None,
 ) -> Complex:
     """H (..., lines, outputs, inputs) at s (..., lines), rad/s; mass, damping, stiffness (..., n, n); out
     (outputs, n), force (n, inputs).
 
-    record: seconds after which the records that it was estimated from ended (`identify.model.truncation`), or
-    None.
+    record: seconds (...) after which the records that it was estimated from ended
+    (`identify.model.truncation`), or None.
     """
     size, inputs = force.shape
     few = inputs <= _FEW_INPUTS and inputs * s.shape[-1] <= _FEW_LINES * size
@@ -93,7 +93,7 @@ def _by_modes(
     out: Array,
     force: Array,
     power: int,
-    record: float | None,
+    record: float | Array | None,
 ) -> Complex:
     """`frf` through eigenvalues, or by solves."""
     modal = _modal(mass, damping, stiffness, s, force)
@@ -104,8 +104,12 @@ def _by_modes(
             else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
         )
         return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
-    h = (s**power)[..., None, None] * modal.superposed(out, s, modal.participation)
-    return h if record is None else h - modal.rest(out, s, power, record)
+    line, left = (s**power)[..., None, None], None if record is None else modal.left(s, power, record)
+    if record is None or left is None:
+        return line * modal.superposed(out, s, modal.participation)
+    both = modal.superposed(out, s, np.concatenate([modal.participation, left], axis=-1))
+    inputs = force.shape[1]
+    return np.asarray(line * both[..., :inputs] - _late(s, record) * both[..., inputs:])
 
 
 def end_added(
@@ -115,8 +119,15 @@ def end_added(
     modal = _modal(*matrices, s, force)
     if modal is None:
         return np.asarray(-rest_by_exponential(*matrices, s, out, force, power, record))
-    rest = np.zeros((len(s), len(out), force.shape[1]), dtype=complex)
-    return np.asarray(rest - modal.rest(out, s, power, record))
+    left = modal.left(s, power, record)
+    if left is None:
+        return np.zeros((len(s), len(out), force.shape[1]), dtype=complex)
+    return np.asarray(-_late(s, record) * modal.superposed(out, s, left))
+
+
+def _late(s: Complex, record: float | Array) -> Complex:
+    """e^(-sT) (..., lines, 1, 1)."""
+    return np.asarray(np.exp(-s * np.asarray(record)[..., None])[..., None, None])
 
 
 class _Modal(NamedTuple):
@@ -133,13 +144,16 @@ class _Modal(NamedTuple):
         """(..., lines, outputs, inputs) at s (..., lines)."""
         return _superpose(out @ self.shapes, self.eigenvalues, participation, s, self.paired)
 
-    def rest(self, out: Array, s: Complex, power: int, record: float) -> Complex | float:
-        """What is missing from H where records end after `record` seconds."""
+    def left(self, s: Complex, power: int, record: float | Array) -> Complex | None:
+        """What a force does to the modes (..., r, inputs) as it is after `record` seconds; None where that is
+        nothing.
+        """
         left = left_at_end(self.eigenvalues, s, record)
-        if not left.any():
-            return 0.0
-        moving = self.participation * (self.eigenvalues**power * left)[..., None]
-        return np.asarray(np.exp(-s * record)[..., None, None] * self.superposed(out, s, moving))
+        return (
+            np.asarray(self.participation * (self.eigenvalues**power * left)[..., None])
+            if left.any()
+            else None
+        )
 
 
 def _modal(mass: Array, damping: Array, stiffness: Array, s: Complex, force: Array) -> _Modal | None:

@@ -122,23 +122,26 @@ class EndOfRecord:
         return np.asarray(np.exp(-line * self.record) * load)
 
 
-def _outlasts(eigenvalues: Complex, s: Complex, record: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether motions with eigenvalues (..., r) last beyond the record as seen through the window that s
+def _outlasts(
+    eigenvalues: Complex, s: Complex, record: float | Array
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether motions with eigenvalues (..., r) last beyond records (...) as seen through the window that s
     (..., lines) implies, (..., 1); and which of them grow, (..., r), and do not count.
     """
     growth = eigenvalues.real - s.real.min(axis=-1)[..., None]
     grows = growth >= 0
     slowest = np.max(growth, axis=-1, where=~grows, initial=-np.inf)[..., None]
-    return np.asarray(slowest * np.real(record) > np.log(NEGLIGIBLE)), np.asarray(grows)
+    lasts = slowest * np.asarray(record).real[..., None] > np.log(NEGLIGIBLE)
+    return np.asarray(lasts), np.asarray(grows)
 
 
-def left_at_end(eigenvalues: Complex, s: Complex, record: float) -> Complex:
-    """e^(lambda T) of motions with eigenvalues (..., r), (..., r); zero where the model does not outlast the
-    record or they grow.
+def left_at_end(eigenvalues: Complex, s: Complex, record: float | Array) -> Complex:
+    """e^(lambda T) of motions with eigenvalues (..., r), (..., r), at the ends of records (...); zero where
+    the model does not outlast the record or they grow.
     """
     lasts, grows = _outlasts(eigenvalues, s, record)
     kept = lasts & ~grows
-    return np.asarray(kept * np.exp(np.where(kept, eigenvalues, 0.0) * record))
+    return np.asarray(kept * np.exp(np.where(kept, eigenvalues, 0.0) * np.asarray(record)[..., None]))
 
 
 def end_of_record(
@@ -259,27 +262,28 @@ def rest_by_exponential(
     out: Array,
     force: Array,
     power: int,
-    record: float,
+    record: float | Array,
 ) -> Complex:
-    """What is missing from H (..., lines, outputs, inputs), for a population (..., n, n), by matrix
-    exponentials: defective systems too.
+    """What is missing from H (..., lines, outputs, inputs), for a population (..., n, n) and its records
+    (...), by matrix exponentials: defective systems too.
     """
-    size = mass.shape[-1]
+    size, record = mass.shape[-1], np.asarray(record)
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
     state = np.concatenate([upper, lower], axis=-2)
     lasts, grows = _outlasts(np.linalg.eigvals(state), s, record)
     lasts, some = lasts[..., None], np.asarray(grows.any(axis=-1))
-    propagator = scipy.linalg.expm(record * (lasts & ~some[..., None, None]) * state)
-    bound = np.broadcast_to(s.real.min(axis=-1), some.shape)
+    propagator = scipy.linalg.expm(record[..., None, None] * (lasts & ~some[..., None, None]) * state)
+    bound, each = np.broadcast_to(s.real.min(axis=-1), some.shape), np.broadcast_to(record, some.shape)
     for one in map(tuple, np.argwhere(some)):
-        propagator[one] = _of_decaying(state[one], bound[one], record)
+        propagator[one] = _of_decaying(state[one], bound[one], each[one])
     moved = lasts * propagator[..., size:] @ np.linalg.solve(mass, force)
     x, v = moved[..., :size, :], moved[..., size:, :]
     line = s[..., None, None]
     m, c, k, x, v = (matrix[..., None, :, :] for matrix in (mass, damping, stiffness, x, v))
     free = line**power * np.linalg.solve(k + line * c + line**2 * m, (line * m + c) @ x + m @ v)
-    return np.asarray(np.exp(-line * record) * (out @ (free - (0.0, x, line * x + v)[power])))
+    missing = free - (0.0, x, line * x + v)[power]
+    return np.asarray(np.exp(-line * record[..., None, None, None]) * (out @ missing))
 
 
 def _of_decaying(state: Array, bound: float, record: float) -> Array:

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, cross
 from identify.model.effects.site import Deformation
 from identify.robot.description import Link
 
@@ -42,7 +42,7 @@ class Beam:
         axis = (end - start) / np.linalg.norm(end - start)
         first = about - (about @ axis) * axis
         first /= np.linalg.norm(first)
-        return cls(start, end, np.array([first, np.cross(axis, first)]), parts)
+        return cls(start, end, np.array([first, cross(axis, first)]), parts)
 
     @staticmethod
     def names(parts: int) -> list[str]:
@@ -107,8 +107,8 @@ class Beam:
             bent = side * size * (x**3 - x**2) if turns else 3 * x**2 - 2 * x**3
             slope = 3 * x**2 - 2 * x if turns else side * (6 * x - 6 * x**2) / size
         rotation = np.where(inside, slope, 0.0)[..., None] * about
-        deflection = np.where(inside, bent, 0.0)[..., None] * np.cross(about, self.axis)
-        return np.concatenate([deflection + np.cross(rotation, lever), rotation], axis=-1)
+        deflection = np.where(inside, bent, 0.0)[..., None] * cross(about, self.axis)
+        return np.concatenate([deflection + cross(rotation, lever), rotation], axis=-1)
 
 
 def slices(body: Link, axis: Array, parts: int = 1) -> Iterator[tuple[float, Array, Array]]:

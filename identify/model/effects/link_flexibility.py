@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, cross
 from identify.core.errors import InputError
 from identify.core.parameters import DampingValues, Parameter, Values, parameter
 from identify.model.effects.base import Effect, Term
@@ -168,8 +168,8 @@ class LinkFlexibility(Effect):
         total = np.zeros((len(motion),) * 2)
         for (at, mass, centre, inertia), own in zip(bodies, bent, strict=True):
             moving = np.hstack([np.eye(6), own])
-            moving[:3, :6] += np.cross(moving[3:, :6].T, centre).T
-            moving[:3, 6:] += np.cross(own[3:].T, centre - at).T
+            moving[:3, :6] += cross(moving[3:, :6].T, centre).T
+            moving[:3, 6:] += cross(own[3:].T, centre - at).T
             inertias = mass * moving[:3].T @ moving[:3] + moving[3:].T @ inertia @ moving[3:]
             inertias[:6, :6] = 0.0
             total += inertias
@@ -262,7 +262,7 @@ def _swing(robot: Robot, number: int, along: Array) -> Array:
     if number:
         own = robot.joints[number - 1]
         axes.insert(0, own.mount[:3, :3].T @ own.axis)
-    return next(axis for axis in axes if np.linalg.norm(np.cross(axis, along)) > 0.5 * np.linalg.norm(along))
+    return next(axis for axis in axes if np.linalg.norm(cross(axis, along)) > 0.5 * np.linalg.norm(along))
 
 
 def _largest(stiffness: Array, mass: Array) -> float:

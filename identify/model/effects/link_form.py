@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, cross
 from identify.model.effects.beam import Beam
 from identify.model.effects.form import Form, What
 from identify.model.effects.rigid_body import MOMENTS, rigid_body
@@ -83,12 +83,12 @@ def _off(beam: Beam, at: Array, end: Array) -> Array:
     much = min(1.0, _RAMP * along, _RAMP * (1 - along))
 
     def turned(about: Array) -> Array:
-        return np.concatenate([np.cross(about, lever), about])
+        return np.concatenate([cross(about, lever), about])
 
     found = []
     for plane, about in enumerate(beam.across):
         deflection, slope = end[2 * plane] / beam.length, end[2 * plane + 1]
-        aside = np.concatenate([np.cross(about, beam.axis), np.zeros(3)]) * beam.length / 3
+        aside = np.concatenate([cross(about, beam.axis), np.zeros(3)]) * beam.length / 3
         found += [np.outer(moved, by) for moved in (aside, turned(about)) for by in (deflection, slope)]
     return much * np.array([*found, np.outer(turned(beam.axis), end[4])])
 

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, Field
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, cross
 from identify.core.parameters import Parameter, Values, parameter, spread
 from identify.model.effects.base import Term
 from identify.model.effects.site import Site
@@ -59,7 +59,7 @@ class RigidBody(BaseModel):
         """
         key = f"{where}.link"
         jacobian, here = site.jacobian(frame, point, key), site.weight_stiffness(frame, point, key)
-        v, coupling = jacobian[:3] + own, _twice(jacobian[3:], np.cross(own.T, site.gravity(frame)).T)
+        v, coupling = jacobian[:3] + own, _twice(jacobian[3:], cross(own.T, site.gravity(frame)).T)
         first = Term(mass, mass=v.T @ v, stiffness=here - coupling)
         if self.extent == "point":
             return [first]
@@ -98,7 +98,7 @@ def rigid_body(v: Array, w: Array) -> list[Array]:
 
     v, w (3, n): velocity and angular velocity of the body at that point for unit speeds.
     """
-    turning = [np.cross(w.T, axis).T for axis in np.eye(3)]  # w x r for r along each axis
+    turning = [cross(w.T, axis).T for axis in np.eye(3)]  # w x r for r along each axis
     seconds = [_twice(turning[i], turning[j]) / (2 if i == j else 1) for i, j in _PAIRS]
     return [v.T @ v, *(_twice(v, moved) for moved in turning), *seconds]
 

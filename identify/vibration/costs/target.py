@@ -239,18 +239,8 @@ class FrfTarget:
         return mixed
 
     def _linear(self, values: Array, s: Complex) -> Complex:
-        before, matrices, power = values.shape[:-1], self.system.matrices(values), POWER[self.data.quantity]
-        shorter = values @ self._shortening
-        if (several := np.unique(shorter)).size == 1:
-            return frf(*matrices, s, self.out, self.force, power, self.end_at(values[(0,) * len(before)]))
-        lines = np.broadcast_to(s, (*before, s.shape[-1]))
-        mass, damping, stiffness = (np.broadcast_to(one, (*before, *one.shape[-2:])) for one in matrices)
-        h = np.empty((*lines.shape, len(self.out), self.force.shape[1]), dtype=complex)
-        for one in several:
-            there = shorter == one
-            chosen, end = (mass[there], damping[there], stiffness[there]), self.end_at(values[there][0])
-            h[there] = frf(*chosen, lines[there], self.out, self.force, power, end)
-        return h
+        power = POWER[self.data.quantity]
+        return frf(*self.system.matrices(values), s, self.out, self.force, power, self._ends(values))
 
     def _impacted(self, simulated: SimulatedImpact, values: Array) -> Complex:
         """What a hammer impact measures of a nonlinear system."""
@@ -280,10 +270,14 @@ class FrfTarget:
         """How long after the impact the record ends at values (parameters,), but not with hysteretic damping,
         which has no free motion in time.
         """
+        end = self._ends(values)
+        return None if end is None else float(end)
+
+    def _ends(self, values: Array) -> Array | None:
+        """The same (...) at each of some values (..., parameters)."""
         if self.record is None or np.any(self.system.terms["hysteretic"]):
             return None
-        shorter: np.float64 = np.dot(values, self._shortening)
-        return self.record - shorter
+        return np.asarray(self.record - values @ self._shortening)
 
     @cached_property
     def _shortening(self) -> Array:

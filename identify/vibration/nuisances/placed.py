@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array, Index
+from identify.core.arrays import Array, Index, cross
 from identify.measured.channel import Channel
 from identify.model.effects.form import Form
 from identify.model.nuisances.basis import Basis, Geometry, reduced
@@ -209,7 +209,7 @@ def push(ends: Ends, motion: Array, applied: Array, scale: Array) -> Array:
 def wrench(ends: Ends, directions: Array, shift: Array) -> Array:
     """(inputs, 6): force and moment about the told place of the point of unit impacts."""
     is_force = (ends.axis < 3)[:, None]
-    lever = np.cross(shift[ends.point], directions)
+    lever = cross(shift[ends.point], directions)
     return np.concatenate(
         [np.where(is_force, directions, 0.0), np.where(is_force, lever, directions)], axis=1
     )
