@@ -381,7 +381,7 @@ def first_of_two(workers: Workers, step: Step, quick: Sequence[Trial]) -> Two:
     known, pairs = before.task.effects, _pairs(workers, step.before, quick)
     if not pairs:
         return Two(best, best.gain.explained)
-    tried = _together(workers, known, pairs)
+    tried = _together(workers, before, pairs)
     if workers.with_errors and tried[0].gap > MISSING:
         return Two(best, max(best.gain.explained, removed(before.gap, tried[0].gap)), tried)
     at_first, by_one, by_two = _above_noise(workers, step, quick, tried[0])
@@ -400,6 +400,23 @@ def first_of_two(workers: Workers, step: Step, quick: Sequence[Trial]) -> Two:
     either += sorted((o for o in alone if o.gain.confirmed), key=lambda option: -option.gain.log_odds)
     chosen = max(either, key=lambda option: option.gain.log_odds, default=best)
     return Two(chosen, 1.0 - max(by_two, 0.0) / max(at_first, 1e-9), tried, single)
+
+
+def second_of_two(workers: Workers, model: Trial, pairs: Sequence[Trial]) -> list[Trial]:
+    """Quick trials of what may be missing beside an effect that was found in one of some pairs, best first;
+    none where the best of them leaves more than noise, so that all candidates are to be looked at.
+    """
+    known = model.task.effects
+    how: Literal["likely", "thorough"] = "likely" if workers.with_errors else "thorough"
+    quick = [
+        replace(pair, task=replace(pair.task, known=known, new=(other,)))
+        for pair in pairs
+        for one, other in (pair.task.new, pair.task.new[::-1])
+        if (*pair.task.known, one) == known
+    ]
+    quick.sort(key=squares_of)
+    near = [trial for trial in quick[:1] if trial.gap <= MISSING]
+    return quick if any(end.gap < CLOSED for end in further(workers, near, how)) else []
 
 
 def _above_noise(
@@ -423,16 +440,21 @@ def _pairs(workers: Workers, before: Trial, quick: Sequence[Trial]) -> list[tupl
     return [pair for pair in pairs if min(map(squares_of, pair)) < _IDLE * present.squares]
 
 
-def _together(
-    workers: Workers, known: tuple[Effect, ...], pairs: Sequence[tuple[Trial, Trial]]
-) -> list[Trial]:
-    """Quick trials of pairs, the best first; only of those that are the best after a few steps."""
+def _together(workers: Workers, before: Trial, pairs: Sequence[tuple[Trial, Trial]]) -> list[Trial]:
+    """Quick trials of pairs, the best first; only of those that are the best after a few steps: of linear
+    ones also from where each begins, because either by itself made up for the other.
+    """
     how: Literal["astray", "brief"] = "astray" if workers.with_errors else "brief"
-    tasks = [Task(known, (*a.task.new, *b.task.new), {**b.values, **a.values}, how) for a, b in pairs]
+    known, tasks = before.task.effects, list[Task]()
+    for a, b in pairs:
+        new = (*a.task.new, *b.task.new)
+        far = before.gap > QUIET and not any(effect.of_amplitude for effect in new)
+        tasks.append(Task(known, new, {**b.values, **a.values}, how, far))
     near = sorted(workers.run(tasks), key=squares_of)[:_PAIRS]
     if workers.with_errors:
         near = further(workers, near, "led")
-    return further(workers, near, "quick")
+    tasks = [replace(trial.task, values=trial.values, how="quick", far=False) for trial in near]
+    return sorted(workers.run(tasks), key=squares_of)
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import MISSING, QUIET
-from identify.discovery.evidence import CLOSED, FAR, POLICY, nearly_closed, removed
+from identify.discovery.evidence import FAR, POLICY, nearly_closed, removed
 from identify.discovery.neighbours import moved, siblings, turning
 from identify.discovery.suspects import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -297,22 +297,6 @@ def further(
     """Trials taken on from where they are, the best first."""
     tasks = [replace(trial.task, values=trial.values, how=how) for trial in trials]
     return sorted(workers.run(tasks, done), key=squares_of)
-
-
-def second_of_two(workers: Workers, model: Trial, pairs: Sequence[Trial]) -> list[Trial]:
-    """Quick trials of what may be missing beside an effect that was found in one of some pairs, best first;
-    none where the best of them leaves more than noise, so that all candidates are to be looked at.
-    """
-    known = model.task.effects
-    quick = [
-        replace(pair, task=replace(pair.task, known=known, new=(other,)))
-        for pair in pairs
-        for one, other in (pair.task.new, pair.task.new[::-1])
-        if (*pair.task.known, one) == known
-    ]
-    quick.sort(key=squares_of)
-    near = [trial for trial in quick[:1] if trial.gap <= MISSING]
-    return quick if any(end.gap < CLOSED for end in further(workers, near, "likely")) else []
 
 
 def promising_softly(screened: Sequence[Trial]) -> list[Trial]:

@@ -197,7 +197,8 @@ class TrialRunner:
         """
         near = [starts]
         if task.far:
-            near.append(starts[[int(np.argmin(_logarithmic(problem).costs(starts)))]])
+            if len(starts) > 1:
+                near.append(starts[[int(np.argmin(_logarithmic(problem).costs(starts)))]])
             near.append(self._robustly(problem, self._afresh(problem, starts), _BRIEF)[None])
         return min((_descend(problem, one, _BRIEF) for one in near), key=_cost)
 
@@ -210,6 +211,9 @@ class TrialRunner:
             return self._thorough_with_errors(problem, task)
         start = retimed(problem, problem.initial)
         if task.how != "thorough":
+            names = {p.name for p in problem.parameters}
+            if task.how == "settled" and not names <= set(task.values):
+                start = at_likelihood(problem, start, _TO_LIKELIHOOD)[0]  # errors begin, as of a link's form
             return self._on_all_lines(problem, task, [(start, 0.0)], _ON_ALL_LINES[task.how])
         given = start[None]
         ends = [_descend(problem, given, _QUICK)]

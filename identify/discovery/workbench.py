@@ -29,7 +29,6 @@ from identify.discovery.screen_softly import (
     faults_beside,
     further,
     promising_softly,
-    second_of_two,
     stands_out,
     varied_softly,
 )
@@ -138,7 +137,7 @@ class ImpactWorkbench:
         self._looked_at = effects
         if self.workers.with_errors and not effects:
             return []
-        trials = second_of_two(self.workers, model, self._pairs)
+        trials = screen.second_of_two(self.workers, model, self._pairs)
         if not trials:
             places, trials = screen.screened(self.workers, self.problem, effects, model, story)
             self._places.append((model.task.effects, places))
@@ -204,6 +203,7 @@ class ImpactWorkbench:
             return None
         quick += self._of_its_bearing(step.before, quick)
         two = screen.first_of_two(self.workers, step, quick)
+        self._pairs = two.pairs
         return (two.best,), two.explained
 
     def _of_its_bearing(self, before: Trial, quick: Sequence[Trial]) -> list[Trial]:

@@ -9,18 +9,20 @@ from typing import cast
 
 import pytest
 
+from identify.discovery.evidence import EvidenceCriterion
 from identify.discovery.neighbours import moved
+from identify.discovery.screen import first_of_two, second_of_two
 from identify.discovery.screen_softly import (
     _near_enough,
     closing,
     promising_softly,
     screened_softly,
-    second_of_two,
     thorough_softly,
     varied_softly,
 )
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Option, Step, Task, Trial
 from identify.discovery.workers import Workers
+from identify.fitting.selection.gain import Gain
 from identify.model.effects.appended_resonator import AppendedResonator
 from identify.model.effects.base import Effect, parse_effect
 from identify.model.effects.channel_polarity import ChannelPolarity
@@ -31,6 +33,7 @@ from identify.vibration.study import read_study
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 TILT = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]})
 BODY = parse_effect({"kind": "added-mass", "link": "link3", "extent": "body"})
+FRICTION = parse_effect({"kind": "joint-friction", "joints": [2]})
 BASE, DELAY = parse_effect({"kind": "base-compliance"}), parse_effect({"kind": "time-delay"})
 COUNT, FREE = 10_000, 12
 
@@ -64,12 +67,16 @@ def problem() -> Problem:
 
 
 @pytest.mark.parametrize(("left", "enough"), [(1.03, True), (1.4, False)])
-def test_the_second_of_two_comes_from_pairs_where_one_closes_the_gap(left: float, enough: bool) -> None:
+@pytest.mark.parametrize(("with_errors", "how"), [(True, "likely"), (False, "thorough")])
+def test_the_second_of_two_comes_from_pairs_where_one_closes_the_gap(
+    left: float, enough: bool, with_errors: bool, how: str
+) -> None:
     pairs = [_trial(Task((), two, {"a": 1.0}), gap) for two, gap in (((BASE, TILT), 0.1), ((TILT, DELAY), 2))]
     pairs.append(_trial(Task((), (BASE, DELAY), {}), 0.05))
     world = _World(lambda task: left)
+    world.with_errors = with_errors
     found = second_of_two(_workers(world), _trial(Task((), (TILT,), {}), 14.0), pairs)
-    assert [task.how for task in world.tasks] == ["likely"]
+    assert [task.how for task in world.tasks] == [how]
     assert world.tasks[0].effects == (TILT, BASE)
     assert [trial.task.effects for trial in found] == ([(TILT, BASE), (TILT, DELAY)] if enough else [])
 
@@ -79,6 +86,23 @@ def test_nothing_comes_from_pairs_without_the_effect_that_was_found() -> None:
     pairs = [_trial(Task((), (BASE, DELAY), {}), 0.05)]
     assert not second_of_two(_workers(world), _trial(Task((), (TILT,), {}), 14.0), pairs)
     assert not world.tasks
+
+
+@pytest.mark.parametrize(
+    ("gap", "other", "far"), [(14.0, BASE, True), (1.1, BASE, False), (14.0, FRICTION, False)]
+)
+def test_pairs_begin_afresh_too_but_where_impacts_are_simulated_or_little_is_left(
+    gap: float, other: Effect, far: bool
+) -> None:
+    """Where either was fitted by itself it made up for the other."""
+    world = _World(lambda task: gap / len(task.new) if task.new else gap)
+    world.with_errors = False
+    before = _trial(Task((), (), {}), gap)
+    ones = [_trial(Task((), (effect,), {}), gap / 2) for effect in (TILT, other)]
+    best = Option(TILT, ones[0], 4, Gain(50.0, 0.5))
+    first_of_two(_workers(world), Step(before, (best,), (best,), (), EvidenceCriterion(1.0), 0.5), ones)
+    assert [task.far for task in world.tasks if task.how == "brief"] == [far]
+    assert not any(task.far for task in world.tasks if task.how == "quick")
 
 
 def _resonators(problem: Problem) -> list[Effect]:
