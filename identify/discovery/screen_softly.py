@@ -27,14 +27,17 @@ from identify.vibration.problem import Problem
 _GLANCED, _FOLLOWED, _MOST, _VARIED = 8, 12, 4, 2
 """How many wrong channels are followed beyond a glance, and how many candidates beyond first looks; get to
 the likelihood; and of those, are tried in their other variants, and afresh where none has closed the gap."""
-_FOLLOWED_AT_MOST, _LEVEL = 30, 1.1
-"""How many are followed where they are level with the best one, leaving at most so many times its gap."""
+_FOLLOWED_AT_MOST, _LEVEL, _LEVEL_NEARBY = 30, 1.1, 1.2
+"""How many are followed where they are level with the best one, leaving at most so many times its gap; where
+little is left, of which bodies take most while only errors of links move.
+"""
 _WORTH, _NEARLY = 2.5, 1.5
 """How many times the best one's gap a candidate may leave when residuals count for little, and still be
 followed; and how many times its squares, to be fitted to the likelihood."""
-_BEHIND, _IDLE, _UNMOVED, _FAR_BEHIND = 1.01, 0.99, 0.999, 4.0
+_BEHIND, _IDLE, _UNMOVED, _MUCH, _FAR_BEHIND = 1.01, 0.99, 0.999, 0.8, 4.0
 """How many times the squares of the present model a first look leaves that went astray, that does nothing, a
-glance that does nothing; how many times the best one's gap a first look may leave to go on."""
+glance that does nothing, the best first look where it takes much; how many times the best one's gap a first
+look may leave to go on."""
 _UNCLEAR = 0.6
 """Share of the present gap that the best first look leaves where none comes near."""
 _ALONE = 0.6
@@ -90,10 +93,10 @@ def screened_softly(
     tasks = [Task(known, (effect,), present.values, "brief") for effect in (*others, *wrong)]
     first = workers.run(tasks, done)
     brief = _found_again(workers, first, present, wrong, open_wide=before.gap > MISSING)
-    # Of a small gap no first look takes much, because noise counts for far more: all go on.
     led = further(workers, brief if nearly_closed(before) else _under_way(brief, present), "led", done)
     [idle] = further(workers, [present], "led", done)
-    quick = _followed(workers, _likely_best(led, idle, part), idle.free, done)
+    level = _LEVEL_NEARBY if nearly_closed(before) else _LEVEL
+    quick = _followed(workers, _likely_best(led, idle, part, level), idle.free, done)
     quick = _with_siblings(workers, problem, quick, others)
     quick = _with_turning(workers, present, others, (brief, led), _with_forms(workers, quick))
     seen = [*quick, *_beside(workers, before, others, done)] if nearly_closed(before) else quick
@@ -153,8 +156,11 @@ def _found_again(
 
 def _under_way(brief: Sequence[Trial], present: Trial) -> list[Trial]:
     """Those first looks, the best first, that may lead to the right one, which may still be under way after a
-    few steps: not what adds nothing to the present model, nor what leaves many times what the best one does.
+    few steps: not what adds nothing to the present model, nor what leaves many times what the best one does;
+    all where none takes much, because noise counts for far more.
     """
+    if not brief or brief[0].squares > _MUCH * present.squares:
+        return list(brief)
     seen = [
         trial
         for number, trial in enumerate(brief)
@@ -248,15 +254,16 @@ def faults_beside(
     return [replace(one, task=replace(one.task, known=known)) for one in ranked]
 
 
-def _likely_best(led: Sequence[Trial], idle: Trial, part: float) -> list[Trial]:
+def _likely_best(led: Sequence[Trial], idle: Trial, part: float, level: float) -> list[Trial]:
     """Those that may still be ahead with all errors fitted, of some that are the best first: where sensors'
-    errors are most of what is left, many leave about the same.  idle: what the present model leaves.
+    errors are most of what is left, many leave about the same.  idle: what the present model leaves; level:
+    how many times the best one's gap leaves about the same.
     """
     least = part * (idle.squares - led[0].squares) if led else 0.0
     return [
         trial
         for number, trial in enumerate(led[:_FOLLOWED_AT_MOST])
-        if trial.gap <= (_WORTH if number < _FOLLOWED else _LEVEL) * led[0].gap
+        if trial.gap <= (_WORTH if number < _FOLLOWED else level) * led[0].gap
         and (number < _FEW or idle.squares - trial.squares >= least)
     ]
 

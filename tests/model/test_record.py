@@ -54,6 +54,18 @@ def test_modes_and_matrix_exponentials_agree_for_a_population(power: int, tmp_pa
     assert np.abs(rest).max() > 1e-3 * np.abs(whole).max()
 
 
+@pytest.mark.parametrize("damping", [12.0, 20.0])
+def test_records_of_a_population_may_end_at_different_times(damping: float) -> None:
+    """Also where one of its systems is defective (critically damped)."""
+    stiffness = np.array([80.0, 100.0, 130.0])[:, None, None]
+    mass, c = np.ones((3, 1, 1)), np.full((3, 1, 1), damping)
+    ends, one = np.array([0.2, 0.3, 0.25]), np.ones((1, 1))
+    together = frf(mass, c, stiffness, S, one, one, 2, ends)
+    alone = [frf(mass[n], c[n], stiffness[n], S, one, one, 2, float(ends[n])) for n in range(3)]
+    assert together == pytest.approx(np.array(alone), rel=1e-7)
+    assert frf(mass, c, stiffness, S, one, one, 2, ends[::-1]) != pytest.approx(np.array(alone), rel=1e-2)
+
+
 def test_a_defective_system_takes_the_exponential() -> None:
     matrices = [np.array([[value]]) for value in (1.0, 20.0, 100.0)]  # critically damped
     z = S + 10
