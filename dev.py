@@ -74,7 +74,9 @@ def test() -> None:
     run("ruff", "format", "--check", ".")
     run("ruff", "check", ".")
     run("mypy")
-    run("pytest", "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
+    # One process more than cores, because tests that start programs or a browser wait for these.
+    count = str((os.cpu_count() or 1) + 1)
+    run("pytest", "-n", count, "--dist", "loadfile", "--no-loadscope-reorder")
 
 
 def release() -> None:
