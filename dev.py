@@ -74,9 +74,7 @@ def test() -> None:
     run("ruff", "format", "--check", ".")
     run("ruff", "check", ".")
     run("mypy")
-    # One process more than cores, because tests that start programs or a browser wait for these.
-    count = str((os.cpu_count() or 1) + 1)
-    run("pytest", "-n", count, "--dist", "loadfile", "--no-loadscope-reorder")
+    run("pytest", "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
 
 
 def release() -> None:
