@@ -302,10 +302,7 @@ def _again(workers: Workers, brief: Sequence[Trial], quick: Sequence[Trial]) -> 
     """Trials of a few steps, the best of those that come near the best one tried further."""
     best = min((trial.squares for trial in quick), default=np.inf)
     near = sorted((t for t in brief if t.squares < _WORTH * best), key=squares_of)[:_REFITTED]
-    further = (
-        workers.run([replace(t.task, values=t.values, how="quick", far=False) for t in near]) if near else []
-    )
-    return [*further, *(trial for trial in brief if trial not in near)]
+    return [*further(workers, near, "quick"), *(trial for trial in brief if trial not in near)]
 
 
 def _guessed(before: Trial, one: Looked, anchor: Mapping[str, float]) -> Trial:
@@ -453,8 +450,7 @@ def _together(workers: Workers, before: Trial, pairs: Sequence[tuple[Trial, Tria
     near = sorted(workers.run(tasks), key=squares_of)[:_PAIRS]
     if workers.with_errors:
         near = further(workers, near, "led")
-    tasks = [replace(trial.task, values=trial.values, how="quick", far=False) for trial in near]
-    return sorted(workers.run(tasks), key=squares_of)
+    return further(workers, near, "quick")
 
 
 def various(quick: Sequence[Trial]) -> list[Trial]:

@@ -302,7 +302,7 @@ def further(
     done: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
     """Trials taken on from where they are, the best first."""
-    tasks = [replace(trial.task, values=trial.values, how=how) for trial in trials]
+    tasks = [replace(trial.task, values=trial.values, how=how, far=False) for trial in trials]
     return sorted(workers.run(tasks, done), key=squares_of)
 
 

@@ -104,8 +104,8 @@ def _by_modes(
             else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
         )
         return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
-    line, left = (s**power)[..., None, None], None if record is None else modal.left(s, power, record)
-    if record is None or left is None:
+    line = (s**power)[..., None, None]
+    if record is None or (left := modal.left(s, power, record)) is None:
         return line * modal.superposed(out, s, modal.participation)
     both = modal.superposed(out, s, np.concatenate([modal.participation, left], axis=-1))
     inputs = force.shape[1]
@@ -149,11 +149,9 @@ class _Modal(NamedTuple):
         nothing.
         """
         left = left_at_end(self.eigenvalues, s, record)
-        return (
-            np.asarray(self.participation * (self.eigenvalues**power * left)[..., None])
-            if left.any()
-            else None
-        )
+        if not left.any():
+            return None
+        return np.asarray(self.participation * (self.eigenvalues**power * left)[..., None])
 
 
 def _modal(mass: Array, damping: Array, stiffness: Array, s: Complex, force: Array) -> _Modal | None:
