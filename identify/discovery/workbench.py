@@ -302,8 +302,9 @@ class ImpactWorkbench:
         self, model: Trial, tasks: Sequence[Task], there: Sequence[Trial | None]
     ) -> list[Trial]:
         """Beside errors of what was told, whose refits take long: on from the model, and from afresh only
-        those that are not there, unless they are far from the data; none where all begins, and none of a
-        model that leaves more than noise, that is there, nor of what does not come near the data.
+        those that are not there, unless they are far from the data both so and where residuals count for
+        little, because the errors they go on with may keep them in a wrong valley; none where all begins, and
+        none of a model that leaves more than noise, that is there, nor of what does not come near the data.
         """
         first = tuple(self.problem.file.study.effects)
         found = {_key(task.known): [one] if one else [] for task, one in zip(tasks, there, strict=True)}
@@ -318,7 +319,8 @@ class ImpactWorkbench:
 
         other = closing(self.workers, [task for task in tasks if task not in missing and stuck(task)], model)
         refit([replace(task, how="onward") for task in tasks if task in [*missing, *other]])
-        refit([task for task in missing if found[_key(task.known)][0].gap <= FAR * model.gap])
+        far = [task for task in missing if found[_key(task.known)][0].gap > FAR * model.gap]
+        refit([task for task in missing if task not in far] + closing(self.workers, far, model))
         return [min(found[_key(task.known)], key=squares_of) for task in tasks]
 
     def removable(self, model: Trial) -> Sequence[Effect]:

@@ -390,3 +390,27 @@ def test_a_model_that_it_grew_from_counts_where_it_is_nearer_than_a_refit(gap: f
     without = bench.leave_out(both, [TILT, BASE])
     assert (without[1] is one) != stuck
     assert [effect.kind for effect in without[0].task.effects] == ["joint-compliance", "base-compliance"]
+
+
+@pytest.mark.parametrize(("soft", "left"), [(1.1, 1.0), (3.0, 9.0)])
+def test_what_is_far_from_the_data_only_with_the_errors_it_has_is_refitted_afresh(
+    soft: float, left: float
+) -> None:
+    """Errors that a wrong effect brought may keep a model without it in a wrong valley; where residuals count
+    for little, that shows.
+    """
+    world = World(_one)
+    world.with_errors = True
+    gaps = {"onward": 9.0, "quick": soft, "thorough": 1.0}
+
+    def run(tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
+        trials = [world.trial(task) for task in tasks]
+        return [
+            one if TILT in one.task.effects else replace(one, squares=COUNT * gaps[one.task.how] ** 2)
+            for one in trials
+        ]
+
+    both = world.model(TILT, BASE)
+    world.run = run  # type: ignore[method-assign]
+    [without] = Known(world).leave_out(both, [TILT])
+    assert without.gap == pytest.approx(left)

@@ -39,7 +39,7 @@ NODES = [5, 9, 12, 14]
 def hidden(folder: Path, case: str, seed: int) -> Path:
     """A small hammer test with something hidden: two postures, few points; its config."""
     arm = MAKES["compact"](seed).at_points(NODES)
-    spec = hide(TestSpec(arm=arm, seed=seed, postures=3, binary=True, oversampling=8), case)
+    spec = hide(TestSpec(arm=arm, seed=seed, averages=2, binary=True, oversampling=8), case)
     generate(replace(spec, case=case), folder / case)
     return config_of(folder / case, folder, extra="starts: 5")
 
@@ -75,7 +75,7 @@ def test_the_hidden_effect_is_named_and_nothing_else(
 @pytest.mark.usefixtures("friction_or_delay")
 def test_impacts_are_fitted_along_where_friction_leaves_what_they_explain(tmp_path: Path) -> None:
     spec = hide(
-        TestSpec(MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=2, averages=3, oversampling=8),
+        TestSpec(MAKES["large"](1).at_points([4, 6, 9, 14]), seed=3, postures=2, averages=2, oversampling=8),
         "friction_j2",
     )
     generate(replace(spec, case="rubbing", levels=(0.3, 3.0)), tmp_path / "rubbing")
