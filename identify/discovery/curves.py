@@ -22,6 +22,7 @@ from identify.discovery.places.update import triangle
 from identify.discovery.places.views import views_of
 from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.measured_impedance import turned
 from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.results.curves import CurveTable, PlaceTable
@@ -54,11 +55,9 @@ class Wanted:
 
 def wanted(problem: Problem, found: Discovery, at: str = "") -> list[Wanted]:
     """One for each added effect at a place of the structure; where the gap stays open, one for the coordinate
-    `at`, or without it for the place that explains most of the rest; none where errors of what was told are
-    stated, which a measured curve would hold exact.
+    `at`, or without it for the place that explains most of the rest.  Errors of what was told are held where
+    the final fit ended.
     """
-    if problem.file.study.uncertainty is not None:
-        return []
     every: list[Wanted] = []
     for option in found.added:
         every += _of_effect(problem, found.final, option.effect)
@@ -89,6 +88,11 @@ def place_table(ranked: Sequence[PlaceFit]) -> PlaceTable:
 
 
 def _of_effect(problem: Problem, final: Trial, effect: Effect) -> list[Wanted]:
+    """At the first place of an effect; none of a link that is not uniform, in which no single place gives
+    way.
+    """
+    if isinstance(effect, LinkFlexibility) and effect.nonuniform:
+        return []
     known = tuple(other for other in final.task.effects if other != effect)
     places = [
         place
@@ -128,7 +132,8 @@ def curve_of(problem: Problem, one: Wanted) -> CurveTable:
 
 
 def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float) -> CurveTable:
-    found, others = settled(problem, place, effect, final.values), views_of(problem, "validate")
+    found, held = settled(problem, place, effect, final.values), bool(problem.nuisances.entries)
+    others = [] if held else views_of(problem, "validate")  # whose own errors nothing was fitted to
     model, fit, said = found.model, found.fit, found.law
     beyond = model_of(model.place, others) if others else None
     curve = measured_curve(model, fit, found.scale, beyond if isinstance(beyond, StructuralModel) else None)
@@ -156,6 +161,7 @@ def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, 
         law_log_odds=np.array([one.log_odds for one in ranked]),
         peak_n=peak_n,
         axis=_axis(model.place, curve.lean),
+        errors_held=held,
     )
 
 

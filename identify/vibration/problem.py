@@ -30,7 +30,7 @@ from identify.model.system import System
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
-from identify.vibration.costs.make_target import channel_rows, frf_target, record_length
+from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target, record_length
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, list_nuisances
 from identify.vibration.nuisances.placed import Placed, basis_points, place
@@ -133,6 +133,11 @@ class Problem:
     def size(self) -> int:
         """Number of parameters of effects; those after them are nuisances."""
         return len(self.parameters) - len(self.nuisances.entries)
+
+    @property
+    def of_effects(self) -> tuple[Parameter, ...]:
+        """The parameters of effects alone."""
+        return self.parameters[: self.size]
 
     @property
     def validated(self) -> bool:
@@ -305,7 +310,7 @@ def _assembled(
     already of the same robot and postures.
     """
     postures = Postures(robot, points, file.study.effects, given[0].posture, built or Built())
-    forms = [form for effect in file.study.effects for form in effect.forms(robot, points)]
+    forms = _forms(file.study.effects, robot, points)
     if file.study.uncertainty is not None:
         nonlinear = any(effect.of_amplitude for effect in file.study.effects)
         simulated = [one for one in given if nonlinear and one.impact is not None]
@@ -361,6 +366,20 @@ def _pre_trigger(system: System, values: Mapping[str, float]) -> float:
     """
     own = next((p.initial for p in system.parameters if p.name == PRE_TRIGGER), 0.0)
     return values.get(PRE_TRIGGER, own)
+
+
+def _forms(effects: Sequence[Effect], robot: Robot, points: dict[int, Point]) -> list[Form]:
+    return [form for effect in effects for form in effect.forms(robot, points)]
+
+
+def uncertain_of(problem: Problem, given: Given) -> Uncertain | None:
+    """What places the nuisances of a measurement on a system; None where nothing that was told is
+    uncertain.
+    """
+    if not problem.nuisances.entries or given.basis is None:
+        return None
+    forms = _forms(problem.file.study.effects, problem.robot, problem.points)
+    return partial(_placed, problem.nuisances, forms, given, problem.points)
 
 
 def _placed(

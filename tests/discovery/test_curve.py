@@ -28,7 +28,9 @@ from identify.model.effects.base import parse_effect
 from identify.model.effects.place import Beside, Release
 from identify.model.frf import dynamic_stiffness
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem, load_problem, with_effects
+from identify.vibration.nuisances.nuisance import NOTHING
+from identify.vibration.nuisances.settings import UncertaintySettings
+from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
 from identify.vibration.study import read_study
 from tests.arms import arm, system
 from tests.hidden import truth, write_config
@@ -196,6 +198,40 @@ def test_the_band_holds_the_truth_about_an_axis_of_its_own_direction(fitter: Pla
     share = {turned: np.mean(np.abs(np.concatenate(off)) < 1.96) for turned, off in counted.items()}
     assert 0.91 < share[True] < 0.99
     assert share[False] < 0.8
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_errors_of_what_was_told_are_held(fitter: PlaceFitter, stated: bool) -> None:
+    """Masses, places, gains, impacts and delays as they are: then a spring and damper that are missing are
+    what is measured, and leave nothing.
+    """
+    told = with_uncertainty(fitter.problem, UncertaintySettings(like="typical", sets={"delay_s": 1e-4}))
+    values = told.initial.copy()
+    values[told.size :] = np.random.default_rng(0).normal(size=len(values) - told.size)
+    named = {p.name: float(v) for p, v in zip(told.parameters, values, strict=True)}
+    (spring, damper), measured = (4e6, 3e3), []
+    lawful = {"stiffness": {"initial": spring}, "damping": {"initial": damper}}
+    tilt = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"], **lawful})
+    known = with_effects(told, told.file.study.effects, named)
+    true = with_effects(told, [*told.file.study.effects, tilt], named)
+    for m, other in zip(known.measurements, true.measurements, strict=True):
+        assert isinstance(m.target, FrfTarget)
+        assert isinstance(other.target, FrfTarget)
+        data = replace(m.target.data, frf=other.target.predict(true.initial))
+        target = replace(m.target, data=data, **({} if stated else {"nuisances": None}))
+        measured.append(replace(m, target=target))
+    problem = replace(known, measurements=tuple(measured))
+    if not stated:
+        problem = replace(problem, parameters=problem.of_effects, nuisances=NOTHING)
+    again, place = PlaceFitter(problem), Release(("joint2.rx", "joint2.ry"))
+    [fit] = again.fit([Job(place, known.initial[: known.size])], 20)
+    model = again.model(place)
+    assert isinstance(model, StructuralModel)
+    assert fit is not None
+    z = model.stiffness(fit.unknown)[:, 0, 0]
+    law = spring + damper * model.lines(fit.values)
+    apart = np.median(np.abs(z - law) / np.abs(law))
+    assert (apart < 1e-3 and fit.gap < 0.01) if stated else (apart > 0.02 and fit.gap > 2), (apart, fit.gap)
 
 
 @pytest.mark.parametrize("looked_at_beside_it", [True, False])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from identify.reports.discovery.curve import by_strength
+from identify.reports.discovery.curve import by_strength, sentences
 from identify.results.curves import CurveTable
 
 
@@ -53,3 +55,11 @@ def test_nothing_is_said_of_what_noise_may_do() -> None:
     """Nor of a single strength."""
     assert not by_strength([_curve(60, 1e6 + 2e5j, 1e5), _curve(180, 1.01e6 + 2e5j, 1e5)])
     assert not by_strength([_curve(60, 1e6, 1e5)])
+
+
+def test_it_is_said_that_errors_of_what_was_told_are_held() -> None:
+    curve = _curve(60, 1e6, 1e5)
+    assert "held" not in sentences(curve)
+    assert "Errors of what was told are held as they were fitted" in sentences(
+        replace(curve, errors_held=True)
+    )

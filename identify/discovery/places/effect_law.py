@@ -56,7 +56,7 @@ def start_of(
 
     grid = effect.initial_values(terms, band_hz)
     found = fit_law(Whitened(fit, model.sign), law, scale.to_x(grid), *scale.bounds())
-    known = Scale(problem.parameters)
+    known = Scale(problem.of_effects)
     values = dict(
         zip((t.parameter.name for t in terms), map(float, scale.to_values(found.values)), strict=True)
     )
@@ -81,7 +81,7 @@ def _held(term: Term) -> Term:
 def _known(known: Scale, fit: SemiParametricFit, found: LawFit, problem: Problem) -> dict[str, float]:
     lower, upper = known.bounds()
     x = np.clip(known.to_x(fit.values) + np.clip(found.change, -0.5, 0.5), lower, upper)
-    return dict(zip((p.name for p in problem.parameters), map(float, known.to_values(x)), strict=True))
+    return dict(zip((p.name for p in problem.of_effects), map(float, known.to_values(x)), strict=True))
 
 
 def _site(effect: Effect, view: View, problem: Problem) -> Site:

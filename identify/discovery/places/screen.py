@@ -75,7 +75,7 @@ class PlaceFitter:
         """By what one linear step would leave."""
         models = {place: self.model(place) for place in places}
         readings = {place: model for place, model in models.items() if isinstance(model, ReadingModel)}
-        return _glanced(readings, Scale(self.problem.parameters), values)
+        return _glanced(readings, Scale(self.problem.of_effects), values)
 
     def fit(self, jobs: Sequence[Job], steps: int) -> list[SemiParametricFit | None]:
         """One by one."""
@@ -89,7 +89,7 @@ class PlaceFitter:
 
     def scale(self, place: Place) -> Scale:
         """Of the parameters, then of how far the axis of a place leans."""
-        return Scale((*self.problem.parameters, *leanings(place)))
+        return Scale((*self.problem.of_effects, *leanings(place)))
 
 
 def screen_places(

@@ -90,6 +90,11 @@ def sentences(curve: CurveTable) -> str:
             if not all(curve.fitted)
             else "All postures agree within their uncertainty."
         )
+    if curve.errors_held:
+        said.append(
+            "Errors of what was told are held as they were fitted; intervals leave out how far these may be"
+            " off."
+        )
     return " ".join(said)
 
 
