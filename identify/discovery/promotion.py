@@ -190,9 +190,11 @@ def promoted(
     """The options and the model where errors of what was told that are beyond belief have become effects.
 
     Only once the gap is closed: before, they make up for what was not found.  What looks like a wrong link is
-    compared with what else adds inertia, and a wrong sensor with whatever else may be wrong there.
+    compared with what else adds inertia, once beside each model even where no body on that link explains it;
+    a wrong sensor with whatever else may be wrong there.
     """
     kept, tried, ahead = list(options), list[Effect](), list[Trial]()
+    beside: Trial | None = None
     for _ in range(_PROMOTED if judge.model.gap < CLOSED else 0):
         model = judge.model
         left = [one for one in judge.suspects if one.effect not in (*tried, *model.task.effects)]
@@ -207,8 +209,12 @@ def promoted(
             ]
             trial, *_ = ahead = workers.run(tasks)
         tried.append(effect)
+        of_link = isinstance(effect, AddedMass)
+        if judge.log_odds(trial) > _BEYOND_CHANCE or (of_link and beside is not model):
+            beside = model if of_link else beside
+            trial = _best_alike(judge, workers, trial)
         if judge.log_odds(trial) > _BEYOND_CHANCE:
-            [trial] = further(workers, [_best_alike(judge, workers, trial)], "settled")
+            [trial] = further(workers, [trial], "settled")
         if judge.log_odds(trial) > _BEYOND_CHANCE:
             [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
             gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(trial))

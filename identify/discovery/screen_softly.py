@@ -198,14 +198,15 @@ def _with_turning(
     quick: Sequence[Trial],
 ) -> list[Trial]:
     """Quick trials, the best first; where none of them will close the gap also of what was looked at in the
-    forms whose soft direction lies anywhere between two: without it they may not get anywhere.
+    forms whose soft direction lies anywhere between two: without it they may not get anywhere, and the
+    present model is bent far to make up for it, so that they begin afresh too.
 
     plain: first looks, and what they led to; forms that are far from the best there go no further.
     """
     if not quick or quick[0].gap <= MISSING:
         return list(quick)
     forms = [form for effect in found for form in turning(effect)]
-    turned = workers.run([Task(present.task.effects, (form,), present.values, "brief") for form in forms])
+    turned = workers.run([Task(present.task.effects, (form,), present.values, "astray") for form in forms])
     led = further(workers, _few_near(turned, plain[0]), "led")
     return sorted([*quick, *further(workers, _few_near(led, plain[1]), "quick")], key=squares_of)
 

@@ -117,15 +117,20 @@ def test_whatever_may_be_wrong_at_the_same_sensor_is_alike() -> None:
 
 
 @pytest.mark.parametrize("screened", [True, False])
-@pytest.mark.parametrize(("by_rotor", "named"), [(60.0, "rotor-inertia"), (20.0, "added-mass")])
+@pytest.mark.parametrize(
+    ("by_body", "by_rotor", "named"),
+    [(40.0, 60.0, "rotor-inertia"), (40.0, 20.0, "added-mass"), (2.0, 60.0, "rotor-inertia")],
+)
 def test_a_wrong_link_is_compared_with_all_structure(
-    by_rotor: float, named: str, screened: bool, monkeypatch: pytest.MonkeyPatch
+    by_body: float, by_rotor: float, named: str, screened: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And with a rotor that turns with it, whether a first look finds that or not."""
+    """And with a rotor that turns with it, whether a first look finds that or not; also where no body on that
+    link explains it.
+    """
     names = [one.name for one in _ENTRIES]
     believed, first = dict.fromkeys(names, 0.5), Task((), (), {})
     rotor = parse_effect({"kind": "rotor-inertia", "joints": [1], "gear_ratio": [100.0]})
-    fall = {"added-mass": 40.0, "rotor-inertia": by_rotor}
+    fall = {"added-mass": by_body, "rotor-inertia": by_rotor}
 
     class Fitting:
         """Workers whose refits take so much off."""
