@@ -5,7 +5,7 @@ structured residuals.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.vibration.costs.eigenfrequency import pair_all
 from identify.vibration.costs.information import information, information_by_force
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem
 
 FREQUENCY_STD, DAMPING_STD = 0.005, 0.10
@@ -36,8 +37,9 @@ KNOWN = 100.0
 """Information of the data over that of the bounds from which on a value counts as known to them."""
 FEWEST_BLOCKS = 4
 """Forces of all postures together from which on what they disagree by says something."""
-_FAR_MORE = 2.0
-"""How many times as wide as noise makes them standard deviations must be for that to be said."""
+_FAR_MORE, _LARGER = 2.0, 1.5
+"""How many times as wide as noise makes them standard deviations must be, and how many times as large as
+stated all errors, for that to be said."""
 _TINY = float(np.finfo(float).tiny)
 _STEPS, _SETTLED = 8, 0.01
 """Steps at most that a prediction takes to what new data ask for; share of their count that one more would
@@ -108,8 +110,11 @@ def _jointly(targets: Targets, scale: Scale, values: Array, disagreement: bool) 
 
     given, notes = (own, values[: len(own.parameters)]), tuple(_structure(targets, values))
     plain = joint_uncertainty(known, noise, errors, count, *given, notes)
-    if plain.joint is None or not disagreement or len(forces) < FEWEST_BLOCKS:
+    if plain.joint is None:
         return plain
+    notes = (*notes, *_beyond_statement(values[len(own.parameters) :], plain.joint.spread))
+    if not disagreement or len(forces) < FEWEST_BLOCKS:
+        return replace(plain, notes=notes)
     wider = _joint_disagreement(plain, plain.joint, forces, scale, own)
     same, notes = plain.joint.noise, (*notes, *_disagreeing(plain, own, wider))
     return joint_uncertainty(known, lambda _: same, errors, count, *given, notes, wider)
@@ -133,6 +138,20 @@ def _joint_disagreement(
     ratio = np.divide(scatter * independent, expected * noise, out=np.ones(count), where=seen)
     known = plain.independent_std**-2 > KNOWN * own.prior_information()
     return _wider(ratio, known)
+
+
+def _beyond_statement(shift: Array, spread: Array) -> list[str]:
+    """A sentence where all errors of what was told together (e,) are far larger than stated: what is missing
+    from a model may leave nothing else, and its parameters wrong.
+    """
+    ratio = times_as_large(shift, spread)
+    if ratio <= _LARGER:
+        return []
+    return [
+        f"errors of what was told are together {ratio:.1f} times as large as stated: the statement is too"
+        " small or something is missing from the model, so values may be biased and the intervals cannot be"
+        " relied on"
+    ]
 
 
 def _disagreeing(plain: Uncertainty, own: Scale, wider: Array) -> list[str]:

@@ -30,6 +30,7 @@ from identify.vibration.costs.frf_least_squares import FrfLeastSquares, Posterio
 from identify.vibration.costs.information import information
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.fitted_model import fitted_model, tool_point
+from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
@@ -261,6 +262,35 @@ def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
         assert wider < 1.5
         assert np.mean(found.joint.widening) < 1.5
         assert said == []
+
+
+@pytest.mark.parametrize(("size", "said"), [(0.7, ""), (4.0, " times as large as stated")])
+def test_intervals_are_not_relied_on_beside_errors_far_beyond_the_statement(
+    everything: Problem, size: float, said: str
+) -> None:
+    """A spring that was missing left 1.04, errors fifteen times as large as stated and five of six
+    stiffnesses outside their intervals.
+    """
+    values, rng, measured = everything.initial.copy(), np.random.default_rng(2), []
+    values[everything.size :] = size * rng.normal(size=len(values) - everything.size)
+    for m in everything.measurements:
+        assert isinstance(m.target, FrfTarget)
+        data = replace(m.target.data, frf=m.target.predict(values))
+        measured.append(replace(m, target=replace(m.target, data=data)))
+    problem = replace(everything, measurements=tuple(measured))
+    found = uncertainty(problem.targets(), Scale(problem.parameters), values)
+    assert any("relied" in note for note in found.notes) == bool(said)
+    assert said in " ".join(found.notes)
+
+
+def test_errors_are_larger_than_stated_where_chance_does_not_make_them_so() -> None:
+    """By what the data tell of them: what they leave as open as it was stated says nothing."""
+    rng = np.random.default_rng(0)
+    spread = np.full(60, 0.6)
+    chance = rng.normal(size=60) * np.sqrt(1 - spread**2)
+    assert times_as_large(chance, spread) == 1.0
+    assert times_as_large(3 * chance, spread) == pytest.approx(3, rel=0.2)
+    assert times_as_large(np.full(60, 3.0), np.ones(60)) == 1.0
 
 
 def test_a_link_stays_a_body_whatever_its_errors() -> None:

@@ -20,8 +20,10 @@ from identify.vibration.problem import Problem
 
 _NOTABLE, _FEW = 0.01, 6
 """Chance below which an error stands out; how many are told in words at most."""
-_TOO_SMALL, _SURE = 1.3, 0.001
-"""How many times larger than stated errors of a kind must be to be told, and the chance that they are not."""
+_TOO_SMALL, _SURE, _SEEN = 1.3, 0.001, 0.5
+"""How many times larger than stated errors of a kind must be to be told, the chance that they are not, and of
+how many errors together the data must tell.
+"""
 
 
 def stated_uncertainty(problem: Problem, trusted: Uncertainty, values: Array) -> StatedUncertainty | None:
@@ -77,10 +79,19 @@ def _too_small(entries: Sequence[Nuisance], shift: Array, spread: Array) -> Iter
     kind = np.array([kind_of(one) for one in entries])
     for name in dict.fromkeys(kind.tolist()):
         own = kind == name
-        squares, seen = float(np.sum(shift[own] ** 2)), float(np.sum(np.maximum(1 - spread[own] ** 2, 0.0)))
-        ratio = np.sqrt(squares / max(seen, 1e-9))
-        if seen > 0.5 and ratio > _TOO_SMALL and scipy.special.chdtrc(max(seen, 1.0), squares) < _SURE:
+        ratio = times_as_large(shift[own], spread[own])
+        if ratio > _TOO_SMALL:
             yield (
                 f"Errors of {name} are {ratio:.1f} times as large as stated: the statement was too small, or"
                 " something is missing from the model."
             )
+
+
+def times_as_large(shift: Array, spread: Array) -> float:
+    """How many times as large as stated some errors are, by what the data tell of them; 1 where that is not
+    sure: shift (e,) of their values and spread (e,) that the fit left of them, in stated standard deviations.
+    """
+    squares, seen = float(np.sum(shift**2)), float(np.sum(np.maximum(1 - spread**2, 0.0)))
+    if seen <= _SEEN or scipy.special.chdtrc(max(seen, 1.0), squares) >= _SURE:
+        return 1.0
+    return float(np.sqrt(squares / seen))
