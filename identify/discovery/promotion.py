@@ -194,7 +194,7 @@ def promoted(
     a wrong sensor with whatever else may be wrong there.
     """
     kept, tried, ahead = list(options), list[Effect](), list[Trial]()
-    beside: Trial | None = None
+    searched: Trial | None = None
     for _ in range(_PROMOTED if judge.model.gap < CLOSED else 0):
         model = judge.model
         left = [one for one in judge.suspects if one.effect not in (*tried, *model.task.effects)]
@@ -209,9 +209,11 @@ def promoted(
             ]
             trial, *_ = ahead = workers.run(tasks)
         tried.append(effect)
-        of_link = isinstance(effect, AddedMass)
-        if judge.log_odds(trial) > _BEYOND_CHANCE or (of_link and beside is not model):
-            beside = model if of_link else beside
+        compare = judge.log_odds(trial) > _BEYOND_CHANCE
+        if isinstance(effect, AddedMass) and searched is not model:
+            searched, compare = model, True
+            story.say(f"Errors of {effect.link} are beyond what was stated: looking for what causes them.")
+        if compare:
             trial = _best_alike(judge, workers, trial)
         if judge.log_odds(trial) > _BEYOND_CHANCE:
             [trial] = further(workers, [trial], "settled")
