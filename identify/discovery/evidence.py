@@ -23,7 +23,7 @@ from identify.fitting.selection.gain import Gain, Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.uncertainty import Uncertainty, statuses
 from identify.vibration.problem import Problem, with_effects
-from identify.vibration.uncertainty import fitted_information, uncertainty
+from identify.vibration.uncertainty import fitted_errors, uncertainty
 
 _CONFIRMED_FRACTION = 0.3
 """Fraction of what is above noise that an addition must remove from data that were not fitted, whose own
@@ -159,12 +159,10 @@ def disagreement(problem: Problem, trial: Trial) -> float:
     return float(np.mean(found.joint.widening[known] ** 2))
 
 
-def covariance_of_errors(problem: Problem, trial: Trial) -> Array:
-    """(e, e): of the problem's errors of what was told after a fit, in their stated standard deviations."""
+def errors_of(problem: Problem, trial: Trial) -> tuple[Array, Array]:
+    """(e, e) each: covariance and scatter of errors of what was told after a fit (`fitted_errors`)."""
     model = with_effects(problem, trial.task.effects, trial.values)
-    names = [model.parameters[number].name for number in Scale(model.parameters).free]
-    errors = [names.index(one.name) for one in problem.nuisances.entries]
-    return np.asarray(np.linalg.inv(fitted_information(model, model.initial))[np.ix_(errors, errors)])
+    return fitted_errors(model, model.initial)
 
 
 def _uncertainty(problem: Problem, trial: Trial, *, disagreement: bool) -> tuple[Uncertainty, Mask]:

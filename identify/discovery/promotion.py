@@ -17,8 +17,8 @@ from identify.discovery.candidates import candidates
 from identify.discovery.evidence import (
     CLOSED,
     EvidenceCriterion,
-    covariance_of_errors,
     disagreement,
+    errors_of,
     variance_inflation,
 )
 from identify.discovery.screen import attempt
@@ -28,6 +28,7 @@ from identify.discovery.suspects import (
     Suspect,
     alike,
     beyond_belief,
+    by_chance,
     causes,
     foreseen_fall,
     log_chance,
@@ -62,14 +63,14 @@ class Promotion:
     """What tells errors of a model that are beyond belief from chance.
 
     inflation_of: how many times too sure naive variances are for a model; disagreement_of: how many times the
-    variance of noise its forces disagree by; covariance_of: its errors' (e, e), in stated standard
-    deviations.
+    variance of noise its forces disagree by; errors_of: covariance and scatter (e, e) of its errors, in
+    stated standard deviations (`identify.vibration.uncertainty.fitted_errors`).
     """
 
     problem: Problem
     inflation_of: Callable[[Trial], float]
     disagreement_of: Callable[[Trial], float]
-    covariance_of: Callable[[Trial], Array]
+    errors_of: Callable[[Trial], tuple[Array, Array]]
     model: Trial
 
     @cached_property
@@ -82,15 +83,20 @@ class Promotion:
 
     @cached_property
     def suspects(self) -> list[Suspect]:
-        """Effects that stand for errors beyond belief, but those whose fit could not show it."""
+        """Effects that stand for errors beyond belief, but those that correlated residuals may have made and
+        those whose fit could not show it.
+        """
         found = beyond_belief(self.problem.nuisances, self.model.values, self.problem.robot)
         if not found:
             return []
-        covariance = self.covariance_of(self.model)
+        covariance, scatter = self.errors_of(self.model)
         shift = np.array([self.model.values[one.name] for one in self.problem.nuisances.entries])
 
         def may(one: Suspect) -> bool:
-            fall = foreseen_fall(shift[one.errors], covariance[np.ix_(one.errors, one.errors)])
+            own, part = shift[one.errors], np.ix_(one.errors, one.errors)
+            if by_chance(own, scatter[part]):
+                return False
+            fall = foreseen_fall(own, covariance[part])
             least = _HOPE * _BEYOND_CHANCE  # what forces disagree by takes longer to tell
             return self._log_odds(fall, 1) > least and self._log_odds(fall / self._disagreement, 1) > least
 
@@ -129,7 +135,7 @@ class Promotion:
 def judge_of(problem: Problem, model: Trial) -> Promotion:
     """Of a fitted model."""
     doubts = partial(variance_inflation, problem), partial(disagreement, problem)
-    return Promotion(problem, *doubts, partial(covariance_of_errors, problem), model)
+    return Promotion(problem, *doubts, partial(errors_of, problem), model)
 
 
 def in_fitting_forms(

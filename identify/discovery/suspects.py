@@ -83,8 +83,18 @@ def foreseen_fall(shift: Array, covariance: Array) -> float:
     At the minimum, errors that data alone would put at m are at (I - covariance) m, and the squares that
     stating them costs are m' (I - covariance) m.
     """
-    told = np.eye(len(shift)) - covariance + _UNTOLD * np.eye(len(shift))
-    return float(shift @ np.linalg.solve(told, shift))
+    return _over(shift, np.eye(len(shift)) - covariance)
+
+
+def by_chance(shift: Array, scatter: Array) -> bool:
+    """Whether a fit may have found errors (e,) so large by chance, by the covariance (e, e) with which it
+    finds them: residuals that are correlated pull at them by far more than independent ones.
+    """
+    return bool(log_chance(_over(shift, scatter), len(shift)) > np.log(_CHANCE))
+
+
+def _over(shift: Array, covariance: Array) -> float:
+    return float(shift @ np.linalg.solve(covariance + _UNTOLD * np.eye(len(shift)), shift))
 
 
 def causes(nuisances: Nuisances) -> int:

@@ -41,8 +41,8 @@ _ENTRIES = (
     Nuisance("set", "day1", "delay", 1e-5, "s", lasting=False),
 )
 _STATED = Nuisances(_ENTRIES)
-_UNKNOWN = np.zeros((len(_ENTRIES),) * 2)
-"""Covariance of errors that data tell exactly."""
+_EXACT = np.zeros((len(_ENTRIES),) * 2), np.eye(len(_ENTRIES))
+"""Covariance and scatter of errors that data tell exactly."""
 
 
 def _robot() -> Robot:
@@ -53,7 +53,7 @@ def _robot() -> Robot:
 
 def _judge(model: Trial, points: dict[int, Point] | None = None) -> Promotion:
     told = SimpleNamespace(nuisances=_STATED, robot=_robot(), points=points or {})
-    return Promotion(cast(Problem, told), lambda trial: 1.0, lambda trial: 1.0, lambda trial: _UNKNOWN, model)
+    return Promotion(cast(Problem, told), lambda trial: 1.0, lambda trial: 1.0, lambda trial: _EXACT, model)
 
 
 def _found(**shifts: float) -> list[str]:
@@ -211,19 +211,22 @@ def test_what_a_fit_without_the_statement_would_gain_is_foreseen() -> None:
 
 
 def test_an_effect_is_fitted_only_where_it_may_be_shown() -> None:
-    """Among sixty causes; what data tell less of may be larger than it seems."""
+    """Among sixty causes; what data tell less of may be larger than it seems, and correlated residuals, which
+    pull at it, make it no cause.
+    """
     many = Nuisances(tuple(Nuisance("channel", f"{n}:+X", "gain", 0.01, "1") for n in range(60)))
     values = {**dict.fromkeys((one.name for one in many.entries), 0.0), many.entries[10].name: 3.2}
     told = cast(Problem, SimpleNamespace(nuisances=many, robot=_robot(), points={}))
 
-    def suspects(open_wide: float) -> list[str]:
-        covariance = open_wide * np.eye(60)
+    def suspects(open_wide: float, pulled: float = 1.0) -> list[str]:
+        errors = open_wide * np.eye(60), pulled * np.eye(60)
         one = (lambda trial: 1.0,) * 2
-        judge = Promotion(told, *one, lambda trial: covariance, Trial(Task((), (), {}), values, 100.0, 150))
+        judge = Promotion(told, *one, lambda trial: errors, Trial(Task((), (), {}), values, 100.0, 150))
         return [one.effect.kind for one in judge.suspects]
 
     assert suspects(0.0) == []
     assert suspects(0.5) == ["channel-gain"]
+    assert suspects(0.5, pulled=3.0) == []
 
 
 @pytest.mark.parametrize(("elsewhere", "named"), [(1.02, True), (1.14, False)])
@@ -309,9 +312,7 @@ def test_residuals_count_for_less_where_they_are_correlated_and_all_where_forces
     )
     told = cast(Problem, SimpleNamespace(nuisances=_STATED))
     plain, correlated, disagreeing = (
-        Promotion(
-            told, lambda trial, one=one: one, lambda trial, two=two: two, lambda trial: _UNKNOWN, before
-        )
+        Promotion(told, lambda trial, one=one: one, lambda trial, two=two: two, lambda trial: _EXACT, before)
         for one, two in ((1.0, 1.0), (10.0, 1.0), (1.0, 25.0))
     )
     assert plain.log_odds(after) == pytest.approx(-log_chance(50.0, 1) - np.log(causes(_STATED)))

@@ -34,7 +34,7 @@ from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import predictive_squares, uncertainty
+from identify.vibration.uncertainty import fitted_errors, predictive_squares, uncertainty
 from tests.generator.dirt import CAREFUL, Dirt, soil
 from tests.generator.generate import generate
 from tests.generator.linear import linearise
@@ -281,6 +281,28 @@ def test_intervals_are_not_relied_on_beside_errors_far_beyond_the_statement(
     found = uncertainty(problem.targets(), Scale(problem.parameters), values)
     assert any("relied" in note for note in found.notes) == bool(said)
     assert said in " ".join(found.notes)
+
+
+@pytest.mark.parametrize(("alike", "wider"), [(1, 1.0), (4, 4.0)])
+def test_correlated_residuals_pull_at_errors_by_more_than_independent_ones(
+    everything: Problem, alike: int, wider: float
+) -> None:
+    """Of independent ones, a fit finds errors about as far from nothing as the data tell of them."""
+    rng, measured = np.random.default_rng(3), []
+    for m in everything.measurements:
+        target = m.target
+        assert isinstance(target, FrfTarget)
+        assert target.noise is not None
+        h = target.predict(everything.initial)
+        drawn = rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape)
+        h = h + target.noise * drawn[np.arange(len(h)) // alike]
+        measured.append(replace(m, target=replace(target, data=replace(target.data, frf=h))))
+    problem = replace(everything, measurements=tuple(measured))
+    covariance, scatter = fitted_errors(problem, problem.initial)
+    told = np.eye(len(covariance)) - covariance
+    by_data = covariance @ told  # what independent residuals make of them
+    by_residuals = np.trace(scatter - told @ told) / np.trace(by_data)
+    assert by_residuals == pytest.approx(wider, rel=0.25)
 
 
 def test_errors_are_larger_than_stated_where_chance_does_not_make_them_so() -> None:
