@@ -137,8 +137,8 @@ def _found_again(
     of them has in it: they went astray.  A resonator has looked from all its starts, and a wrong sensor moves
     nothing.
 
-    Where much is open and none of them comes near, also what gives way and did nothing: the present model
-    without it may be bent far, and its own valley not be in sight from there.
+    Where much is open and none of them comes near, also all that gives way: the present model without it may
+    be bent far, and its own valley not be in sight from there.
     """
     unclear = open_wide and min((trial.gap for trial in brief), default=np.inf) > _UNCLEAR * present.gap
 
@@ -146,9 +146,8 @@ def _found_again(
         [effect] = trial.task.new
         if isinstance(effect, AppendedResonator) or effect in wrong:
             return False
-        gives_way = isinstance(effect, (Springs, LinkFlexibility))
-        most = _IDLE if unclear and gives_way else _BEHIND
-        return trial.squares > most * present.squares
+        hidden = unclear and isinstance(effect, (Springs, LinkFlexibility))
+        return hidden or trial.squares > _BEHIND * present.squares
 
     again = workers.run([replace(trial.task, how="astray") for trial in brief if astray(trial)])
     return once(sorted([*brief, *again], key=squares_of))
