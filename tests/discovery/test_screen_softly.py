@@ -355,7 +355,7 @@ def test_a_first_look_that_ends_behind_the_present_model_is_taken_again(problem:
 def test_what_gives_way_is_looked_at_again_where_much_is_open_and_none_comes_near(
     problem: Problem, best: float, present: float, again: bool
 ) -> None:
-    """A present model that is bent far hides the valley of the right one, though a first look does something."""
+    """A present model that is bent far hides the valley of the right one, even from what does something."""
     before = _trial(Task(tuple(problem.file.study.effects), (), {}), present)
 
     def gap(task: Task) -> float:
