@@ -22,7 +22,6 @@ from identify.discovery.places.update import triangle
 from identify.discovery.places.views import views_of
 from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
-from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.measured_impedance import turned
 from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.results.curves import CurveTable, PlaceTable
@@ -88,11 +87,6 @@ def place_table(ranked: Sequence[PlaceFit]) -> PlaceTable:
 
 
 def _of_effect(problem: Problem, final: Trial, effect: Effect) -> list[Wanted]:
-    """At the first place of an effect; none of a link that is not uniform, in which no single place gives
-    way.
-    """
-    if isinstance(effect, LinkFlexibility) and effect.nonuniform:
-        return []
     known = tuple(other for other in final.task.effects if other != effect)
     places = [
         place
@@ -122,8 +116,10 @@ def _peak(measurement: Measurement) -> float:
     return float("nan") if impact is None else impact.peak
 
 
-def curve_of(problem: Problem, one: Wanted) -> CurveTable:
-    """The curve of a place of the structure."""
+def curve_of(problem: Problem, one: Wanted) -> CurveTable | None:
+    """The curve of a place of the structure; None where there is none without its effect, as in a load cell
+    or in a link that is not uniform.
+    """
     model = with_effects(problem, one.known, one.final.values)
     if not np.isnan(one.peak_n):
         own = tuple(m for m in model.measurements if _peak(m) == one.peak_n)
@@ -131,8 +127,12 @@ def curve_of(problem: Problem, one: Wanted) -> CurveTable:
     return _table(model, one.final, one.place, one.effect, one.peak_n)
 
 
-def _table(problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float) -> CurveTable:
+def _table(
+    problem: Problem, final: Trial, place: Place, effect: Effect | None, peak_n: float
+) -> CurveTable | None:
     found, held = settled(problem, place, effect, final.values), bool(problem.nuisances.entries)
+    if found is None:
+        return None
     others = [] if held else views_of(problem, "validate")  # whose own errors nothing was fitted to
     model, fit, said = found.model, found.fit, found.law
     beyond = model_of(model.place, others) if others else None

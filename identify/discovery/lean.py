@@ -32,6 +32,8 @@ def leaning_task(problem: Problem, trial: Trial) -> Task | None:
     [place] = law.places(problem.robot, problem.points)
     known = with_effects(problem, trial.task.known, trial.values)
     found = settled(known, place, law, trial.values)
+    if found is None:
+        return None
     towards = found.model.place.towards if isinstance(found.model.place, Release) else ()
     if not towards or found.fit.gap > QUIET:
         return None

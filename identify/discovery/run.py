@@ -148,7 +148,7 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
         before=next(before),
         after=fitted,
         provenance=provenance_of(problem.file),
-        curves={str(number): table for number, table in enumerate(curves)},
+        curves={str(number): table for number, table in enumerate(filter(None, curves))},
         marks=marks(after, [option.effect for option in found.added]),
         written=path.with_suffix(".yaml").name if found.added else "",
     )

@@ -115,7 +115,7 @@ def _inside(problem: Problem, found: Discovery, effects: list[dict[str, Any]]) -
         return None
     name = _coordinate(problem, hidden)
     for table in (curve_of(problem, one) for one in wanted(problem, found)):
-        if name in table.entries:
+        if table is not None and name in table.entries:
             n = table.entries.index(name)
             std = table.std_real[:, n] + 1j * table.std_imag[:, n]
             decay = problem.measurements[0].target.data.window_decay_per_s  # type: ignore[union-attr]

@@ -14,7 +14,8 @@ import pytest
 
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
-from identify.discovery.curves import wanted
+from identify.discovery.candidates import candidates
+from identify.discovery.curves import curve_of, wanted
 from identify.discovery.loop import Discovery
 from identify.discovery.places.catalogue import leaning
 from identify.discovery.places.curve import MeasuredCurve, measured_curve
@@ -232,6 +233,28 @@ def test_errors_of_what_was_told_are_held(fitter: PlaceFitter, stated: bool) -> 
     law = spring + damper * model.lines(fit.values)
     apart = np.median(np.abs(z - law) / np.abs(law))
     assert (apart < 1e-3 and fit.gap < 0.01) if stated else (apart > 0.02 and fit.gap > 2), (apart, fit.gap)
+
+
+def test_every_effect_at_a_place_has_a_curve_there(
+    fitter: PlaceFitter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But a link that is not uniform, and a load cell, which bring their places along."""
+    monkeypatch.setattr("identify.discovery.places.settled._STEPS", 0)
+    problem, measured = fitter.problem, dict[str, bool]()
+    known = tuple(problem.file.study.effects)
+    found = candidates(problem, known)
+    for effect in [next(one for one in found if one.kind == kind) for kind in {one.kind for one in found}]:
+        for form in [effect, *(effect.variants() if effect.has_form else [])]:
+            model = with_effects(problem, (*known, form), {})
+            values = {p.name: p.initial for p in model.parameters}
+            final = Trial(Task(known, (form,), values), values, 100.0, 100)
+            step = SimpleNamespace(added=[SimpleNamespace(effect=form)], final=final)
+            for one in wanted(problem, cast(Discovery, step)):
+                measured[form.sentence()] = curve_of(model, one) is not None
+    without = sorted(sentence for sentence, there in measured.items() if not there)
+    assert len(measured) >= 10
+    assert all("nonuniform" in one or "load cell" in one for one in without), without
+    assert len(without) == 2
 
 
 @pytest.mark.parametrize("looked_at_beside_it", [True, False])

@@ -36,10 +36,16 @@ class Settled:
     law: Complex | None
 
 
-def settled(problem: Problem, place: Place, effect: Effect | None, values: Mapping[str, float]) -> Settled:
-    """From what an effect says with values by name, or from nothing; problem is without that effect."""
+def settled(
+    problem: Problem, place: Place, effect: Effect | None, values: Mapping[str, float]
+) -> Settled | None:
+    """From what an effect says with values by name, or from nothing; problem is without that effect, and may
+    be without the place.
+    """
     fitter, place = PlaceFitter(problem), leaning(place, problem)
     model, scale, law = fitter.model(place), fitter.scale(place), None
+    if model is None:
+        return None
     assert isinstance(model, StructuralModel)
     began = np.array([p.initial for p in scale.parameters])
     if effect is not None and not effect.of_amplitude:
