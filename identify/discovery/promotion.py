@@ -41,6 +41,7 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
+from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem
 
 _PROMOTED = 6
@@ -89,8 +90,7 @@ class Promotion:
         found = beyond_belief(self.problem.nuisances, self.model.values, self.problem.robot)
         if not found:
             return []
-        covariance, scatter = self.errors_of(self.model)
-        shift = np.array([self.model.values[one.name] for one in self.problem.nuisances.entries])
+        (covariance, scatter), shift = self._errors_found, self._shift
 
         def may(one: Suspect) -> bool:
             own, part = shift[one.errors], np.ix_(one.errors, one.errors)
@@ -101,6 +101,20 @@ class Promotion:
             return self._log_odds(fall, 1) > least and self._log_odds(fall / self._disagreement, 1) > least
 
         return [one for one in found if may(one)]
+
+    @cached_property
+    def too_large(self) -> bool:
+        """Whether all errors together are larger than stated, beyond chance."""
+        covariance, _ = self._errors_found
+        return times_as_large(self._shift, np.sqrt(np.diag(covariance))) > 1
+
+    @cached_property
+    def _errors_found(self) -> tuple[Array, Array]:
+        return self.errors_of(self.model)
+
+    @cached_property
+    def _shift(self) -> Array:
+        return np.array([self.model.values[one.name] for one in self.problem.nuisances.entries])
 
     def log_odds(self, after: Trial, rival: Trial | None = None) -> float:
         """Minus the logarithm of the chance that any of the causes of errors would gain so much.
@@ -196,8 +210,8 @@ def promoted(
     """The options and the model where errors of what was told that are beyond belief have become effects.
 
     Only once the gap is closed: before, they make up for what was not found.  What looks like a wrong link is
-    compared with what else adds inertia, once beside each model even where no body on that link explains it;
-    a wrong sensor with whatever else may be wrong there.
+    compared with what else adds inertia, where all errors together are too large once beside each model even
+    if no body on that link explains it; a wrong sensor with whatever else may be wrong there.
     """
     kept, tried, ahead = list(options), list[Effect](), list[Trial]()
     searched: Trial | None = None
@@ -216,7 +230,7 @@ def promoted(
             trial, *_ = ahead = workers.run(tasks)
         tried.append(effect)
         compare = judge.log_odds(trial) > _BEYOND_CHANCE
-        if isinstance(effect, AddedMass) and searched is not model:
+        if isinstance(effect, AddedMass) and searched is not model and judge.too_large:
             searched, compare = model, True
             story.say(f"Errors of {effect.link} are beyond what was stated: looking for what causes them.")
         if compare:

@@ -118,14 +118,19 @@ def test_whatever_may_be_wrong_at_the_same_sensor_is_alike() -> None:
 
 @pytest.mark.parametrize("screened", [True, False])
 @pytest.mark.parametrize(
-    ("by_body", "by_rotor", "named"),
-    [(40.0, 60.0, "rotor-inertia"), (40.0, 20.0, "added-mass"), (2.0, 60.0, "rotor-inertia")],
+    ("error", "by_body", "by_rotor", "named"),
+    [
+        (9.0, 40.0, 60.0, "rotor-inertia"),
+        (9.0, 40.0, 20.0, "added-mass"),
+        (9.0, 2.0, 60.0, "rotor-inertia"),
+        (3.6, 2.0, 60.0, ""),
+    ],
 )
 def test_a_wrong_link_is_compared_with_all_structure(
-    by_body: float, by_rotor: float, named: str, screened: bool, monkeypatch: pytest.MonkeyPatch
+    error: float, by_body: float, by_rotor: float, named: str, screened: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And with a rotor that turns with it, whether a first look finds that or not; also where no body on that
-    link explains it.
+    """And with a rotor that turns with it, whether a first look finds that or not; where all errors together
+    are too large also if no body on that link explains it.
     """
     names = [one.name for one in _ENTRIES]
     believed, first = dict.fromkeys(names, 0.5), Task((), (), {})
@@ -142,10 +147,10 @@ def test_a_wrong_link_is_compared_with_all_structure(
     monkeypatch.setattr(promotion, "screened_softly", lambda workers, problem, found, before, part: found)
     monkeypatch.setattr(promotion, "promising_softly", lambda found: [Task((), (one,), {}) for one in found])
     monkeypatch.setattr(promotion, "thorough_softly", lambda workers, tasks: [workers.run(tasks)])
-    beyond = Trial(first, {**believed, names[0]: 9.0}, 100.0, 100)
+    beyond = Trial(first, {**believed, names[0]: error}, 100.0, 100)
     kept, model = promoted(_judge(beyond), cast(Workers, Fitting()), [], Story())
-    assert [option.effect.kind for option in kept] == [named]
-    assert model.squares == pytest.approx(100.0 - max(fall.values()))
+    assert [option.effect.kind for option in kept] == [named] * bool(named)
+    assert model.squares == pytest.approx(100.0 - max(fall.values()) * bool(named))
 
 
 @pytest.mark.parametrize(("ahead", "named"), [(3.0, "channel-polarity"), (30.0, "sensor-rotation")])
