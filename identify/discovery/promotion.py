@@ -234,7 +234,7 @@ def promoted(
             searched, compare = model, True
             story.say(f"Errors of {effect.link} are beyond what was stated: looking for what causes them.")
         if compare:
-            trial = _best_alike(judge, workers, trial)
+            trial = _best_alike(judge, workers, trial, story.one_more())
         if judge.log_odds(trial) > _BEYOND_CHANCE:
             [trial] = further(workers, [trial], "settled")
         if judge.log_odds(trial) > _BEYOND_CHANCE:
@@ -246,7 +246,7 @@ def promoted(
     return kept, judge.model
 
 
-def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
+def _best_alike(judge: Promotion, workers: Workers, trial: Trial, done: Callable[[], None]) -> Trial:
     """The trial of an effect beside a model, or of what looks like it where that explains more."""
     problem, model, [effect] = judge.problem, judge.model, trial.task.new
     known = model.task.effects
@@ -257,7 +257,7 @@ def _best_alike(judge: Promotion, workers: Workers, trial: Trial) -> Trial:
             for one in candidates(problem, known)
             if one != effect and not one.of_measurement and not one.of_amplitude
         ]
-        screened = screened_softly(workers, problem, structure, model, part=_AS_MUCH)
+        screened = screened_softly(workers, problem, structure, model, done, part=_AS_MUCH)
         groups = thorough_softly(workers, promising_softly(screened))
         groups = with_struts(workers, with_springs_beside(workers, problem, screened, groups))
         turning = [one for one in turning_with(effect, problem.robot) if one not in known]

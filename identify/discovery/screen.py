@@ -82,12 +82,7 @@ def screened(
     Where the gap is closed and no place would make it smaller by more than noise models may be wrong by, no
     places and no candidates at them.
     """
-    count = [0]
-
-    def one() -> None:
-        count[0] += 1
-        story.done(count[0], 0)
-
+    one = story.one_more()
     if workers.with_errors:
         return [], screened_softly(workers, problem, found, before, one)
     anchor, known = anchor_of(before), before.task.effects

@@ -144,7 +144,9 @@ def test_a_wrong_link_is_compared_with_all_structure(
             return [Trial(t, believed, 100.0 - fall[t.new[0].kind], 100, free=1) for t in tasks]
 
     monkeypatch.setattr(promotion, "candidates", lambda *given: [rotor] if screened else [])
-    monkeypatch.setattr(promotion, "screened_softly", lambda workers, problem, found, before, part: found)
+    monkeypatch.setattr(
+        promotion, "screened_softly", lambda workers, problem, found, before, done, part: found
+    )
     monkeypatch.setattr(promotion, "promising_softly", lambda found: [Task((), (one,), {}) for one in found])
     monkeypatch.setattr(promotion, "thorough_softly", lambda workers, tasks: [workers.run(tasks)])
     beyond = Trial(first, {**believed, names[0]: error}, 100.0, 100)
