@@ -8,6 +8,7 @@ import pickle
 import signal
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -27,7 +28,8 @@ from identify.core.threads import one_thread, processors, work_in
 Thing = TypeVar("Thing")
 Part = TypeVar("Part")
 Made = TypeVar("Made")
-_LOOK_S = 0.2
+_LOOK_S, _GRACE_S = 0.2, 5.0
+"""How often it is looked whether the end was asked for, and how long a process may take to its next step."""
 _STACKS = 4
 """In which small parts are sent to each process."""
 
@@ -142,7 +144,8 @@ def _nothing() -> None:
 
 
 def _start(end: Event, modules: Sequence[str]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to a whole terminal; the parent decides
+    for number in (signal.SIGINT, signal.SIGTERM):  # to a whole terminal or group; the parent decides
+        signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
     for module in modules:
@@ -161,6 +164,8 @@ def _end_with_parent() -> None:
 
 
 def _end_when_told(end: Event) -> None:
-    """The work under way ends at its next step."""
+    """The work under way ends at its next step, or with the process."""
     end.wait()
     ask()
+    time.sleep(_GRACE_S)
+    os._exit(1)

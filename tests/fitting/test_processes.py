@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
 import time
 from pathlib import Path
 
@@ -60,3 +63,16 @@ def _longer(thing: list[int], part: int) -> int:
 def _after(seconds: dict[str, float], said: str) -> str:
     time.sleep(seconds[said])
     return said
+
+
+def _own_number(thing: str, part: int) -> int:
+    return os.getpid()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends signals as POSIX has them")
+def test_a_kill_of_the_whole_group_is_left_to_the_parent() -> None:
+    """As a job scheduler sends it; a pool whose processes are gone would be waited for without end."""
+    with Processes(2) as pool:
+        for pid in {pid for _, pid in pool.run("thing", _own_number, range(8))}:
+            os.kill(pid, signal.SIGTERM)
+        assert len(list(pool.run("thing", _own_number, range(8)))) == 8
