@@ -169,6 +169,6 @@ def _uncertainty(problem: Problem, trial: Trial, *, disagreement: bool) -> tuple
     """That of a trial's parameters, and which of these the data determine."""
     model = with_effects(problem, trial.task.effects, trial.values)
     found = uncertainty(model.targets(), Scale(model.parameters), model.initial, disagreement=disagreement)
-    scale, values = Scale(model.parameters[: model.size]), model.initial[: model.size]
+    scale, values = Scale(model.of_effects), model.initial[: model.size]
     told = statuses(scale, values, found.std)
     return found, np.array([status != "not determined" for status in told])

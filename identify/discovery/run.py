@@ -119,7 +119,7 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
     curves = at_work.each(curve_of, wanted(problem, found, at))
     modes = at_work.each(modes_of, [m.name for m in problem.measurements])
     after = with_effects(problem, final.task.effects, {})
-    values = {p.name: final.values[p.name] for p in after.parameters[: after.size]}
+    values = {p.name: final.values[p.name] for p in after.of_effects}
     text = config_text(problem.file, _remarks(found), values, path.parent)
     bands = band_limits(problem)
     map_before = gap_map(problem, problem.at(first.values), bands)

@@ -35,7 +35,7 @@ def as_told(problem: Problem) -> Problem:
         replace(m, target=replace(m.target, nuisances=None)) if isinstance(m.target, FrfTarget) else m
         for m in problem.measurements
     ]
-    parameters = problem.parameters[: problem.size]
+    parameters = problem.of_effects
     return replace(problem, parameters=parameters, measurements=tuple(told), nuisances=NOTHING)
 
 

@@ -92,4 +92,4 @@ def count_of(problem: Problem, use: str) -> int:
 
 def free_of(problem: Problem) -> int:
     found = sum(effect.settings_found for effect in problem.file.study.effects)
-    return found + sum(p.free for p in problem.parameters[: problem.size])
+    return found + sum(p.free for p in problem.of_effects)

@@ -55,7 +55,7 @@ def evaluate(
     data, elsewhere: the gap on data that were not fitted, where they are known already.
     """
     measured = measured_modes(problem) if measured is None else measured
-    targets, parameters = problem.targets(), problem.parameters[: problem.size]
+    targets, parameters = problem.targets(), problem.of_effects
     trusted = uncertainty(targets, Scale(problem.parameters), fit.values)
     trusted, scale = with_link_ends(problem, trusted, fit.values), Scale(parameters)
     stated = stated_uncertainty(problem, trusted, fit.values)
@@ -291,6 +291,6 @@ def _published(problem: Problem) -> results.PublishedValues | None:
     reference = problem.reference
     if reference is None:
         return None
-    value = np.array([reference.parameters.get(p.name, np.nan) for p in problem.parameters[: problem.size]])
+    value = np.array([reference.parameters.get(p.name, np.nan) for p in problem.of_effects])
     modes = reference.modes or ModalTable(np.zeros(0), np.zeros(0))
     return results.PublishedValues(reference.source, value, modes.frequency_hz, modes.damping_ratio)

@@ -31,7 +31,7 @@ def with_link_ends(problem: Problem, trusted: Uncertainty, values: Array) -> Unc
     """The uncertainty of a fit with what links that bend leave open of the joints at their ends; values
     (unknowns,).
     """
-    parameters = problem.parameters[: problem.size]
+    parameters = problem.of_effects
     scale, found = Scale(parameters), values[: problem.size]
     free = [parameters[number] for number in scale.free]
     std = left_open(problem, values)[scale.free]
@@ -50,7 +50,7 @@ def left_open(problem: Problem, values: Array) -> Array:
     none of what is fitted on another scale.
     """
     settings = problem.file.study.uncertainty or FORMS_ALONE
-    share, parameters = settings.std("flexible_links", "ends"), problem.parameters[: problem.size]
+    share, parameters = settings.std("flexible_links", "ends"), problem.of_effects
     value_of = {p.name: value for p, value in zip(parameters, values[: problem.size].tolist(), strict=True)}
     variance = dict.fromkeys(value_of, 0.0)
     for coordinate, compliance in _hinges(problem.robot, problem.measurements[0].system, values):

@@ -72,11 +72,14 @@ class Given:
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measurement and the model at its posture (rad); `target` is what a cost compares."""
+    """One measurement and the model at its posture (rad); `target` is what a cost compares; uncertain: places
+    errors of what was told on a system, where they are stated.
+    """
 
     given: Given
     system: System
     target: FrfTarget | ModalTarget
+    uncertain: Uncertain | None = None
 
     @property
     def name(self) -> str:
@@ -198,7 +201,7 @@ def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
         _check_uncertain(given)
         nuisances, given = _uncertain(study.uncertainty, robot, points, given)
     problem = _assembled(file, robot, points, given, nuisances=nuisances)
-    if not any(parameter.free for parameter in problem.parameters[: problem.size]):
+    if not any(parameter.free for parameter in problem.of_effects):
         raise InputError(
             "effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one"
         )
@@ -310,7 +313,7 @@ def _assembled(
     already of the same robot and postures.
     """
     postures = Postures(robot, points, file.study.effects, given[0].posture, built or Built())
-    forms = _forms(file.study.effects, robot, points)
+    forms = [form for effect in file.study.effects for form in effect.forms(robot, points)]
     if file.study.uncertainty is not None:
         nonlinear = any(effect.of_amplitude for effect in file.study.effects)
         simulated = [one for one in given if nonlinear and one.impact is not None]
@@ -338,20 +341,10 @@ def _measurement(
     rates = None if speed is None else np.deg2rad(speed)
     system = postures.system(given.posture, given.settings.detached, rates)
     if isinstance(given.data, FrfSet):
-        return Measurement(
-            given,
-            system,
-            frf_target(
-                given.name,
-                given.data,
-                system,
-                points,
-                given.noise,
-                given.record,
-                given.impact and given.impact.begun(_pre_trigger(system, values)),
-                None if given.basis is None else partial(_placed, nuisances, forms, given, points),
-            ),
-        )
+        impact = given.impact and given.impact.begun(_pre_trigger(system, values))
+        uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
+        told = (given.name, given.data, system, points, given.noise, given.record)
+        return Measurement(given, system, frf_target(*told, impact, uncertain), uncertain)
     out = (
         channel_rows(system, points, given.data.channels, given.name)
         if given.data.shapes is not None
@@ -366,20 +359,6 @@ def _pre_trigger(system: System, values: Mapping[str, float]) -> float:
     """
     own = next((p.initial for p in system.parameters if p.name == PRE_TRIGGER), 0.0)
     return values.get(PRE_TRIGGER, own)
-
-
-def _forms(effects: Sequence[Effect], robot: Robot, points: dict[int, Point]) -> list[Form]:
-    return [form for effect in effects for form in effect.forms(robot, points)]
-
-
-def uncertain_of(problem: Problem, given: Given) -> Uncertain | None:
-    """What places the nuisances of a measurement on a system; None where nothing that was told is
-    uncertain.
-    """
-    if not problem.nuisances.entries or given.basis is None:
-        return None
-    forms = _forms(problem.file.study.effects, problem.robot, problem.points)
-    return partial(_placed, problem.nuisances, forms, given, problem.points)
 
 
 def _placed(

@@ -65,7 +65,7 @@ def look(
     """Places, best first, and candidates, best first, those without a place last; problem has the known
     linear effects.  None of either where no place makes the gap smaller by `least`.
     """
-    names = [p.name for p in problem.parameters]
+    names = [p.name for p in problem.of_effects]
     values = np.array([known.values[name] for name in names])
     fitter = PooledFitter(workers, known, done)
     ranked = screen_places(places_of(problem, candidates), fitter, values, least)
@@ -83,7 +83,7 @@ def candidates_at(
     done: Callable[[], None] = lambda: None,
 ) -> list[Looked]:
     """What candidates would leave at the best of the places; those without a place last."""
-    names = [p.name for p in problem.parameters]
+    names = [p.name for p in problem.of_effects]
     near = _near(ranked)
     pairs, unplaced, fitted = [], [], {one.place for one in ranked}
     for effect in candidates:

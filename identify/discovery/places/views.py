@@ -23,7 +23,7 @@ from identify.robot.points import Point
 from identify.vibration.costs.make_target import channel_rows, needed_channels
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.nuisances.placed import state
-from identify.vibration.problem import Given, Measurement, Problem, uncertain_of
+from identify.vibration.problem import Measurement, Problem
 
 _JITTER = 1e-11
 """Share of the size of each coordinate's motion in the outputs that keeps those that no output sees apart."""
@@ -182,7 +182,7 @@ def _view(problem: Problem, m: Measurement, keys: dict[tuple[float, complex], in
     level = 0.0 if m.given.impact is None else m.given.impact.peak
     lines = [keys.setdefault((level, complex(s)), len(keys)) for s in target.data.s]
     known = np.array([system.coordinates.index(name) for name in m.system.coordinates], dtype=int)
-    target, system, out, force = _observed(problem, m.given, target, system)
+    target, system, out, force = _observed(problem, m, target, system)
     noise = np.full(target.data.frf.shape, np.nan) if target.noise is None else target.noise
     there = np.isfinite(target.data.frf) & (noise > 0) & target.data.measured
     return View(
@@ -197,18 +197,17 @@ def _view(problem: Problem, m: Measurement, keys: dict[tuple[float, complex], in
 
 
 def _observed(
-    problem: Problem, given: Given, target: FrfTarget, system: System
+    problem: Problem, m: Measurement, target: FrfTarget, system: System
 ) -> tuple[FrfTarget, System, Array, Array]:
     """A set's target, the system over more coordinates, its outputs (channels, n) and forces (n, inputs),
     with errors of what was told as they are in the problem.
     """
     channels, inputs = needed_channels(target.data, system, problem.points), target.data.inputs
-    uncertain = uncertain_of(problem, given)
-    if uncertain is None:
-        out, force = (channel_rows(system, problem.points, some, given.name) for some in (channels, inputs))
-        return target, system, out, force.T
     errors = problem.initial[problem.size :]
-    at = state(uncertain(system, channels, inputs), errors)
+    if m.uncertain is None or not len(errors):
+        out, force = (channel_rows(system, problem.points, some, m.name) for some in (channels, inputs))
+        return target, system, out, force.T
+    at = state(m.uncertain(system, channels, inputs), errors)
     return _held(target, errors), system.with_more(at.mass, at.stiffness), at.out, at.force
 
 

@@ -34,7 +34,7 @@ def stated_uncertainty(problem: Problem, trusted: Uncertainty, values: Array) ->
     shift = values[problem.size :]
     kind = [kind_of(one) for one in entries]
     kinds = list(dict.fromkeys(kind))
-    free = [number for number, p in enumerate(problem.parameters[: problem.size]) if p.free]
+    free = [number for number, p in enumerate(problem.of_effects) if p.free]
     parts = np.full((problem.size, len(kinds)), np.nan)
     for column, name in enumerate(kinds):
         own = np.array([one == name for one in kind])
