@@ -147,14 +147,15 @@ class _Strut:
             return None
         lower, upper = (ends[-4:] for ends in self.bounds())
         start = np.append(direction * np.sqrt(k), np.log(np.clip(c / k, *_DAMPING)))
-        end = scipy.optimize.least_squares(
-            lambda y: own @ self.springs(y)[0] - target,
-            np.clip(start, lower + _INSIDE, upper - _INSIDE),
-            lambda y: own @ self.springs(y)[1],
-            bounds=(lower, upper),
-            x_scale="jac",
-            max_nfev=_REDUCED,
-        )
+        with np.errstate(all="ignore"):  # where nothing depends on one of them, steps overflow, and are refused
+            end = scipy.optimize.least_squares(
+                lambda y: own @ self.springs(y)[0] - target,
+                np.clip(start, lower + _INSIDE, upper - _INSIDE),
+                lambda y: own @ self.springs(y)[1],
+                bounds=(lower, upper),
+                x_scale="jac",
+                max_nfev=_REDUCED,
+            )
         return np.asarray(end.x)
 
 
@@ -190,16 +191,17 @@ def _followed(strut: _Strut, start: Array, steps: int) -> tuple[float, Array]:
     rows = lru_cache(1)(
         lambda key: strut.rows(np.frombuffer(key))
     )  # slopes are asked for where residuals were
-    end = scipy.optimize.least_squares(
-        lambda y: rows(y.tobytes())[0],
-        start,
-        lambda y: rows(y.tobytes())[1],
-        bounds=strut.bounds(),
-        x_scale="jac",
-        ftol=_TOLERANCE,
-        xtol=_TOLERANCE,
-        max_nfev=steps,
-    )
+    with np.errstate(all="ignore"):
+        end = scipy.optimize.least_squares(
+            lambda y: rows(y.tobytes())[0],
+            start,
+            lambda y: rows(y.tobytes())[1],
+            bounds=strut.bounds(),
+            x_scale="jac",
+            ftol=_TOLERANCE,
+            xtol=_TOLERANCE,
+            max_nfev=steps,
+        )
     return float(end.cost), np.asarray(end.x)
 
 
