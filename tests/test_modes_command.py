@@ -240,7 +240,7 @@ def test_frfs_that_the_modes_do_not_rebuild_end_with_a_way_out(tmp_path: Path) -
         assert np.min(np.abs(whole.measurements["ruler"].modes.frequency_hz - peak)) < 1, peak
     assert whole.measurements["ruler"].parts > 1
     assert "parts of the band" in whole.verdict[0]
-    narrow = ["--band", 6000, 9000, "--max-order", 6]
+    narrow = ["--band", 6000, 9000, "--max-order", 4]
     said = invoke(data, *narrow, "--out", tmp_path / "poor.h5", "--no-report", "--quiet")
     assert said.exit_code == EXIT_NOT_CONVERGED
     assert "do not rebuild the FRFs: narrow the band with `--band`" in said.output
