@@ -71,7 +71,8 @@ def _eigen(matrices: Array) -> tuple[Complex, Complex]:
     Each is taken by itself, so that the results are the same in however many threads.
     """
     worth = int(len(matrices) * matrices.shape[-1] ** 3 // _WORTH_A_THREAD)
-    parts = np.array_split(matrices, max(1, min(threads(), len(matrices), worth)))
+    count = min(threads(), len(matrices), worth)
+    parts = np.array_split(matrices, count) if count > 1 else [matrices]
     found = each(np.linalg.eig, parts)
     values, vectors = (np.concatenate(one).astype(complex, copy=False) for one in zip(*found, strict=True))
     return values, vectors
@@ -95,6 +96,8 @@ def eigenvalue_gradient(modes: ComplexModes, factors: Factors, parameters: int) 
     """d lambda / dp (m, parameters), exact for simple eigenvalues: -phi' (lambda^2 M_j + lambda C_j + K_j)
     phi.
     """
+    if not parameters:
+        return np.zeros((len(modes.eigenvalues), 0), dtype=complex)
     through = (modes.shapes @ factors.vectors) ** 2
     columns = -through * factors.weight * modes.eigenvalues[:, None] ** factors.power
     return np.asarray(columns @ (factors.owner[:, None] == np.arange(parameters)))

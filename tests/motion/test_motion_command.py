@@ -29,7 +29,7 @@ def written(folder: Path, **keys: object) -> Path:
     """A study with a record to fit and one to judge."""
     records = [
         record(folder, "a", 1),
-        {**record(folder, "b", 2), "use": "validate", "phases_s": {"end": [0.5, 0.55]}},
+        {**record(folder, "b", 2), "use": "validate", "phases_s": {"end": [0.35, 0.4]}},
     ]
     arms.study(
         folder,

@@ -32,7 +32,7 @@ SERVO = {
     "derivative_gain": {"initial": 4.0, "bounds": [1, 40]},
 }
 STAGE = [{"kind": "gauss-newton", "tolerance": 1e-4}]
-TURN, SAMPLES = arms.move(1, 25, 120, start_s=0.02), 40
+TURN, SAMPLES = arms.move(1, 14, 120, start_s=0.02), 40
 COULOMB = {"name": "dry friction", "numbers": {"friction.coulomb": {"initial": 1.0, "bounds": [0.01, 100]}}}
 INTEGRAL = {
     "name": "integral action",
@@ -69,7 +69,7 @@ def truth(seconds: float, dry: float = 0.0, ki: float = 0.0) -> tuple[Array, Arr
 
 
 def record(
-    folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.55, ki: float = 0.0
+    folder: Path, name: str, seed: int, dry: float = 0.0, seconds: float = 0.4, ki: float = 0.0
 ) -> dict[str, Any]:
     """A record's settings, and its file with noise."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -81,7 +81,9 @@ class EigenfrequencyObjective(Objective):
         if modes is None or len(modes.eigenvalues) < needed:
             rows = len(target.data) * (2 if self.cost.damping else 1) + len(self.cost.conditions)
             return np.full(rows, np.inf), np.zeros((rows, len(free)))
-        slopes = frequency_and_damping_gradient(modes, target.system.factors, len(values))
+        # Costs alone, which most methods ask for, need no slopes.
+        parameters = len(values) if len(free) else 0
+        slopes = frequency_and_damping_gradient(modes, target.system.factors, parameters)
         residual, slope = self._differences(target, modes, slopes)
         missing, missing_slope = self._missing(modes, slopes[0])
         return np.concatenate([residual, missing]), np.concatenate([slope, missing_slope])[:, free]
