@@ -37,8 +37,8 @@ def _friction(m: Motion) -> np.ndarray:
 def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return study(
         tmp_path_factory.mktemp("study"),
-        3,
-        Hidden((_friction,), latency_s=(0.004, 0.004, 0.004, 0, 0)),
+        2,
+        Hidden((_friction,), latency_s=(0.004, 0.004, 0, 0, 0)),
         effects=FRICTION,
     )
 
@@ -124,10 +124,10 @@ def test_several_processes_find_the_same_bit_for_bit(
 def test_the_result_is_kept_whole(written: Path) -> None:
     kept = result_file.read(written, ExplainResult)
     torque, deflection = kept.targets["torque"], kept.targets["deflection"]
-    assert len(torque.effects.name) == 6
-    assert deflection.effects.kind == ("sensor-latency",) * 3
+    assert len(torque.effects.name) == 4
+    assert deflection.effects.kind == ("sensor-latency",) * 2
     assert torque.explained.min() > 0.95
-    assert torque.curves["validate"].measured.shape == (1500, 3)
+    assert torque.curves["validate"].measured.shape == (1500, 2)
     assert len(kept.provenance.input_files) == 3
     with pytest.raises(InputError, match="an explained motion"):
         result_file.read(written, FitResult)
@@ -171,7 +171,7 @@ def test_configs_that_say_something_impossible(
     ("old", "new", "said"),
     [
         ("a.csv", "absent.csv", "put the data there"),
-        ("gear_ratio: [160.0, 180.0, 150.0]", "gear_ratio: [160.0]", "3, one per joint"),
+        ("gear_ratio: [160.0, 180.0]", "gear_ratio: [160.0]", "2, one per joint"),
         ("'torque{joint}'", "'force{joint}'", "nothing of that name"),
         ("stationary_below_deg_per_s: 0.5", "joints: [4]", "unknown joint 4"),
         (
