@@ -56,7 +56,8 @@ def mean_above_zero(values: Array) -> float:
     """
     if len(values) < 2 * _BLOCKS:
         return 1.0
-    means = np.array([block.mean() for block in np.array_split(values, _BLOCKS)])
+    sizes = len(values) // _BLOCKS + (np.arange(_BLOCKS) < len(values) % _BLOCKS)
+    means = np.add.reduceat(values, np.cumsum(sizes) - sizes) / sizes
     return float((np.count_nonzero(_drawn() @ means <= 0) + 0.5) / (_DRAWS + 1))
 
 

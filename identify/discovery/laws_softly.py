@@ -21,9 +21,10 @@ from identify.model.effects.springs import Springs
 from identify.vibration.nuisances.nuisance import bare
 from identify.vibration.problem import Problem
 
-_LAWS, _MOST_OF_IT, _NEARLY = 2, 0.6, 1.5
+_LAWS, _MOST_OF_IT, _HOPE, _NEARLY = 2, 0.6, 0.3, 1.5
 """How many laws are taken to all lines; which part of the gap above noise that springs leave they must take;
-how many times the gap above noise that the best of them leaves others may leave on few lines."""
+and on few lines, to get there; how many times the gap above noise that the best of them leaves others may
+leave on few lines."""
 _TRIED, _FARTHEST = 0.01, 0.1
 """Slopes of an axis, for the parabola and the largest."""
 
@@ -51,7 +52,8 @@ def with_laws(workers: Workers, problem: Problem, groups: Sequence[list[Trial]])
     tasks = [replace(best.task, new=(law,), values=values, how="quick") for law, values in pairs]
     quick = workers.run(tasks)
     ends = further(workers, near_enough(quick, min(one.gap for one in quick), _NEARLY), "likely")
-    near = likeliest_first(near_enough(ends, ends[0].gap, _NEARLY))
+    hopeful = [end for end in ends if removed(best.gap, end.gap) >= _HOPE]
+    near = likeliest_first(near_enough(hopeful, ends[0].gap, _NEARLY))
     single = next((one for one in near if may_lean(one.task.new[0])), None)
     if single is not None and above_noise(ends[0].gap):
         near = [leaning_softly(workers, single), *near]

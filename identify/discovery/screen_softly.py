@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.thresholds import MISSING, QUIET
-from identify.discovery.evidence import FAR, POLICY, nearly_closed, removed
+from identify.discovery.evidence import FAR, POLICY, above_noise, nearly_closed, removed
 from identify.discovery.neighbours import moved, siblings, turning
 from identify.discovery.suspects import stated_already
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
@@ -82,9 +82,10 @@ def screened_softly(
         return []
     of_sensors = [effect for effect in left if _of_a_sensor(problem, effect)]
     others = [effect for effect in left if effect not in of_sensors]
-    if nearly_closed(before) and before.task.has_form:
+    if nearly_closed(before) and (before.task.has_form or not above_noise(before.gap)):
         # First looks hold the form of a bending link as it was told, so that where only that form brought the
-        # gap down none of them comes near the present model.
+        # gap down none of them comes near the present model; and what shows in other data alone is less than
+        # the noise that counts for so little there.
         return _beside(workers, before, [*others, *_moving(workers, before, of_sensors, done)], done)
     # Errors of the present model make up for what is missing: all begin beside one that has few, where only
     # what they add to it is still to be found.
@@ -355,16 +356,20 @@ def _other_forms(whole: Sequence[Trial]) -> list[Task]:
 
 
 def _to_likelihood(workers: Workers, quick: Sequence[Trial], beside: Sequence[Trial]) -> list[Trial]:
-    """Quick trials at the likelihood, best first, and what was looked at beside the present model afresh.
+    """Quick trials at the likelihood, best first, and what was looked at beside the present model: afresh, or
+    from there where one of the others closes the gap.
 
     The best of the quick ones also afresh where none of them closes the gap, but not where they leave so much
     that something else is missing; of what leaves still more the likelihood would only bend the errors.
     """
     if not beside and min(trial.gap for trial in quick) > _NOWHERE_NEAR:
         return sorted(quick, key=squares_of)
-    likely = [replace(trial.task, values=trial.values, how="likely") for trial in quick]
-    besides = [replace(trial.task, how="afresh") for trial in beside]
-    best = once(sorted(workers.run([*likely, *besides]), key=squares_of))
+    likely = further(workers, quick, "likely")
+    if above_noise(likely[0].gap):
+        besides = workers.run([replace(trial.task, how="afresh") for trial in beside])
+    else:
+        besides = further(workers, beside, "nearby")
+    best = once(sorted([*likely, *besides], key=squares_of))
     if QUIET < best[0].gap <= FAR:
         left = [end for end in best[:_VARIED] if not _nonuniform(end.task)]
         best = once(sorted([*best, *further(workers, left, "afresh")], key=squares_of))

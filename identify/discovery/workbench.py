@@ -221,11 +221,11 @@ class ImpactWorkbench:
 
     def _pair_softly(self, step: Step, quick: Sequence[Trial]) -> tuple[tuple[Option, ...], float] | None:
         """Also of what is missing with a wrong channel, where neither was convincing; not of what little is
-        left beside effects that were added: any two fit some of that.
+        left, beside effects that were added or in other data alone: any two fit some of that.
         """
         if not step.options or not quick or self._stands_out(step, quick):
             return None
-        if nearly_closed(step.before) and self.added(step.before):
+        if nearly_closed(step.before) and (self.added(step.before) or not above_noise(step.before.gap)):
             return None
         faults = faults_beside(self.workers, self.problem, quick[0], self._looked_at)
         asked = step if step.found else replace(step, found=step.options[:1])

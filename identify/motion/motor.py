@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -80,12 +80,16 @@ class _DcPlant(MotorPlant):
     resistance: Array
     inductance: Array
     limit: Array
+    _decay: dict[float, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
+    """Of the current over a step, by its length: it is the same at every one."""
 
     def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
         """Exact for constant voltage and velocity."""
+        if step_s not in self._decay:
+            self._decay[step_s] = np.exp(-step_s * self.resistance / self.inductance)
         voltage = _within(command, self.limit)
         end = (voltage - self.back_emf * velocity) / self.resistance
-        return np.asarray(end + (state - end) * np.exp(-step_s * self.resistance / self.inductance))
+        return np.asarray(end + (state - end) * self._decay[step_s])
 
     def torque(self, state: Array) -> Array:
         return self.torque_constant * state

@@ -126,12 +126,12 @@ def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> S
     state, given = plant.motor.holding(holding)
     control = law.begin(_sample(plant, orders, 0, lanes, state), given)
     waiting, damper = deque([given] * timing.delay_steps), _damper(plant, coordinates, timing.step_s)
-    rows = []
+    rows, added = [], orders.excitation / plant.spring.ratio[:, None]
     for tick in range(timing.ticks):
         check()
         sample = _sample(plant, orders, tick, lanes, state)
         command, control = law.act(control, sample)
-        command = command + orders.excitation[:, tick] / plant.spring.ratio
+        command = command + added[:, tick]
         before, row = (
             lanes.velocity.copy(),
             (

@@ -56,7 +56,7 @@ def select(bench: Workbench[E, M], story: Story | None = None) -> Selection[E, M
         if _settles(policy, step.criterion, state):
             banned += _settle(bench, first, state, story)
             patience = policy.patience
-        elif (patience == 0 and not _promised(policy, step)) or _hopeless(policy, first, state.settled, step):
+        elif (patience == 0 and not _promised(policy, step)) or _hopeless(bench, first, state.settled, step):
             break
         else:
             patience = max(patience - 1, 0)
@@ -116,10 +116,13 @@ def _try_variants(bench: Workbench[E, M], first: M, state: _State[E, M], story: 
     state.options, state.present = [*still_there(bench, state.options, best.model), best], best.model
 
 
-def _hopeless(policy: Policy, first: M, settled: M, step: Step[E, M]) -> bool:
-    """Whether a step that does not settle by itself is not worth following either."""
+def _hopeless(bench: Workbench[E, M], first: M, settled: M, step: Step[E, M]) -> bool:
+    """Whether a step that does not settle by itself is not worth following either: of what passes as noise
+    any few additions explain some.
+    """
     explained = step.criterion.gain(first, settled).explained
-    return explained > policy.nearly or step.promise < policy.tentative
+    enough = bench.at_noise(settled) or explained > bench.policy.nearly
+    return enough or step.promise < bench.policy.tentative
 
 
 def _promised(policy: Policy, step: Step[E, M]) -> bool:
