@@ -139,13 +139,15 @@ def test_pairs_are_looked_at_beside_errors_unless_one_hides_behind_nothing(
 
 
 @pytest.mark.parametrize(
-    ("left", "added", "looked_at"), [(1.2, True, False), (1.2, False, True), (2.5, True, True)]
+    ("left", "added", "looked_at"),
+    [(1.2, True, False), (1.2, False, True), (2.5, True, True), (1.04, False, False)],
 )
 def test_beside_errors_two_are_not_made_of_what_little_is_left_beside_what_was_added(
     left: float, added: bool, looked_at: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     world, asked = World(lambda kinds: left - 0.01 * len(kinds)), list[Any]()
     before = world.trial(Task((DRIVES, TILT) if added else (DRIVES,), (), {}))
+    before = replace(before, squares_validation=1.5 * before.squares)
     body, base = (world.trial(replace(before.task, new=(effect,))) for effect in (BODY, BASE))
     found = replace(_option(body), size=13)
     step = replace(_step(before, found), options=(found,))
@@ -232,6 +234,27 @@ def test_one_that_removes_little_is_followed_where_with_another_it_removes_all(
     monkeypatch.setattr(selection_loop, "turn", turned)
     found = selection_loop.select(Known(world))
     assert [option.effect for option in found.options] == ([TILT, BASE] if with_another else [])
+
+
+@pytest.mark.parametrize(("at_first", "turns"), [(1.1, 1), (9.5, 2)])
+def test_what_passes_as_noise_is_not_followed_by_additions_that_do_not_settle(
+    at_first: float, turns: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever they promise: any few explain some of it."""
+    world, steps = World(lambda kinds: at_first - 0.3 * (at_first - 1) * len(kinds)), list[Step]()
+
+    def turned(bench: Known, before: Trial, *_: Any) -> Step:
+        effect = TILT if TILT not in before.task.effects else BASE
+        steps.append(
+            _step(
+                before, None if len(steps) else _option(world.trial(Task(before.task.effects, (effect,), {})))
+            )
+        )
+        return steps[-1]
+
+    monkeypatch.setattr(selection_loop, "turn", turned)
+    found = selection_loop.select(Known(world))
+    assert (len(steps), found.options) == (turns, ())
 
 
 @pytest.mark.parametrize("promised", [True, False])

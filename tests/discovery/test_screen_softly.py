@@ -227,6 +227,32 @@ def test_beside_a_bending_link_one_looks_from_the_present_model_alone(
     assert "afresh" not in {task.how for task in world.tasks}
 
 
+@pytest.mark.parametrize(("gap", "hows"), [(1.03, {"glance", "beside"}), (1.07, {"brief", "led"})])
+def test_what_shows_in_other_data_alone_is_looked_for_from_the_present_model_alone(
+    gap: float, hows: set[str], problem: Problem
+) -> None:
+    """It is less than the noise that counts for little in first looks."""
+    task = Task(tuple(problem.file.study.effects), (), {})
+    before = replace(_trial(task, gap), squares_validation=COUNT * 1.3**2, count_validation=COUNT)
+    world = _World(lambda task: 1.1 if task.new else 1.2)
+    screened_softly(_workers(world), problem, [BASE, TILT, _channel(problem)], before)
+    assert hows <= {task.how for task in world.tasks}
+    assert ("brief" in {task.how for task in world.tasks}) is ("brief" in hows)
+
+
+@pytest.mark.parametrize(("best", "how"), [(1.02, "nearby"), (1.12, "afresh")])
+def test_what_was_looked_at_beside_the_present_model_goes_on_from_there_where_another_closes_the_gap(
+    best: float, how: str
+) -> None:
+    world = _World(lambda task: best if task.new == (BASE,) else 1.2)
+    screened = [
+        _trial(Task((DELAY,), (BASE,), {}, "quick"), 1.2),
+        _trial(Task((DELAY,), (TILT,), {}, "beside"), 1.2),
+    ]
+    thorough_softly(_workers(world), screened, 1.25)
+    assert next(task.how for task in world.tasks if task.new == (TILT,)) == how
+
+
 def _channel(problem: Problem) -> Effect:
     """Reversed polarity of some channel."""
     return next(iter(ChannelPolarity.instances(problem.robot, problem.points)))
