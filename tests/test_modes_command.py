@@ -416,6 +416,8 @@ def test_aircraft_from_the_command(tmp_path: Path) -> None:
         "--band",
         10,
         100,
+        "--direction",
+        "Y",
         "--max-order",
         20,
         "--out",
