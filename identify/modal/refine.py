@@ -77,17 +77,27 @@ class Equations:
         """Of the weighted FRFs."""
         return float(self.line**2 @ self.each_line)
 
-    def functions(self, poles: Complex, doubled: Complex) -> Functions:
-        """Weighted scalar functions: of every pole, of every residual term, and the squares of some poles."""
-        scale = (self.line * self.s**self.power)[:, None]
-        s = self.s[:, None]
+    @cached_property
+    def scale(self) -> Complex:
+        """What every scalar function is multiplied by, (L, 1)."""
+        return np.asarray((self.line * self.s**self.power)[:, None])
+
+    @cached_property
+    def terms(self) -> Complex:
+        """Half of every residual term, which is its own mirror, (L, kinds)."""
         middle = np.exp(np.mean(np.log(np.abs(self.s))))
         powers = np.array([power_of(kind) for kind in self.kinds])
-        # A residual term is its own mirror: half each.
-        terms = scale * (s / middle) ** powers / 2
-        direct, mirror = scale / (s - poles), scale / (s - poles.conj())
-        square, mirrored = scale / (s - doubled) ** 2, scale / (s - doubled.conj()) ** 2
-        return Functions.of(np.hstack([direct, terms, square]), np.hstack([mirror, terms, mirrored]))
+        return np.asarray(self.scale * (self.s[:, None] / middle) ** powers / 2)
+
+    def functions(self, poles: Complex, doubled: Complex) -> Functions:
+        """Weighted scalar functions: of every pole, of every residual term, and the squares of some poles."""
+        first, last = len(poles), len(poles) + len(self.kinds)
+        both, s = np.empty((2, len(self.s), last + len(doubled)), dtype=complex), self.s[:, None]
+        for part, single, double in zip(both, (poles, poles.conj()), (doubled, doubled.conj()), strict=True):
+            np.divide(self.scale, s - single, out=part[:, :first])
+            part[:, first:last] = self.terms
+            np.divide(self.scale, (s - double) ** 2, out=part[:, last:])
+        return Functions.of(*both)
 
     def moments(self, functions: Functions, known: Moments | None = None) -> Moments:
         """Inner products of functions with each other and with the weighted FRFs; known: those of the first
