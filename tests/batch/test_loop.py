@@ -63,10 +63,10 @@ def test_every_fault_is_told_and_the_rest_is_done(opener: Opener, tmp_path: Path
 def test_a_job_that_never_returns_is_ended_and_its_worker_replaced(opener: Opener, tmp_path: Path) -> None:
     jobs = [_job("endless", "endless"), *(_job(f"good{n}", "square", x=n) for n in range(3))]
     with opener() as executor:
-        index = _run(jobs, executor, tmp_path, limit_s=1.0)
+        index = _run(jobs, executor, tmp_path, limit_s=0.5)
     assert index.jobs["endless"].state == "failed"
     assert index.jobs["endless"].attempts == 2
-    assert "time limit of 1 s" in index.jobs["endless"].error
+    assert "time limit of 0.5 s" in index.jobs["endless"].error
     assert all(index.jobs[f"good{n}"].state == "done" for n in range(3))
 
 
