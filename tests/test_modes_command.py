@@ -227,7 +227,7 @@ def test_a_geometry_without_unit_is_left_out_unless_the_unit_is_given(tmp_path: 
 
 
 def test_frfs_that_the_modes_do_not_rebuild_end_with_a_way_out(tmp_path: Path) -> None:
-    spectra = loadmat(shared("data", "pydvma_ruler", "ruler_grid_acc_3.mat"))["yspec"]
+    spectra = loadmat(shared("data", "pydvma_ruler", "ruler_grid_acc_3.mat"))["yspec"][:4100]
     lines_hz = np.arange(len(spectra)) * 20_000 / 32_768
     points = tuple(Channel(k + 1, 3) for k in range(spectra.shape[1]))
     ruler = FrfSet(lines_hz, spectra[:, :, None], points, points[:1], "accelerance", source="ruler")
@@ -240,7 +240,7 @@ def test_frfs_that_the_modes_do_not_rebuild_end_with_a_way_out(tmp_path: Path) -
         assert np.min(np.abs(whole.measurements["ruler"].modes.frequency_hz - peak)) < 1, peak
     assert whole.measurements["ruler"].parts > 1
     assert "parts of the band" in whole.verdict[0]
-    narrow = ["--band", 6000, 9000, "--max-order", 4]
+    narrow = ["--band", 1500, 2500, "--max-order", 4]
     said = invoke(data, *narrow, "--out", tmp_path / "poor.h5", "--no-report", "--quiet")
     assert said.exit_code == EXIT_NOT_CONVERGED
     assert "do not rebuild the FRFs: narrow the band with `--band`" in said.output
