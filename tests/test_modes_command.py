@@ -416,8 +416,6 @@ def test_aircraft_from_the_command(tmp_path: Path) -> None:
         "--band",
         10,
         100,
-        "--direction",
-        "Y",
         "--max-order",
         20,
         "--out",
