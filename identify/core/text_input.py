@@ -65,7 +65,7 @@ def _cells(path: Path, number: int, line: str, skip_space: bool) -> list[str]:
     if line.startswith("#"):
         return []
     if '"' not in line and len(line) <= csv.field_size_limit():
-        # What the csv module would find, several times faster: a long record has millions of cells.
+        # What the csv module would find, sooner: a long record has millions of cells.
         return [cell.strip() for cell in line.split(",")]
     try:
         return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=skip_space))]
