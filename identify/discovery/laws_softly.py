@@ -13,9 +13,8 @@ from identify.core.thresholds import MISSING
 from identify.discovery.evidence import above_noise, closed, removed
 from identify.discovery.lean import may_lean
 from identify.discovery.screen import likeliest_first
-from identify.discovery.screen_softly import further
 from identify.discovery.task import Task, Trial, near_enough, once, squares_of
-from identify.discovery.workers import Workers
+from identify.discovery.workers import Workers, further
 from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.springs import Springs
 from identify.vibration.nuisances.nuisance import bare

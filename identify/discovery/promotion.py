@@ -21,8 +21,9 @@ from identify.discovery.evidence import (
     errors_of,
     variance_inflation,
 )
+from identify.discovery.refit_softly import promising_softly, thorough_softly
 from identify.discovery.screen import attempt
-from identify.discovery.screen_softly import further, promising_softly, screened_softly, thorough_softly
+from identify.discovery.screen_softly import screened_softly
 from identify.discovery.siblings import with_springs_beside, with_struts
 from identify.discovery.suspects import (
     Suspect,
@@ -37,7 +38,7 @@ from identify.discovery.suspects import (
 )
 from identify.discovery.task import Attempt, Option, Step, Task, Trial, squares_of
 from identify.discovery.workbench import ImpactWorkbench
-from identify.discovery.workers import Workers
+from identify.discovery.workers import Workers, further
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect

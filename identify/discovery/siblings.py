@@ -14,11 +14,10 @@ from identify.discovery.evidence import clearly_nearer
 from identify.discovery.lean import leaning_task, may_lean
 from identify.discovery.neighbours import siblings, turning
 from identify.discovery.screen import likeliest_first, thorough
-from identify.discovery.screen_softly import further
 from identify.discovery.strut import springs_of, strut_task
 from identify.discovery.task import Task, Trial, near_enough, solved, squares_of
 from identify.discovery.thinned import thinned
-from identify.discovery.workers import Workers
+from identify.discovery.workers import Workers, further
 from identify.model.effects.base import Effect
 from identify.vibration.problem import Problem
 

@@ -10,7 +10,7 @@ import numpy as np
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.thresholds import MATERIAL, MISSING, QUIET
-from identify.discovery import screen
+from identify.discovery import pairs, screen
 from identify.discovery.candidates import candidates, plausible
 from identify.discovery.evidence import (
     CLOSED,
@@ -24,14 +24,8 @@ from identify.discovery.evidence import (
 )
 from identify.discovery.laws_softly import with_laws
 from identify.discovery.places.screen import PlaceFit
-from identify.discovery.screen_softly import (
-    closing,
-    faults_beside,
-    further,
-    promising_softly,
-    stands_out,
-    varied_softly,
-)
+from identify.discovery.refit_softly import closing, promising_softly, varied_softly
+from identify.discovery.screen_softly import faults_beside, stands_out
 from identify.discovery.siblings import (
     with_coupled,
     with_leaning,
@@ -40,7 +34,7 @@ from identify.discovery.siblings import (
     with_struts,
 )
 from identify.discovery.task import Attempt, Option, Step, Task, Trial, near_enough, squares_of
-from identify.discovery.workers import Workers
+from identify.discovery.workers import Workers, further
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Story
@@ -137,7 +131,7 @@ class ImpactWorkbench:
         self._looked_at = effects
         if self.workers.with_errors and not effects:
             return []
-        trials = screen.second_of_two(self.workers, model, self._pairs)
+        trials = pairs.second_of_two(self.workers, model, self._pairs)
         if not trials:
             places, trials = screen.screened(self.workers, self.problem, effects, model, story)
             self._places.append((model.task.effects, places))
@@ -196,13 +190,13 @@ class ImpactWorkbench:
         """The better of two that hide each other; not where amplitude matters, because it would take long."""
         if screen.anchor_of(step.before):
             return None
-        quick = screen.various([one.model for one in screened])
+        quick = pairs.various([one.model for one in screened])
         if self.workers.with_errors:
             return self._pair_softly(step, quick)
         if step.best is None:
             return None
         quick += self._of_its_bearing(step.before, quick)
-        two = screen.first_of_two(self.workers, step, quick)
+        two = pairs.first_of_two(self.workers, step, quick)
         self._pairs = two.pairs
         return (two.best,), two.explained
 
@@ -229,7 +223,7 @@ class ImpactWorkbench:
             return None
         faults = faults_beside(self.workers, self.problem, quick[0], self._looked_at)
         asked = step if step.found else replace(step, found=step.options[:1])
-        two = screen.first_of_two(self.workers, asked, [*quick, *faults])
+        two = pairs.first_of_two(self.workers, asked, [*quick, *faults])
         self._pairs = two.pairs
         self._refitted.update((_key(trial.task.effects), trial) for trial in two.single)
         if not step.found and two.best == asked.found[0] and two.explained == two.best.gain.explained:

@@ -9,14 +9,14 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from identify.core.interruption import check
 from identify.discovery.places.job import Known, PlaceJob
-from identify.discovery.task import Task, Trial
+from identify.discovery.task import Task, Trial, squares_of
 from identify.discovery.trial import TrialRunner
 from identify.fitting.memory import Memory
 from identify.fitting.processes import Processes
@@ -150,3 +150,14 @@ def _remembered(task: Task, kept: tuple[dict[str, float], list[float], str]) -> 
     return Trial(
         task, values, squares, int(count), squares_validation, int(count_validation), int(free), failure
     )
+
+
+def further(
+    workers: Workers,
+    trials: Sequence[Trial],
+    how: Literal["led", "quick", "nearby", "likely", "afresh", "thorough", "onward", "settled"],
+    done: Callable[[], None] = lambda: None,
+) -> list[Trial]:
+    """Trials taken on from where they are, the best first."""
+    tasks = [replace(trial.task, values=trial.values, how=how, far=False) for trial in trials]
+    return sorted(workers.run(tasks, done), key=squares_of)

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import pytest
 
-from identify.discovery import loop, screen
+from identify.discovery import loop, pairs, screen
 from identify.discovery.evidence import POLICY, EvidenceCriterion
 from identify.discovery.task import Option, Step, Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
@@ -109,11 +109,11 @@ def test_a_pair_that_explains_far_more_goes_before_one_that_stands_for_both() ->
     chosen = choice(POLICY, options)
     assert chosen == (options[0],)
     step = workbench_types.Step(before, tuple(options), chosen, (), criterion, chosen[0].gain.explained)
-    two = screen.first_of_two(_workers(world), step, quick)
+    two = pairs.first_of_two(_workers(world), step, quick)
     assert two.best == options[1]
     assert two.explained == pytest.approx(1 - 0.02 / 39)
     alone = World(lambda kinds: min(gaps.get(k, 40.0) for k in kinds | {""}))
-    two = screen.first_of_two(_workers(alone), step, quick)
+    two = pairs.first_of_two(_workers(alone), step, quick)
     assert two.best == options[0]
     assert two.explained == pytest.approx(1 - 7 / 39)
 
@@ -133,7 +133,7 @@ def test_pairs_are_looked_at_beside_errors_unless_one_hides_behind_nothing(
     monkeypatch.setattr(
         "identify.discovery.workbench.faults_beside", lambda *given: asked.append(given) or []
     )
-    monkeypatch.setattr(screen, "first_of_two", lambda *given: screen.Two(found, 1.0))
+    monkeypatch.setattr(pairs, "first_of_two", lambda *given: pairs.Two(found, 1.0))
     Known(world)._pair_softly(step, [world.model(TILT), world.model(BASE)])
     assert bool(asked) is looked_at
 
@@ -154,7 +154,7 @@ def test_beside_errors_two_are_not_made_of_what_little_is_left_beside_what_was_a
     monkeypatch.setattr(
         "identify.discovery.workbench.faults_beside", lambda *given: asked.append(given) or []
     )
-    monkeypatch.setattr(screen, "first_of_two", lambda *given: screen.Two(found, 1.0))
+    monkeypatch.setattr(pairs, "first_of_two", lambda *given: pairs.Two(found, 1.0))
     Known(world)._pair_softly(step, [body, base])
     assert bool(asked) is looked_at
 
@@ -183,7 +183,7 @@ def test_few_of_a_kind_are_tried_in_pairs() -> None:
     world = World(lambda kinds: 5.0)
     bodies = [parse_effect({"kind": "added-mass", "link": f"link{n}"}) for n in range(1, 7)]
     FREE.update({id(effect): 1 for effect in bodies})
-    chosen = screen.various([world.model(effect) for effect in (*bodies, TILT, BASE)])
+    chosen = pairs.various([world.model(effect) for effect in (*bodies, TILT, BASE)])
     assert [trial.task.new[0] for trial in chosen] == [*bodies[:2], TILT, BASE]
 
 
@@ -192,7 +192,7 @@ def test_one_form_of_each_is_tried_in_pairs() -> None:
     world = World(lambda kinds: 5.0)
     [turned] = [form for form in TILT.variants() if form.valleys > 1]
     FREE.update({id(turned): 6})
-    chosen = screen.various([world.model(effect) for effect in (turned, BASE, TILT)])
+    chosen = pairs.various([world.model(effect) for effect in (turned, BASE, TILT)])
     assert [trial.task.new[0] for trial in chosen] == [turned, BASE]
 
 
@@ -395,7 +395,7 @@ def test_two_that_do_nothing_alone_are_no_pair(alone: float, tried: int) -> None
     trials = [world.model(effect) for effect in (TILT, BASE, MASS)]
     step = _step(before, _option(trials[0]))
     world.tasks = 0
-    screen.first_of_two(_workers(world), step, trials)
+    pairs.first_of_two(_workers(world), step, trials)
     present = 1
     assert world.tasks == present + 2 * tried, "each briefly, then further"
 

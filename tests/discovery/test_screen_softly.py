@@ -11,15 +11,15 @@ import pytest
 
 from identify.discovery.evidence import EvidenceCriterion
 from identify.discovery.neighbours import moved
-from identify.discovery.screen import first_of_two, second_of_two
-from identify.discovery.screen_softly import (
+from identify.discovery.pairs import first_of_two, second_of_two
+from identify.discovery.refit_softly import (
     _near_enough,
     closing,
     promising_softly,
-    screened_softly,
     thorough_softly,
     varied_softly,
 )
+from identify.discovery.screen_softly import screened_softly
 from identify.discovery.task import Option, Step, Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.gain import Gain
