@@ -77,6 +77,7 @@ _FALLS = "Gap of each model, measured from noise (1), and what each addition doe
 _ROBOT = "RMS of the gap over all measurements, bands and directions of each point."
 _RINGED = " Ringed: where what was added sits, with the axes along or about which it acts."
 _MAP = "One row per response channel, one column per band, all maps in the same colours: neutral is noise."
+_ADDED = ("Parameter", "Value", "Unit", "95 % from", "to", "±")
 _BRIEF = ("Candidate", "Gap", "Gap, other data", "Log odds", "Verdict")
 _SCRIPTS = ("compare.js", "discovery.js")
 
@@ -88,7 +89,7 @@ def report(result: DiscoveryResult) -> Report:
     story = tables.steps(result)
     added = [
         Tabular(tables.added_table(result)),
-        Tabular(tables.added_parameter_table(result), heading=True, on=EVERYWHERE),
+        Tabular(tables.added_parameter_table(result), heading=True, terminal=_ADDED, on=EVERYWHERE),
     ]
     steps = [part for number_of, step in story for part in _step(number_of, step)]
     table = compare_tables.parameter_table(runs) if several else parameter_rows(result.before.parameters)

@@ -7,14 +7,15 @@ from typing import Literal
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
+from rich.measure import Measurement
 from rich.table import Table as Rich
 
 from identify.reports.kit.cells import Table
 from identify.reports.kit.report import TERMINAL, Bullets, Heading, Part, Report, Tabular, Text, visible
 from identify.results.header import Header
 
-_NAME = 30
-"""Characters that the first column keeps for names."""
+_NAME, _ANY = 30, 10_000
+"""Characters that the first column keeps for names; that no table needs."""
 
 
 def show(result: Header, report: Report) -> None:
@@ -31,7 +32,7 @@ def show(result: Header, report: Report) -> None:
 
 def _show(console: Console, part: Part) -> None:
     if isinstance(part, Tabular):
-        console.print(rich_table(part.table, part.terminal, part.rows))
+        print_table(console, part.table, part.terminal, part.rows)
         if part.rows is not None and len(part.table.rows) > part.rows:
             console.print(f"and {len(part.table.rows) - part.rows} more, in the report", highlight=False)
     elif isinstance(part, Heading):
@@ -42,16 +43,37 @@ def _show(console: Console, part: Part) -> None:
         console.print(*map(escape, part.items), sep="\n", highlight=False)
 
 
-def rich_table(table: Table, headings: tuple[str, ...] = (), rows: int | None = None) -> Rich:
-    """The columns of a table with these headings, without headings all of them; rows: only so many."""
+def print_table(
+    console: Console, table: Table, headings: tuple[str, ...] = (), rows: int | None = None
+) -> None:
+    """Print a table; where it does not fit, with the headings of numbers in several lines, and wider than the
+    console where that still would cut numbers off: a terminal breaks lines, and a file has room.
+    """
+    anything = console.options.update(max_width=_ANY)
+    made = rich_table(table, headings, rows)
+    if Measurement.get(console, anything, made).maximum > console.width:
+        made = rich_table(table, headings, rows, tight=True)
+        least = Measurement.get(console, anything, made).minimum
+        console = Console(file=console.file, width=max(console.width, least))
+    console.print(made)
+
+
+def rich_table(
+    table: Table, headings: tuple[str, ...] = (), rows: int | None = None, *, tight: bool = False
+) -> Rich:
+    """The columns of a table with these headings, without headings all of them; rows: only so many; tight:
+    columns of numbers no wider than these and a word of their heading.
+    """
     shown = [k for k, column in enumerate(table.columns) if not headings or column.heading in headings]
     made = Rich(title=table.title, box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for k in shown:
         column = table.columns[k]
-        # Nothing is cut off: a name stays in one line where it can, a number is folded.
-        name = min(_NAME, max((len(row[k]) for row in table.rows), default=0)) if k == shown[0] else None
+        # A name stays in one line where it can, a number always.
+        longest = max((len(row[k]) for row in table.rows[:rows]), default=0)
+        name = min(_NAME, longest) if k == shown[0] else None
+        wide = max(longest, *map(len, column.head.split())) if tight and column.numeric else None
         side: Literal["left", "right"] = "right" if column.numeric else "left"
-        made.add_column(column.head, justify=side, overflow="fold", min_width=name)
+        made.add_column(column.head, justify=side, overflow="fold", min_width=name, width=wide)
     for row in table.rows[:rows]:
         made.add_row(*(escape(row[k]) for k in shown))
     return made

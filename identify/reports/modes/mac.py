@@ -15,7 +15,7 @@ from identify.measured.modal_table import ModalTable
 from identify.modes.compare_shapes import ShapeComparison
 from identify.reports.kit import figures
 from identify.reports.kit.cells import Column, Table, number, percent, signed, words
-from identify.reports.kit.terminal import rich_table
+from identify.reports.kit.terminal import print_table
 
 _PICTURES = (".png", ".svg", ".pdf")
 
@@ -24,7 +24,7 @@ def show(found: ShapeComparison) -> None:
     """Print the tables."""
     console = Console()
     for table in tables(found):
-        console.print(rich_table(table))
+        print_table(console, table)
         if table.note:
             console.print(table.note, highlight=False)
 
