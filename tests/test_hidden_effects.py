@@ -65,7 +65,7 @@ def test_the_form_of_a_chain_of_segments_is_fitted_along(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Once a beam leaves little more than noise: no beam is quite a link, and the new study says so."""
-    rivals = (" of joint 2 ", "link2")
+    rivals = (" of joint 2 ", " of joint 3 ", "link2", "link3")
     only(
         monkeypatch,
         lambda effect: (
