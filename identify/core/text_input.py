@@ -57,19 +57,15 @@ def read_csv(path: Path, expected: str, *, skip_space: bool = False) -> list[tup
     rows = []
     for number, line in enumerate(text.split("\n"), start=1):
         if line.strip():
-            rows.append((number, line, _cells(path, number, line, skip_space)))
+            rows.append((number, line, _cells(f"{path} line {number}", line, skip_space)))
     return rows
 
 
-def _cells(path: Path, number: int, line: str, skip_space: bool) -> list[str]:
+def _cells(where: str, line: str, skip_space: bool) -> list[str]:
     if line.startswith("#"):
         return []
-    if '"' not in line and len(line) <= csv.field_size_limit():
-        # What the csv module would find, sooner: a long record has millions of cells.
-        return [cell.strip() for cell in line.split(",")]
     try:
         return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=skip_space))]
     except csv.Error as error:
         found = f"cells that cannot be read ({error})"
-        where = f"{path} line {number}"
         raise InputError(where, found, "cells separated by commas", "export the file again") from error

@@ -103,6 +103,10 @@ class Promotion:
 
         return [one for one in found if may(one)]
 
+    def suspects_but(self, tried: Sequence[Effect]) -> list[Suspect]:
+        """Those whose effects were neither tried nor are in the model."""
+        return [one for one in self.suspects if one.effect not in (*tried, *self.model.task.effects)]
+
     @cached_property
     def too_large(self) -> bool:
         """Whether all errors together are larger than stated, beyond chance."""
@@ -134,6 +138,10 @@ class Promotion:
         squares = (errors + residuals / self._inflation) / self._disagreement
         return self._log_odds(squares, after.free - self.model.free)
 
+    def beyond_chance(self, after: Trial) -> bool:
+        """Whether that chance is too small to be one."""
+        return self.log_odds(after) > _BEYOND_CHANCE
+
     def _log_odds(self, squares: float, free: int) -> float:
         return -log_chance(squares, free) - float(np.log(causes(self.problem.nuisances)))
 
@@ -162,7 +170,7 @@ def in_fitting_forms(
     model = judge.model
     if model.gap >= CLOSED or not judge.suspects:
         return judge, list(options)
-    fewer = [one for one in rivals(model, story.steps) if judge.log_odds(one) > _BEYOND_CHANCE]
+    fewer = [one for one in rivals(model, story.steps) if judge.beyond_chance(one)]
     ended = further(bench.workers, fewer[:_AT_ONCE], "settled")
     others = [attempt(model, one) for one in ended if not replace(judge, model=one).suspects]
     forms = bench.variants(model, richer=True)
@@ -191,7 +199,7 @@ def in_place_of(
     that takes away errors beyond chance: what an effect cannot say must not be blamed on sensors and links.
     """
     best = max(others, key=lambda one: judge.log_odds(one.model), default=None)
-    if best is None or judge.log_odds(best.model) <= _BEYOND_CHANCE:
+    if best is None or not judge.beyond_chance(best.model):
         return judge, list(options)
     effects = best.model.task.effects
     kept = [
@@ -217,8 +225,7 @@ def promoted(
     kept, tried, ahead = list(options), list[Effect](), list[Trial]()
     searched: Trial | None = None
     for _ in range(_PROMOTED if judge.model.gap < CLOSED else 0):
-        model = judge.model
-        left = [one for one in judge.suspects if one.effect not in (*tried, *model.task.effects)]
+        model, left = judge.model, judge.suspects_but(tried)
         if not left:
             break
         effect = left[0].effect
@@ -230,15 +237,15 @@ def promoted(
             ]
             trial, *_ = ahead = workers.run(tasks)
         tried.append(effect)
-        compare = judge.log_odds(trial) > _BEYOND_CHANCE
+        compare = judge.beyond_chance(trial)
         if isinstance(effect, AddedMass) and searched is not model and judge.too_large:
             searched, compare = model, True
             story.say(f"Errors of {effect.link} are beyond what was stated: looking for what causes them.")
         if compare:
             trial = _best_alike(judge, workers, trial, story.one_more())
-        if judge.log_odds(trial) > _BEYOND_CHANCE:
+        if judge.beyond_chance(trial):
             [trial] = further(workers, [trial], "settled")
-        if judge.log_odds(trial) > _BEYOND_CHANCE:
+        if judge.beyond_chance(trial):
             [named], criterion = trial.task.new, EvidenceCriterion(max(trial.gap**2, 1.0))
             gain = replace(criterion.gain(model, trial), log_odds=judge.log_odds(trial))
             kept.append(Option(named, trial, trial.free - model.free, gain))

@@ -147,9 +147,8 @@ class _Strut:
             return None
         lower, upper = (ends[-4:] for ends in self.bounds())
         start = np.append(direction * np.sqrt(k), np.log(np.clip(c / k, *_DAMPING)))
-        with np.errstate(
-            all="ignore"
-        ):  # where nothing depends on one of them, steps overflow, and are refused
+        # Where nothing depends on one of them, steps overflow, and are refused.
+        with np.errstate(all="ignore"):
             end = scipy.optimize.least_squares(
                 lambda y: own @ self.springs(y)[0] - target,
                 np.clip(start, lower + _INSIDE, upper - _INSIDE),

@@ -91,13 +91,12 @@ class Equations:
 
     def functions(self, poles: Complex, doubled: Complex) -> Functions:
         """Weighted scalar functions: of every pole, of every residual term, and the squares of some poles."""
-        first, last = len(poles), len(poles) + len(self.kinds)
-        both, s = np.empty((2, len(self.s), last + len(doubled)), dtype=complex), self.s[:, None]
-        for part, single, double in zip(both, (poles, poles.conj()), (doubled, doubled.conj()), strict=True):
-            np.divide(self.scale, s - single, out=part[:, :first])
-            part[:, first:last] = self.terms
-            np.divide(self.scale, (s - double) ** 2, out=part[:, last:])
-        return Functions.of(*both)
+
+        def of(single: Complex, double: Complex) -> Complex:
+            s = self.s[:, None]
+            return np.hstack([self.scale / (s - single), self.terms, self.scale / (s - double) ** 2])
+
+        return Functions.of(of(poles, doubled), of(poles.conj(), doubled.conj()))
 
     def moments(self, functions: Functions, known: Moments | None = None) -> Moments:
         """Inner products of functions with each other and with the weighted FRFs; known: those of the first

@@ -71,8 +71,7 @@ def _eigen(matrices: Array) -> tuple[Complex, Complex]:
     Each is taken by itself, so that the results are the same in however many threads.
     """
     worth = int(len(matrices) * matrices.shape[-1] ** 3 // _WORTH_A_THREAD)
-    count = min(threads(), len(matrices), worth)
-    parts = np.array_split(matrices, count) if count > 1 else [matrices]
+    parts = np.array_split(matrices, max(1, min(threads(), len(matrices), worth)))
     found = each(np.linalg.eig, parts)
     values, vectors = (np.concatenate(one).astype(complex, copy=False) for one in zip(*found, strict=True))
     return values, vectors

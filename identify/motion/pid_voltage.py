@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -57,10 +56,6 @@ class PidLaw(ControlLaw):
     limit: Array
     period_s: float
 
-    @cached_property
-    def _integrates(self) -> bool:
-        return bool(np.any(self.integral_gain))
-
     def standing_error(self, holding: Array) -> Array:
         """None with integral action; the share of K_p without."""
         return np.where(self.integral_gain > 0, 0.0, holding / self.position_gain)
@@ -75,8 +70,6 @@ class PidLaw(ControlLaw):
         """The integral stops where the voltage is at its limit."""
         error = sample.position - sample.turn
         change = self.derivative_gain * (error - state.error) / self.period_s
-        if not self._integrates:
-            return self.position_gain * error + change, PidState(error, state.integral)
         integral = state.integral + self.integral_gain * self.period_s * error
         command = self.position_gain * error + change + integral
         integral = np.where(np.abs(command) < self.limit, integral, state.integral)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 from rich.console import Console
@@ -17,8 +19,7 @@ from tests.reports.plan_sample import plan_result
 
 @pytest.mark.parametrize("made", [discovery_result, excite_result, plan_result])
 @pytest.mark.parametrize("width", [40, 80, 200])
-def test_no_number_of_a_table_is_cut_off(made: object, width: int) -> None:
-    assert callable(made)
+def test_no_number_of_a_table_is_cut_off(made: Callable[[], Any], width: int) -> None:
     report, tables = report_of(made()), 0
     sections = [report.opening, *(section.parts for section in report.sections)]
     for part in (one for parts in sections for one in visible(parts, TERMINAL)):
