@@ -18,6 +18,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
+from identify.model.compliances import Compliances
 from identify.model.effects.base import Effect, Term, Torque, errors_of
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
@@ -93,11 +94,22 @@ class System:
     effects: tuple[tuple[Effect, Index], ...]
     laws: tuple[PlacedLaw, ...] = ()
     coriolis: Array | None = None
+    compliances: Compliances | None = None
 
     def matrices(self, values: Array) -> tuple[Array, Array, Array]:
         """M, C, K (..., n, n) at parameter values (..., parameters); K is complex where there is hysteretic
-        damping.
+        damping.  Springs given by compliance are as stiff as numbers allow where they are rigid.
         """
+        mass, damping, stiffness = self.bare(values)
+        if self.compliances is None:
+            return mass, damping, stiffness
+        flat, held = values.reshape(-1, values.shape[-1]), mass.reshape(-1, *mass.shape[-2:])
+        springs = [self.compliances.stiff(one, m) for one, m in zip(flat, held, strict=True)]
+        k, c = (np.array(some).reshape(mass.shape) for some in zip(*springs, strict=True))
+        return mass, damping + c, stiffness + k
+
+    def bare(self, values: Array) -> tuple[Array, Array, Array]:
+        """The same without springs that are given by compliance."""
         k, c, m = (
             np.tensordot(values, self.terms[role], axes=1) for role in ("stiffness", "damping", "mass")
         )
@@ -251,7 +263,23 @@ def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array |
         ),
         _placed(every),
         None if rates is None else _coriolis(site, rates)[pick],
+        _compliant(every, free),
     )
+
+
+def _compliant(terms: Sequence[Term], free: Index) -> Compliances | None:
+    """The springs that are given by compliance, over the free coordinates."""
+    numbers = [number for number, term in enumerate(terms) if term.compliance is not None]
+    columns, owner = [np.zeros((0, free.size))], list[int]()
+    for spring, number in enumerate(numbers):
+        matrix = terms[number].compliance
+        assert matrix is not None
+        amount, directions = np.linalg.eigh(matrix[np.ix_(free, free)])
+        kept = amount > _NOTHING * amount.max(initial=0.0)
+        columns.append((directions[:, kept] * np.sqrt(amount[kept])).T)
+        owner += [spring] * int(kept.sum())
+    springs = np.array(numbers, dtype=int)
+    return Compliances(np.concatenate(columns).T, np.array(owner, int), springs, springs + 1) if numbers else None
 
 
 def _placed(terms: Sequence[Term]) -> tuple[PlacedLaw, ...]:

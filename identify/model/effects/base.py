@@ -37,6 +37,7 @@ EFFECTS = Registry(
         "channel-gain": "identify.model.effects.channel_gain:ChannelGain",
         "channel-polarity": "identify.model.effects.channel_polarity:ChannelPolarity",
         "channel-swap": "identify.model.effects.channel_swap:ChannelSwap",
+        "frf-gain": "identify.model.effects.frf_gain:FrfGain",
         "hardening-stiffness": "identify.model.effects.hardening_stiffness:HardeningStiffness",
         "hysteretic-damping": "identify.model.effects.hysteretic_damping:HystereticDamping",
         "joint-compliance": "identify.model.effects.joint_compliance:JointCompliance",
@@ -45,6 +46,7 @@ EFFECTS = Registry(
         "load-cell": "identify.model.effects.load_cell:LoadCell",
         "measured-impedance": "identify.model.effects.measured_impedance:MeasuredImpedance",
         "rotor-inertia": "identify.model.effects.rotor_inertia:RotorInertia",
+        "sensor-matrix": "identify.model.effects.sensor_matrix:SensorMatrix",
         "sensor-mass": "identify.model.effects.sensor_mass:SensorMass",
         "sensor-rotation": "identify.model.effects.sensor_rotation:SensorRotation",
         "servo": "identify.model.effects.servo:Servo",
@@ -70,7 +72,9 @@ class Term:
 
     stiffness, damping, mass (n, n): symmetric, over all coordinates of the site, or None; hysteretic is the
     imaginary part of the stiffness: damping that does not grow with frequency.  torque: the nonlinear torque
-    that it is a parameter of; those of one torque follow each other in the order of its law.
+    that it is a parameter of; those of one torque follow each other in the order of its law.  compliance:
+    symmetric, positive semidefinite; the parameter c is the compliance of a spring with stiffness pinv(c * compliance),
+    and the next term's parameter is its retardation time, damping over stiffness, s (`identify.model.compliant`).
     """
 
     parameter: Parameter
@@ -79,6 +83,7 @@ class Term:
     mass: Array | None = None
     hysteretic: Array | None = None
     torque: Torque | None = None
+    compliance: Array | None = None
 
     @property
     def quantity(self) -> Quantity | None:

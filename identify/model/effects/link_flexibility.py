@@ -19,7 +19,7 @@ from identify.model.effects.form import Form
 from identify.model.effects.link_form import bodies_at, link_form
 from identify.model.effects.rigid_body import MOMENTS
 from identify.model.effects.site import Added, Site
-from identify.model.effects.springs import spring_terms
+from identify.model.effects.springs import compliance_terms, spring_terms
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import AXES, Mechanism
@@ -63,6 +63,9 @@ class LinkFlexibility(Effect):
         description=(
             "share of the length, in the middle, that deforms; less where the joints' housings are stiff"
         ),
+    )
+    shrink: bool = Field(
+        False, description="true: compliances, zero unless the data ask for more; only of a uniform link"
     )
     nonuniform: bool = Field(
         False, description="stiffness and mass are not spread evenly over the length: 11 more parameters"
@@ -199,9 +202,10 @@ class LinkFlexibility(Effect):
             for name, matrix in zip(_STIFFNESSES, parts.sum(axis=1), strict=True)
         ]
         bending, torsion = ((f"{where}.{what}", f"{where}.{what}_damping") for what in ("bending", "torsion"))
+        make = compliance_terms if self.shrink and not self.nonuniform else spring_terms
         even = [
-            *spring_terms(places[:2], moved[:2], self.bending, self.bending_damping, bending),
-            *spring_terms(places[2:], moved[2:], self.torsion, self.torsion_damping, torsion),
+            *make(places[:2], moved[:2], self.bending, self.bending_damping, bending),
+            *make(places[2:], moved[2:], self.torsion, self.torsion_damping, torsion),
         ]
         if not self.nonuniform:
             return even

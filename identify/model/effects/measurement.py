@@ -92,6 +92,12 @@ class MeasurementEffect(Effect):
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """What it does to the FRFs of a set with these response channels."""
 
+    def reading_of(
+        self, channels: tuple[Channel, ...], inputs: tuple[Channel, ...], points: Mapping[int, Point]
+    ) -> Reading:
+        """The same of a set with these responses and forces; by default its forces do not matter."""
+        return self.reading(channels, points)
+
 
 @dataclass(frozen=True)
 class Mixing(Reading):

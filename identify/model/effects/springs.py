@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from identify.core.arrays import Array
-from identify.core.parameters import DampingValues, Values, parameter, spread
+from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
 from identify.model.effects.base import Effect, Term
 from identify.model.effects.coupling import PAIRS, coupling_terms, with_directions
 from identify.model.effects.site import Site
@@ -30,6 +30,8 @@ def unique(axes: list[T]) -> list[T]:
 
 
 AxisList = Annotated[list[Axis], AfterValidator(unique)]
+_SOFTEST, _SPAN = 1e3, 1e2
+"""How many times softer than its start a spring may be; either side of the start of a retardation time."""
 START_HZ = 20.0
 """Without a start value, each coordinate on its own resonates here: the middle of where robots do."""
 
@@ -40,6 +42,13 @@ class Springs(Effect):
     axes: AxisList = Field(min_length=1, description="axes released")
     stiffness: Values = Field(Values(), description="N/m or N m/rad")
     damping: DampingValues = Field(DampingValues(), description="N s/m or N m s/rad")
+    shrink: bool = Field(
+        False,
+        description=(
+            "true: its parameters are compliances, zero unless the data ask for more, so that a rigid joint is inside"
+            " the space; in `stiffness`, only `bounds` and `initial` count"
+        ),
+    )
     coupled: bool = Field(
         False,
         description=(
@@ -50,6 +59,8 @@ class Springs(Effect):
 
     @model_validator(mode="after")
     def _couples_something(self) -> Self:
+        if self.coupled and self.shrink:
+            raise ValueError("shrink: not of coupled springs; leave one of both out")
         if self.coupled and not self._pairs:
             raise ValueError("coupled: nothing to couple; name rx and ry, or tx and ty, among the axes")
         return self
@@ -83,6 +94,8 @@ class Springs(Effect):
         inertia = np.array([site.inertia(name) for name in names])
         places = [(name, stiffness_unit(name), site.unit(name)) for name in names]
         keys = f"{where}.stiffness", f"{where}.damping"
+        if self.shrink:
+            return compliance_terms(places, inertia, self.stiffness, self.damping, keys)
         own = spring_terms(places, inertia, self.stiffness, self.damping, keys)
         return [*own, *coupling_terms(site, own, self._pairs, keys)] if self.coupled else own
 
@@ -121,6 +134,32 @@ def spring_terms(
         rate = f"{force} s{per}{length}"
         terms.append(Term(parameter(f"{name}.stiffness", unit, spring, stiffness, keys[0]), stiffness=matrix))
         terms.append(Term(parameter(f"{name}.damping", rate, damper, damping, keys[1]), damping=matrix))
+    return terms
+
+
+def compliance_terms(
+    places: Sequence[tuple[str, str, Array]],
+    inertia: Array,
+    stiffness: Values,
+    damping: DampingValues,
+    keys: tuple[str, str],
+    start_hz: float = START_HZ,
+) -> list[Term]:
+    """The same springs by compliance and retardation time (damping over stiffness), rigid to begin with: a compliance
+    from zero up to that of the least stiffness.
+    """
+    k = spread(stiffness, inertia * (2 * np.pi * start_hz) ** 2, keys[0])
+    terms = []
+    for (name, unit, matrix), spring, moved in zip(places, k, inertia, strict=True):
+        force, _, length = unit.partition("/")
+        length = length or "1"
+        per = f"{length}/{force}" if " " not in force else f"{length}/({force})"
+        most = 1 / (stiffness.bounds[0] if stiffness.bounds else spring / _SOFTEST)
+        compliance = Parameter(f"{name}.compliance", per, 0.0, 0.0, most, log=False, free=not stiffness.fixed)
+        tau = 2 * damping.damping_ratio * np.sqrt(moved / spring)
+        retardation = Parameter(f"{name}.retardation_time", "s", tau, tau / _SPAN, tau * _SPAN, free=not damping.fixed)
+        terms.append(Term(compliance, compliance=np.linalg.pinv(matrix, hermitian=True)))
+        terms.append(Term(retardation))
     return terms
 
 

@@ -13,6 +13,8 @@ from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
+from identify.model.compliant import Response, by_columns, by_springs, respond, shortened
+from identify.model.compliant import gradient as model_gradient
 from identify.model.effects.measurement import Reading, Unread
 from identify.model.frf import frf, frf_slope, gradient_with
 from identify.model.impacted import impacted_frf
@@ -185,7 +187,9 @@ class FrfTarget:
         own, errors = values[:size], values[size:]
         at, (there, delay) = state(self.nuisances, errors), self.realised(errors)
         s, power, matrices = there.s_at(own), POWER[self.data.quantity], there.system.matrices(own)
-        end: TruncationCorrection | float | None = there.end_at(own)
+        end: TruncationCorrection | Response | float | None = there.end_at(own)
+        if self.system.compliances is not None:
+            end = there.response(own)
         if there.simulated is not None:
             end = there._simulator.impacted(there.simulated, own, s, np.zeros(0, dtype=int))
         readings = [(reading, own[numbers]) for reading, numbers in self.instruments]
@@ -240,7 +244,34 @@ class FrfTarget:
 
     def _linear(self, values: Array, s: Complex) -> Complex:
         power = POWER[self.data.quantity]
+        if self.system.compliances is not None:
+            flat = values.reshape(-1, values.shape[-1])
+            h = np.array([self.response(one).h() for one in flat])
+            return h.reshape(*values.shape[:-1], *h.shape[1:])
         return frf(*self.system.matrices(values), s, self.out, self.force, power, self._ends(values))
+
+    def response(self, values: Array) -> Response:
+        """The model's response at values (parameters,), whose springs are given by compliance."""
+        springs, system = self.system.compliances, self.system
+        assert springs is not None
+        s, power, record = self.s_at(values), POWER[self.data.quantity], self.end_at(values)
+        return respond(springs, values, system.bare(values), s, self.out, self.force, power, record)
+
+    def _compliant_gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """`gradient` of the model itself where springs are given by compliance."""
+        model, springs, factors = self.response(values), self.system.compliances, self.system.factors
+        assert springs is not None
+        place = np.full(len(values), -1)
+        place[free] = np.arange(len(free))
+        columns = factors.columns(free)
+        slopes = by_columns(model, factors.vectors[:, columns], factors.power[columns], factors.weight[columns])
+        found = model_gradient(model, slopes, place[factors.owner[columns]], len(free))
+        of_springs = zip(by_springs(model), (springs.compliance, springs.retardation), strict=True)
+        for one, numbers in of_springs:
+            found += model_gradient(model, one, place[numbers][springs.owner], len(free))
+        if np.any(self._shortening[free]):
+            found += shortened(model)[..., None] * self._shortening[free]
+        return model.h(), found
 
     def _impacted(self, simulated: SimulatedImpact, values: Array) -> Complex:
         """What a hammer impact measures of a nonlinear system."""
@@ -315,7 +346,9 @@ class FrfTarget:
             return self._gradient_with_errors(values, free)
         s, decay = self.s_at(values), self._decay[free]
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
-        if self.simulated is None:
+        if self.system.compliances is not None:
+            h, gradient = self._compliant_gradient(values, free)
+        elif self.simulated is None:
             record = self.end_at(values)
             factors = self.system.factors
             end = None if record is None else end_of_record(matrices, factors, s, self.force, record, free)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
+from identify.model.compliant import Response
 from identify.model.effects.measurement import Reading
 from identify.model.frf import motion_and_transfer
 from identify.model.truncation import TruncationCorrection
@@ -32,13 +33,17 @@ def nuisance_blocks(
     matrices: Matrices,
     s: Complex,
     power: int,
-    end: TruncationCorrection | float | None,
+    end: TruncationCorrection | Response | float | None,
 ) -> list[Block]:
     """Of all nuisances but the delay, for what the model itself does; end: the length of the records, or what
-    is known of the motion after them, which is then taken as it is.
+    is known of the motion after them, which is then taken as it is, or the whole response of a model with springs
+    given by compliance.
     """
     mass, stiffness, numbers = structural_changes(placed, at)
-    if end is None or isinstance(end, float):
+    if isinstance(end, Response):
+        motion = [end.motion(k) for k in range(3)]
+        model = Excited(matrices, s, power, motion, end.to_out, None, at.out @ motion[power])
+    elif end is None or isinstance(end, float):
         model = excited(at, matrices, s, power, end, (mass, stiffness))
     else:
         motion, transfer = motion_and_transfer(end, matrices, s, at.out, at.force)
