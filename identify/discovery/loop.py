@@ -12,6 +12,7 @@ from identify.discovery.evidence import EvidenceCriterion, closed, variance_infl
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.promotion import in_fitting_forms, judge_of, promoted
 from identify.discovery.records import timed
+from identify.discovery.sparse.at_once import at_once
 from identify.discovery.task import Option, Step, Task, Trial
 from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
@@ -61,7 +62,16 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     problem = timed(problem)
     workers.turn_to(problem, with_errors=workers.with_errors)
     bench = ImpactWorkbench(problem, workers)
+    first = bench.begin()
+    bench.go_on_from(first)
+    together = at_once(bench, first, story)
+    if together is not None and closed(together.final):
+        places = ([],) * len(story.steps)
+        return Discovery(bench.problem, first, together.final, together.options, tuple(story.steps), places)
+    steps, story.steps = story.steps, []
     found, named = _selected(bench, story)
+    if together is not None and _likelier(bench, together.final, found.final):
+        found, named, story.steps = together, False, steps
     first, problem = found.first, bench.problem
     if named and not closed(found.final):
         # What was blamed on what was told is named, and something else may stand out beside it.
@@ -72,6 +82,12 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     added = in_turn(problem, workers, first, found.options, found.final, bench.refitted)
     places = tuple(bench.places(step.before) for step in story.steps)
     return Discovery(problem, first, found.final, tuple(added), tuple(story.steps), places)
+
+
+def _likelier(bench: ImpactWorkbench, one: Trial, other: Trial) -> bool:
+    """Whether the data, those that were not fitted too, prefer one of two models that may both leave something open."""
+    criterion = EvidenceCriterion(variance_inflation(bench.problem, min(one, other, key=lambda trial: trial.gap)))
+    return criterion.log_odds(other, one) > 0
 
 
 def _selected(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Trial], bool]:

@@ -16,13 +16,14 @@ poles of dG = L dD L') follow from the constant term G_0 of G at each pole, by a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, Mask, real_product
 from identify.model.compliances import Compliances
 from identify.model.truncation import left_at_end
 
@@ -70,11 +71,25 @@ class Response:
         return np.flatnonzero(self.root)
 
     @cached_property
-    def late(self) -> Complex:
+    def eigenvalues(self) -> Complex:
+        """(poles,); of a conjugate pair the one above the real axis."""
+        return np.array([pole.eigenvalue for pole in self.poles], dtype=complex)
+
+    def late(self, eigenvalues: Complex, power: int | None = None) -> Complex:
         """(lines, poles): lambda^p e^((lambda - s) T) / (s - lambda)."""
-        values = np.array([pole.eigenvalue for pole in self.poles])
-        away = self.s[:, None] - values
-        return np.asarray(values**self.power * np.exp(-away * (self.record or 0.0)) / away)
+        away = self.s[:, None] - eigenvalues
+        own = self.power if power is None else power
+        return np.asarray(eigenvalues**own * np.exp(-away * (self.record or 0.0)) / away)
+
+    def summed(self, parts: Complex, lines: Callable[[Complex], Complex]) -> Complex:
+        """Sum over poles, conjugate ones too, of parts (poles, ...) times what `lines` makes of eigenvalues, (lines,
+        poles): real products, because a x + b conj(x) = (a + b) Re x + j (a - b) Im x.
+        """
+        here, there = lines(self.eigenvalues), lines(np.conj(self.eigenvalues))
+        there = there * (self.eigenvalues.imag > 0)
+        flat = parts.reshape(len(parts), -1)
+        real = real_product_left(here + there, flat.real) + 1j * real_product_left(here - there, flat.imag)
+        return np.asarray(real.reshape(len(self.s), *parts.shape[1:]))
 
     def motion(self, power: int) -> Complex:
         """(lines, n, inputs): s^power times the transform of the coordinates q, of the record as it ends."""
@@ -84,12 +99,9 @@ class Response:
         """The same in the basis."""
         moved = (self.s**power)[:, None, None] * self.moved
         if self.poles:
-            values = np.array([pole.eigenvalue for pole in self.poles])
-            late = self.late * values ** (power - self.power)
-            residue = [np.outer(pole.shape, pole.driven) / pole.norm for pole in self.poles]
-            active = self.active
-            tail = np.tensordot(late, np.array(residue), axes=1) * self.root[active][:, None]
-            moved[:, active] -= tail
+            residue = _stack([np.outer(pole.shape, pole.driven) / pole.norm for pole in self.poles])
+            tail = self.summed(residue, lambda values: self.late(values, power))
+            moved[:, self.active] -= tail * self.root[self.active][:, None]
         return np.asarray(moved)
 
     @property
@@ -153,7 +165,8 @@ def _poles(scaled: list[Array], s: Complex, seen: Array, load: Array, record: fl
     eigenvalues, shapes = 1.0 / inverse[some], states[size:, some]
     left = left_at_end(eigenvalues, s, record)
     return tuple(
-        _pole(eigenvalues[n], shapes[:, n], scaled, seen, load) for n in np.flatnonzero(np.abs(left) > 0)
+        _pole(eigenvalues[n], shapes[:, n], scaled, seen, load)
+        for n in np.flatnonzero((np.abs(left) > 0) & (eigenvalues.imag >= 0))
     )
 
 
@@ -189,13 +202,25 @@ class Slopes(NamedTuple):
     left_poles: tuple[Complex, Complex]
     right_poles: tuple[Complex, Complex]
 
+    def of(self, kept: Mask) -> Slopes:
+        """Those of some columns (k,)."""
+        lefts, rights = self.left_poles, self.right_poles
+        return Slopes(
+            self.factor[:, kept],
+            self.at_poles[:, kept],
+            self.left[..., kept],
+            self.right[:, kept],
+            (lefts[0][..., kept], lefts[1][..., kept]) if len(lefts[0]) else lefts,
+            (rights[0][:, kept], rights[1][:, kept]) if len(rights[0]) else rights,
+        )
+
 
 def by_columns(model: Response, vectors: Array, power: Index, weight: Array | Complex) -> Slopes:
     """Of dZ = weight s^power a a' with vectors a (n, k) over the coordinates q."""
     own = model.basis.T @ vectors
     left, right = -(model.transfer @ own), own.T @ model.moved
     factor = weight * model.s[:, None] ** power
-    values = np.array([pole.eigenvalue for pole in model.poles]).reshape(-1, 1)
+    values = model.eigenvalues.reshape(-1, 1)
     at_poles = np.stack([weight * values**power, weight * power * values ** np.maximum(power - 1, 0)], axis=-1)
     active = model.active
     scaled = own[active] * model.root[active, None]
@@ -230,7 +255,7 @@ def by_springs(model: Response) -> tuple[Slopes, Slopes]:
         lefts[1].append(value(model.ends[0][:, :count] - pole.out @ own.T - np.outer(pole.seen, slope)))
         rights[0].append(-np.outer(part, pole.driven))
         rights[1].append(value(model.ends[1][:count] - own @ pole.force - np.outer(slope, pole.driven)))
-    values = np.array([pole.eigenvalue for pole in model.poles]).reshape(-1, 1)
+    values = model.eigenvalues.reshape(-1, 1)
     sides = (left, right, (_stack(lefts[0]), _stack(lefts[1])), (_stack(rights[0]), _stack(rights[1])))
     c, tau = model.compliance, model.retardation
 
@@ -251,31 +276,83 @@ def _stack(parts: list[Complex]) -> Complex:
 
 def gradient(model: Response, slopes: Slopes, owner: Index, count: int) -> Complex:
     """dH (lines, outputs, inputs, count) of columns (k,) summed by owner; one whose owner is negative is left out."""
-    lines, outputs, inputs = len(model.s), len(model.ends[0]), model.ends[1].shape[1]
-    result = np.zeros((lines, outputs, inputs, count), dtype=complex)
-    left = (model.s**model.power)[:, None, None] * slopes.left * slopes.factor[:, None]
-    for column in np.flatnonzero(owner >= 0):
-        result[..., owner[column]] += left[:, :, column, None] * slopes.right[:, column, None]
-    if not model.poles:
-        return result
-    late, values = model.late, np.array([pole.eigenvalue for pole in model.poles])
-    double = np.einsum("rok,rki->roik", slopes.left_poles[0], slopes.right_poles[0])
-    single = np.einsum("rok,rki->roik", slopes.left_poles[0], slopes.right_poles[1])
-    single += np.einsum("rok,rki->roik", slopes.left_poles[1], slopes.right_poles[0])
+    kept = owner >= 0
+    own, owner = slopes.of(kept), owner[kept]
+    left = (model.s**model.power)[:, None, None] * own.left * own.factor[:, None]
+    found = left[:, :, None, :] * np.swapaxes(own.right, 1, 2)[:, None]
+    if model.poles:
+        found -= _tail(model, own)
+    first = np.unique(owner, return_index=True)[1]
+    result = np.zeros((*found.shape[:3], count), dtype=complex)
+    result[..., owner[first]] = found[..., first]
+    for column in np.setdiff1d(np.arange(len(owner)), first):
+        result[..., owner[column]] += found[..., column]
+    return result
+
+
+def by_matrices(model: Response, changes: dict[int, Array]) -> Complex:
+    """dH (lines, outputs, inputs, k) of dZ = sum over powers of s^power times matrices (k, n, n) over the coordinates q:
+    for what has many columns, such as the moments of a body.
+    """
+    own = {power: model.basis.T @ matrices @ model.basis for power, matrices in changes.items() if matrices.any()}
+    count = len(next(iter(changes.values())))
+    lines, size, inputs = model.moved.shape
+    load = np.zeros((lines, count * size, inputs), dtype=complex)
+    for power, matrices in own.items():
+        load += (model.s**power)[:, None, None] * real_product(matrices.reshape(-1, size), model.moved)
+    load = load.reshape(lines, count, size, inputs).transpose(0, 2, 3, 1).reshape(lines, size, -1)
+    found = -(model.s**model.power)[:, None, None] * (model.transfer @ load)
+    found = found.reshape(lines, -1, inputs, count)
+    return found - _tail_of_matrices(model, own, count) if model.poles else found
+
+
+def _tail_of_matrices(model: Response, changes: dict[int, Array], count: int) -> Complex:
+    """(lines, outputs, inputs, k)."""
+    size, active, single, double = len(model.basis.T), model.active, [], []
+    for pole in model.poles:
+        shape = np.zeros(size, dtype=complex)
+        shape[active] = model.root[active] * pole.shape
+        pushed, slope = np.zeros((count, size), dtype=complex), np.zeros((count, size), dtype=complex)
+        for power, matrices in changes.items():
+            moved = matrices @ shape
+            pushed += pole.eigenvalue**power * moved
+            slope += power * pole.eigenvalue ** max(power - 1, 0) * moved
+        both = np.outer(pole.seen, pole.driven)[..., None] / pole.norm**2
+        out = (pole.out * model.root[active]) @ pushed[:, active].T
+        force = pushed[:, active] @ (model.root[active, None] * pole.force)
+        double.append(-both * (pushed @ shape))
+        single.append(
+            -both * (slope @ shape)
+            - (pole.seen[:, None, None] * force.T + out[:, None] * pole.driven[:, None]) / pole.norm
+        )
+    values, steep = model.eigenvalues, _stack(double)
+    outlast = (model.power / values + (model.record or 0.0))[:, None, None, None]
+    tail = model.summed(outlast * steep + _stack(single), model.late)
+    return tail + model.summed(steep, lambda some: model.late(some) / (model.s[:, None] - some))
+
+
+def _tail(model: Response, slopes: Slopes) -> Complex:
+    """(lines, outputs, inputs, k): what the part beyond the end of the record changes by."""
+    values = model.eigenvalues
+    lefts, rights = slopes.left_poles, [np.swapaxes(one, 1, 2)[:, None] for one in slopes.right_poles]
+    double = lefts[0][:, :, None] * rights[0]
+    single = lefts[0][:, :, None] * rights[1] + lefts[1][:, :, None] * rights[0]
     value, change = (slopes.at_poles[..., n][:, None, None] for n in (0, 1))
     outlast = (model.power / values + (model.record or 0.0))[:, None, None, None]
-    steady, steep = (outlast * value + change) * double + value * single, value * double
-    each = np.concatenate([late, late / (model.s[:, None] - values)], axis=1)
-    tail = np.tensordot(each, np.concatenate([steady, steep]), axes=1)
-    for column in np.flatnonzero(owner >= 0):
-        result[..., owner[column]] -= tail[..., column]
-    return result
+    steep = value * double
+    tail = model.summed(outlast * steep + change * double + value * single, model.late)
+    return tail + model.summed(steep, lambda some: model.late(some) / (model.s[:, None] - some))
+
+
+def real_product_left(a: Complex, b: Array) -> Complex:
+    """a @ b for complex a (l, r) and real b (r, m) by products of real matrices."""
+    both = np.concatenate([a.real, a.imag]) @ b
+    return np.asarray(both[: len(a)] + 1j * both[len(a) :])
 
 
 def shortened(model: Response) -> Complex:
     """(lines, outputs, inputs): derivative of H by how much earlier the record ends."""
     if not model.poles:
         return np.zeros((len(model.s), len(model.ends[0]), model.ends[1].shape[1]), dtype=complex)
-    values = np.array([pole.eigenvalue for pole in model.poles])
     residue = _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in model.poles])
-    return np.asarray(-np.tensordot(model.late * (model.s[:, None] - values), residue, axes=1))
+    return -model.summed(residue, lambda some: model.late(some) * (model.s[:, None] - some))

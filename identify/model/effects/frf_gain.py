@@ -72,7 +72,8 @@ class _Scaled(Reading):
         factor = own[..., None, None]
         if self.columns is None:
             return np.asarray(h * factor)
-        return np.asarray(h * (1 + (factor - 1) * self.columns))
+        columns = np.repeat(self.columns, h.shape[-1] // len(self.columns))  # several changes of each input
+        return np.asarray(h * (1 + (factor - 1) * columns))
 
     def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
         moved = h if self.columns is None else h * self.columns

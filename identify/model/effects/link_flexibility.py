@@ -202,7 +202,9 @@ class LinkFlexibility(Effect):
             for name, matrix in zip(_STIFFNESSES, parts.sum(axis=1), strict=True)
         ]
         bending, torsion = ((f"{where}.{what}", f"{where}.{what}_damping") for what in ("bending", "torsion"))
-        make = compliance_terms if self.shrink and not self.nonuniform else spring_terms
+        if self.shrink and self.nonuniform:
+            return [*self._by_part(parts, moved, bending, torsion), *self._masses(robot, site, where)]
+        make = compliance_terms if self.shrink else spring_terms
         even = [
             *make(places[:2], moved[:2], self.bending, self.bending_damping, bending),
             *make(places[2:], moved[2:], self.torsion, self.torsion_damping, torsion),
@@ -211,6 +213,22 @@ class LinkFlexibility(Effect):
             return even
         starts = [term.parameter.initial for term in even[::2]]
         return [*even, *_further(self.link, parts, starts, where), *self._masses(robot, site, where)]
+
+    def _by_part(
+        self, parts: Array, moved: Array, bending: tuple[str, str], torsion: tuple[str, str]
+    ) -> list[Term]:
+        """A compliance 1/EI and a retardation time of each part of a nonuniform link (3, parts, n, n), one behind the
+        other: a part adds K^-1 K_part K^-1 to the compliance of the end, K of all parts.
+        """
+        found, keys = list[Term](), (bending, bending, torsion)
+        values = (self.bending, self.bending, self.torsion)
+        dampers = (self.bending_damping, self.bending_damping, self.torsion_damping)
+        for plane, (name, own) in enumerate(zip(_STIFFNESSES, parts, strict=True)):
+            whole = np.linalg.pinv(own.sum(axis=0), hermitian=True)
+            for number, part in enumerate(own, start=1):
+                place = (f"{self.link}.{name}.part_{number}", "N m^2", np.linalg.pinv(whole @ part @ whole, hermitian=True))
+                found += compliance_terms([place], moved[[plane]], values[plane], dampers[plane], keys[plane])
+        return found
 
     def _masses(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The share of the link that moves evenly with all sections, and what a body no heavier and no longer

@@ -5,18 +5,18 @@ sensitivity, all at once.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Literal, Self
 
 import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Values, single_parameter
 from identify.measured.channel import Channel
 from identify.model.effects.base import Term
 from identify.model.effects.measurement import (
     MeasurementEffect,
-    Mixing,
     Reading,
     find_channels,
     find_point,
@@ -29,6 +29,8 @@ from identify.model.effects.site import Site
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
+_WHERE = "effects.sensor-matrix.points"
+
 
 class SensorMatrix(MeasurementEffect):
     """What is recorded is (I + E) v, with v the motion in the sensor's nominal axes and E (3, 3) free.
@@ -38,41 +40,62 @@ class SensorMatrix(MeasurementEffect):
     """
 
     kind: Literal["sensor-matrix"] = "sensor-matrix"
-    point: str | int = Field(description="node number or name")
+    points: list[str | int] = Field(min_length=1, description="node numbers or names")
     error: Values = Field(Values(initial=0.0, bounds=(-20.0, 20.0)), description="each of the nine entries of E")
 
     def sentence(self) -> str:
         """For example: sensitivity matrix of the sensor at point 12."""
-        return f"sensitivity matrix of the sensor at point {self.point}"
+        many = "sensor at point" if len(self.points) == 1 else "sensors at points"
+        return f"sensitivity matrix of the {many} {', '.join(map(str, self.points))}"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every point."""
-        return (cls(point=node) for node in points)
+        return (cls(points=[node]) for node in points)
 
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
         """The axes of its point."""
-        return [rows_of(self.point, points, "effects.sensor-matrix.point")]
+        return [rows_of(point, points, _WHERE) for point in self.points]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """The entries of E, row by row: xx, xy, xz, yx and so on."""
         return [
-            Term(single_parameter(f"{self.point}.matrix_{a}{b}", "1", self.error, f"{where}.error"))
+            Term(single_parameter(f"{point}.matrix_{a}{b}", "1", self.error, f"{where}.error"))
+            for point in self.points
             for a in "xyz"
             for b in "xyz"
         ]
 
     def needed(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> tuple[Channel, ...]:
-        """The sensor's axes that were not recorded."""
-        return missing_axes(find_point(self.point, points, "effects.sensor-matrix.point").node, channels, (0, 1, 2))
+        """The sensors' axes that were not recorded."""
+        nodes = [find_point(point, points, _WHERE).node for point in self.points]
+        return tuple(more for node in nodes for more in missing_axes(node, channels, (0, 1, 2)))
 
     def reading(self, channels: tuple[Channel, ...], points: Mapping[int, Point]) -> Reading:
         """Linear in E."""
-        numbers = find_channels(self.point, channels, points, "effects.sensor-matrix.point")
-        units = np.eye(9).reshape(9, 3, 3)
-        slopes = np.stack([turned(channels, numbers, unit) for unit in units], axis=-1)
+        units, own = np.eye(9).reshape(9, 3, 3), []
+        for point in self.points:
+            numbers = find_channels(point, channels, points, _WHERE)
+            own.append((numbers, np.stack([turned(channels, numbers, unit) for unit in units], axis=-1)))
+        return _Mixed(tuple(own))
 
-        def matrix(own: Array) -> Array:
-            return np.asarray(np.eye(len(numbers)) + np.tensordot(own, slopes, axes=([-1], [2])))
 
-        return Mixing(numbers, matrix, lambda own: slopes)
+@dataclass(frozen=True, eq=False)
+class _Mixed(Reading):
+    """sensors: for each the numbers (r,) of its channels, and what its entries change in them (r, r, 9)."""
+
+    sensors: tuple[tuple[Index, Array], ...]
+
+    def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
+        mixed = h.copy()
+        for (numbers, slopes), entries in zip(self.sensors, np.split(own, len(self.sensors), axis=-1), strict=True):
+            error = np.tensordot(entries, slopes, axes=([-1], [2]))
+            mixed[..., numbers, :] += error[..., None, :, :] @ h[..., numbers, :]
+        return mixed
+
+    def slopes(self, h: Complex, own: Array, s: Complex) -> Complex:
+        found = np.zeros((*h.shape, own.size), dtype=complex)
+        for sensor, (numbers, slopes) in enumerate(self.sensors):
+            moved = np.einsum("abk,lbi->laik", slopes, h[:, numbers], optimize=True)
+            found[:, numbers, :, 9 * sensor : 9 * sensor + 9] = moved
+        return found

@@ -13,7 +13,7 @@ from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
-from identify.model.compliant import Response, by_columns, by_springs, respond, shortened
+from identify.model.compliant import Response, by_columns, by_matrices, by_springs, respond, shortened
 from identify.model.compliant import gradient as model_gradient
 from identify.model.effects.measurement import Reading, Unread
 from identify.model.frf import frf, frf_slope, gradient_with
@@ -27,6 +27,8 @@ from identify.vibration.nuisances.sensitivity import Block
 
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
+_FEW_COLUMNS = 2
+"""Thin columns of a parameter up to which they are differentiated one by one."""
 _CHUNK = 200_000
 """Complex numbers worked on at a time for a population: what stays in a processor's cache."""
 
@@ -263,9 +265,14 @@ class FrfTarget:
         assert springs is not None
         place = np.full(len(values), -1)
         place[free] = np.arange(len(free))
-        columns = factors.columns(free)
+        broad = free[np.bincount(factors.owner, minlength=len(values))[free] > _FEW_COLUMNS]
+        columns = factors.columns(np.setdiff1d(free, broad))
         slopes = by_columns(model, factors.vectors[:, columns], factors.power[columns], factors.weight[columns])
         found = model_gradient(model, slopes, place[factors.owner[columns]], len(free))
+        if len(broad):
+            roles = ("stiffness", "damping", "mass")
+            changes = {power: self.system.terms[role][broad] for power, role in enumerate(roles)}
+            found[..., place[broad]] += by_matrices(model, changes)
         of_springs = zip(by_springs(model), (springs.compliance, springs.retardation), strict=True)
         for one, numbers in of_springs:
             found += model_gradient(model, one, place[numbers][springs.owner], len(free))
@@ -361,13 +368,16 @@ class FrfTarget:
             h, gradient = gradient_with(impacted, matrices, self.system.factors, *at, free)
         if np.any(decay):
             gradient = gradient + self._slope(values)[..., None] * decay
+        place = np.full(len(values), -1)
+        place[free] = np.arange(len(free))
         for reading, numbers in self.instruments:
-            own = values[numbers]
-            slopes = reading.slopes(h, own, s) @ (numbers[:, None] == free)
-            if np.any(decay):
-                slopes = slopes + reading.along_s(h, own, s)[..., None] * decay
+            own, known = values[numbers], place[numbers] >= 0
             flat = gradient.reshape(*gradient.shape[:2], -1)
-            gradient = reading.apply(flat, own, s).reshape(gradient.shape) + slopes
+            read = reading.apply(flat, own, s).reshape(gradient.shape)
+            read[..., place[numbers[known]]] += reading.slopes(h, own, s)[..., known]
+            if np.any(decay):
+                read += reading.along_s(h, own, s)[..., None] * decay
+            gradient = read
             h = reading.apply(h, own, s)
         outputs = len(self.data.outputs)
         turned = self._at_once(np.swapaxes(gradient[:, :outputs], 2, 3))

@@ -1,0 +1,1 @@
+"""Everything that may be missing in the model from the start, at amplitude zero; one penalised fit finds which is not."""

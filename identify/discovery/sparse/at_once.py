@@ -1,0 +1,74 @@
+"""What is missing, found at once: the dense fits, and what they name refitted exactly and told in the order of evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from identify.discovery.amplitude import level_gap
+from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, variance_inflation
+from identify.discovery.sparse.names import Named
+from identify.discovery.sparse.search import explain
+from identify.discovery.task import Option, Step, Task, Trial
+from identify.discovery.thinned import thinned
+from identify.discovery.workbench import ImpactWorkbench
+from identify.fitting.selection.loop import Selection
+from identify.fitting.selection.workbench import Story
+from identify.model.effects.base import Effect
+from identify.vibration.problem import Problem, with_effects
+
+Found = Selection[Effect, Trial]
+
+
+def at_once(bench: ImpactWorkbench, first: Trial, story: Story) -> Found | None:
+    """What a dense model names beyond the first, refitted; None where nothing is open, where amplitude matters, which no
+    linear model has, or where nothing has evidence.
+    """
+    if closed(first) or level_gap(bench.problem) > CLOSED:
+        return None
+    problem = with_effects(thinned(bench.problem), first.task.effects, first.values)
+    named, values = explain(_from_the_study(problem, bench.problem), story.say)
+    if not named:
+        return None
+    final = _refitted(bench, first, named, values)
+    story.say(f"Refitted on all lines: {bench.standing(final)}.")
+    return _told(bench, first, named, final, story)
+
+
+def _from_the_study(problem: Problem, study: Problem) -> Problem:
+    """The problem from the study's own values: the present model's have made up for what is missing."""
+    told = {p.name: p.initial for p in study.parameters}
+    return with_effects(problem, problem.file.study.effects, told)
+
+
+def _refitted(bench: ImpactWorkbench, first: Trial, named: Sequence[Named], values: dict[str, float]) -> Trial:
+    """The model with all that was named, on all lines, from the values that the dense fit ended with."""
+    own = {name: value for one in named for name, value in one.values.items()}
+    new = tuple(one.effect for one in named)
+    bounded = _within(bench.problem, (*first.task.effects, *new), {**values, **own})
+    [trial] = bench.workers.run([Task(first.task.effects, new, bounded, "settled")])
+    return bench.settled(replace(trial, task=replace(trial.task, how="settled")))
+
+
+def _within(problem: Problem, effects: Sequence[Effect], values: dict[str, float]) -> dict[str, float]:
+    """The values within the bounds of the effects' parameters."""
+    found = dict(values)
+    for p in with_effects(problem, effects, {}).parameters:
+        if p.name in found and not p.nuisance:
+            found[p.name] = min(max(found[p.name], p.lower), p.upper)
+    return found
+
+
+def _told(bench: ImpactWorkbench, first: Trial, named: Sequence[Named], final: Trial, story: Story) -> Found:
+    """The same as if the effects had been added one by one, the best supported first."""
+    known, added = first.task.effects, [one.effect for one in named]
+    tasks = [Task(known, tuple(added[:n]), {**final.values}, "quick") for n in range(1, len(added))]
+    trials = [*bench.workers.run(tasks), final]
+    criterion = EvidenceCriterion(variance_inflation(bench.problem, final))
+    options, before = list[Option](), first
+    for effect, trial in zip(added, trials, strict=True):
+        option = Option(effect, trial, max(trial.free - before.free, 0), criterion.gain(before, trial))
+        story.steps.append(Step(before, (option,), (option,), (), criterion, option.gain.explained))
+        options.append(option)
+        before = trial
+    return Selection(first, final, tuple(options))

@@ -1,0 +1,80 @@
+"""The dense model: what a study has and, at amplitude zero, every spring, sensor matrix, gain, delay and body that may be
+missing from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from identify.measured.channel import Channel
+from identify.model.effects.added_mass import AddedMass
+from identify.model.effects.base import Effect
+from identify.model.effects.base_compliance import BaseCompliance
+from identify.model.effects.frf_gain import FrfGain
+from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.sensor_matrix import SensorMatrix
+from identify.model.effects.springs import Axis
+from identify.model.effects.time_delay import TimeDelay
+from identify.model.system import free_coordinates
+from identify.robot.posture import AXES
+from identify.vibration.problem import Problem, with_effects
+
+
+def springs_and_instruments(problem: Problem) -> list[Effect]:
+    """Every spring, and every sensor, force and the delay."""
+    return [*_springs(problem), *_of_measurement(problem)]
+
+
+def springs_and_bodies(problem: Problem) -> list[Effect]:
+    """Every spring, and a body on every moving link: not beside free sensors, which take up any scale of the masses."""
+    return [*_springs(problem), *_bodies(problem)]
+
+
+def with_more(problem: Problem, effects: Sequence[Effect], values: Mapping[str, float]) -> Problem:
+    """The problem with effects beyond those of its study, from values by name."""
+    return with_effects(problem, [*problem.file.study.effects, *effects], values)
+
+
+def _springs(problem: Problem) -> list[Effect]:
+    """Of every axis of every joint and of the base that the study holds, and of every link that it does not bend."""
+    robot, free = problem.robot, free_coordinates(problem.robot, problem.file.study.effects)
+    found: list[Effect] = []
+    for number in range(1, len(robot.joints) + 1):
+        axes = _held(f"joint{number}", free)
+        if axes:
+            found.append(JointCompliance(joints=[number], axes=axes, shrink=True))
+    base = _held("base", free) if robot.links[0].mass > 0 else []
+    if base:
+        found.append(BaseCompliance(axes=base, shrink=True))
+    for link in LinkFlexibility.instances(robot, problem.points):
+        if not free & set(link.free_coordinates(robot)):
+            found.append(link.model_copy(update={"shrink": True}))
+    return found
+
+
+def _held(body: str, free: set[str]) -> list[Axis]:
+    """The axes of a body that nothing frees."""
+    axes: tuple[Axis, ...] = AXES  # type: ignore[assignment]
+    return [axis for axis in axes if f"{body}.{axis}" not in free]
+
+
+def _of_measurement(problem: Problem) -> list[Effect]:
+    """A matrix of every sensor, a gain of every force, a delay, where the study has none."""
+    data = [m.given for m in problem.measurements]
+    nodes = sorted({channel.node for one in data for channel in one.outputs if abs(channel.direction) <= 3})
+    forces = sorted({str(Channel(channel.node, abs(channel.direction))) for one in data for channel in one.inputs})
+    kinds = {effect.kind for effect in problem.file.study.effects}
+    wanted: list[Effect] = [SensorMatrix(points=list(nodes))]
+    wanted += [FrfGain(force=force) for force in forces]
+    wanted.append(TimeDelay())
+    return [effect for effect in wanted if effect.kind not in kinds]
+
+
+def _bodies(problem: Problem) -> list[Effect]:
+    """A body on every moving link that the study adds none to, of nothing to begin with."""
+    taken = {getattr(effect, "link", "") for effect in problem.file.study.effects}
+    bodies = [one for one in AddedMass.instances(problem.robot, problem.points) if one.link not in taken]
+    return [
+        one.model_copy(update={"mass": one.mass.model_copy(update={"initial": 0.0})}) for one in bodies
+    ]

@@ -1,0 +1,84 @@
+"""What the data say for each unit of a fitted model, from the curvature at the optimum alone."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from identify.core.arrays import Array, Index
+from identify.core.parameters import Scale
+from identify.core.thresholds import CONVINCING, MATERIAL
+from identify.discovery.sparse.objective import Penalised
+from identify.discovery.sparse.unknowns import Unit
+from identify.model.effects.measurement import MeasurementEffect
+from identify.vibration.problem import Problem
+from identify.vibration.uncertainty import uncertainty
+
+_MISREAD, _LATE_S = 0.005, 1e-5
+
+
+def inflation(problem: Problem, values: Array) -> float:
+    """How many times the variance of the parameters is that of independent residuals: for those that the data determine,
+    on average (`identify.fitting.uncertainty`).
+    """
+    found = uncertainty(problem.targets(), Scale(problem.parameters), values, disagreement=False)
+    ratio = (found.std / found.independent_std) ** 2
+    known = np.isfinite(ratio) & (found.std < np.inf)
+    return max(float(np.median(ratio[known])) if known.any() else 1.0, 1.0)
+
+
+class Support(NamedTuple):
+    """log_odds: natural logarithm of the odds that a unit is there, all others staying; fall: what it takes off the
+    gap.
+    """
+
+    log_odds: float
+    fall: float
+
+    def holds(self, gap: float) -> bool:
+        """Whether a unit stays: for what is smaller than noise models get wrong, odds mean nothing."""
+        return self.log_odds > CONVINCING and self.fall > MATERIAL * max(gap, 1.0)
+
+
+def supports(fit: Penalised, x: Array, inflated: float) -> dict[str, Support]:
+    """Of each unit (Laplace, unit information).
+
+    Half of a' S a less half ln(N / c) for each unknown, S the information about the amplitudes a with all else
+    eliminated, c the inflation of the variance; without the unit, the squares are larger by a' S a.
+    """
+    product = fit.product(x)
+    scale = max(product[-1, -1] / fit.count, 1.0) * inflated
+    information = product[:-1, :-1] / scale + np.diag(fit.unknowns.precision)
+    away, found = x - fit.unknowns.reference, dict[str, Support]()
+    price = 0.5 * float(np.log(max(fit.count / inflated, 2.0)))
+    for unit in fit.unknowns.units:
+        own = unit.amplitudes
+        weight = eliminated(information, own, floor_of(unit))
+        squares = float(away[own] @ weight @ away[own])
+        more = np.sqrt((product[-1, -1] + squares * scale) / fit.count) - np.sqrt(product[-1, -1] / fit.count)
+        found[unit.name] = Support(0.5 * squares - price * _count(unit, away), float(more))
+    return found
+
+
+def _count(unit: Unit, away: Array) -> int:
+    """Its unknowns: amplitudes that are not zero, and what goes with them."""
+    return max(int(np.sum(away[unit.amplitudes] != 0)), 1) + len(unit.all) - len(unit.amplitudes)
+
+
+def floor_of(unit: Unit) -> float:
+    """What an instrument is off by without anybody calling it a fault: a half per cent, 10 us."""
+    if not isinstance(unit.effect, MeasurementEffect):
+        return 0.0
+    return _LATE_S if unit.effect.kind == "time-delay" else _MISREAD
+
+
+def eliminated(information: Array, own: Index, floor: float = 0.0) -> Array:
+    """Information about some unknowns with all others free: the inverse of their block of the covariance, in which
+    `floor` is the standard deviation of what does not count.
+    """
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information / np.outer(size, size) + 1e-12 * np.eye(len(size))
+    covariance = np.linalg.inv(scaled)[np.ix_(own, own)]
+    covariance = covariance / np.outer(size[own], size[own])
+    return np.asarray(np.linalg.inv(covariance + floor**2 * np.eye(len(own))))

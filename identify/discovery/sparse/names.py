@@ -1,0 +1,138 @@
+"""Units of a fitted model as effects of the catalogue, with the values that they start from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from identify.core.arrays import Array
+from identify.core.parameters import DampingValues, Values
+from identify.measured.channel import Channel
+from identify.model.effects.added_mass import AddedMass
+from identify.model.effects.base import Effect
+from identify.model.effects.base_compliance import BaseCompliance
+from identify.model.effects.channel_gain import ChannelGain
+from identify.model.effects.channel_polarity import ChannelPolarity
+from identify.model.effects.channel_swap import ChannelSwap
+from identify.model.effects.frf_gain import FrfGain
+from identify.model.effects.joint_compliance import CLASSES, JointCompliance
+from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.sensor_matrix import SensorMatrix
+from identify.model.effects.sensor_rotation import SensorRotation
+from identify.model.effects.springs import Axis
+
+_AXES = ("x", "y", "z")
+_RIGID = 1e3
+"""Times as stiff as its softest axis a rigid one of a link begins."""
+_SPAN = 1e3
+"""Bounds lie this many times below and above what was found."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect with start values by name of parameter; evidence: its log odds."""
+
+    effect: Effect
+    values: Mapping[str, float]
+    evidence: float
+
+
+def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
+    """A unit of springs, such as joint2.tilt, as an ordinary effect with stiffnesses; rigid axes are left out."""
+    body, _, kind = name.partition(".")
+    if isinstance(effect, LinkFlexibility):
+        places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
+        found = _stiffnesses(places, values)
+        bending, torsion = _about(places[:2], found), _about(places[2:], found)
+        more = {"bending": bending[0], "bending_damping": bending[1]}
+        more |= {"torsion": torsion[0], "torsion_damping": torsion[1]}
+        return effect.model_copy(update={"shrink": False, **more}), found
+    classes = {**CLASSES, "turning": ("rz",)}
+    axes: list[Axis] = [axis for axis in classes[kind] if values.get(f"{body}.{axis}.compliance", 0.0) > 0]
+    places = [f"{body}.{axis}" for axis in axes]
+    found = _stiffnesses(places, values)
+    stiffness, damping = _about(places, found)
+    if body == "base":
+        return BaseCompliance(axes=axes, stiffness=stiffness, damping=damping), found
+    joint = int(body.removeprefix("joint"))
+    return JointCompliance(joints=[joint], axes=axes, stiffness=stiffness, damping=damping), found
+
+
+def _stiffnesses(places: Sequence[str], values: Mapping[str, float]) -> dict[str, float]:
+    found = dict[str, float]()
+    softest = max(values[f"{place}.compliance"] for place in places)
+    for place in places:
+        compliance = max(values[f"{place}.compliance"], softest / _RIGID)
+        found[f"{place}.stiffness"] = 1 / compliance
+        found[f"{place}.damping"] = values[f"{place}.retardation_time"] / compliance
+    return found
+
+
+def _about(places: Sequence[str], values: Mapping[str, float]) -> tuple[Values, DampingValues]:
+    """Starts and bounds of stiffness and damping about what was found: the usual start may be far from it."""
+    found = []
+    for role in ("stiffness", "damping"):
+        start = [float(f"{values[f'{place}.{role}']:.4g}") for place in places]
+        found.append({"initial": start, "bounds": (min(start) / _SPAN, max(start) * _SPAN)})
+    return Values.model_validate(found[0]), DampingValues.model_validate(found[1])
+
+
+def of_body(effect: AddedMass, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
+    """A body as the catalogue has it."""
+    start = max(abs(values[f"{effect.link}.mass"]), 1e-6)
+    mass = effect.mass.model_copy(update={"initial": float(f"{start:.3g}")})
+    return effect.model_copy(update={"mass": mass}), {
+        name: value for name, value in values.items() if name.startswith(f"{effect.link}.")
+    }
+
+
+def of_force(force: str, gain: float) -> tuple[Effect, dict[str, float]]:
+    """A factor of one force."""
+    return FrfGain(force=force), {f"force.{force}.gain": gain}
+
+
+def of_sensor(
+    node: int, error: Array, information: Array, price: float
+) -> tuple[Effect, dict[str, float], Array]:
+    """The simplest thing that says what a sensor's matrix I + E (3, 3) says, by how far it is from it in the information
+    (9, 9) of the data, and `price` for each number; and the matrix error it stands for.
+    """
+
+    def cost(form: tuple[Effect, dict[str, float], Array]) -> float:
+        off = (error - form[2]).ravel()
+        return float(0.5 * off @ information @ off + price * len(form[1]))
+
+    return min(_forms(node, error, information), key=cost)
+
+
+def _forms(node: int, error: Array, information: Array) -> Iterator[tuple[Effect, dict[str, float], Array]]:
+    matrix = np.eye(3) + error
+    yield ChannelPolarity(channel=node), {}, -2 * np.eye(3)
+    gain = _best(error, np.eye(3), information)
+    if 0.1 < 1 + gain < 10:
+        yield ChannelGain(channel=node), {f"{node}.gain": 1 + gain}, gain * np.eye(3)
+    for number, axis in enumerate(np.eye(3)):
+        channel, one = str(Channel(node, number + 1)), np.outer(axis, axis)
+        yield ChannelPolarity(channel=channel), {}, -2 * one
+        gain = _best(error, one, information)
+        if 0.1 < 1 + gain < 10:
+            yield ChannelGain(channel=channel), {f"{channel}.gain": 1 + gain}, gain * one
+        a, b = (n for n in range(3) if n != number)
+        swapped = np.eye(3)
+        swapped[[a, b]] = swapped[[b, a]]
+        yield ChannelSwap(point=node, axes=(_AXES[a], _AXES[b])), {}, swapped - np.eye(3)
+        angle = float(np.arctan2(matrix[a, b] - matrix[b, a], matrix[a, a] + matrix[b, b])) * (1 if number != 1 else -1)
+        turned = scipy.spatial.transform.Rotation.from_rotvec(angle * axis).as_matrix().T
+        rotation = SensorRotation(point=node, axis=_AXES[number])
+        yield rotation, {f"{node}.r{_AXES[number]}.angle": angle}, turned - np.eye(3)
+    names = [f"{node}.matrix_{a}{b}" for a in _AXES for b in _AXES]
+    yield SensorMatrix(points=[node]), dict(zip(names, map(float, error.ravel()), strict=True)), error
+
+
+def _best(error: Array, form: Array, information: Array) -> float:
+    """The amount of a form that is nearest to an error."""
+    f = form.ravel()
+    return float(f @ information @ error.ravel() / (f @ information @ f))

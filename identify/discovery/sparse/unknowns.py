@@ -1,0 +1,129 @@
+"""The unknowns of a dense model: which are amplitudes, in which groups, and what is known of them before any data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from identify.core.arrays import Array, Index, Mask
+from identify.model.effects.added_mass import AddedMass
+from identify.model.effects.base import Effect
+from identify.model.effects.measurement import MeasurementEffect
+from identify.vibration.problem import Problem
+
+_RETARDATION_STD = float(np.log(1.6))
+"""Of the logarithm of a retardation time about that of 3 % damping at 20 Hz."""
+_MEASURED_STD = 1.0
+"""Of an entry of a sensor's matrix, the logarithm of a gain: errors of more than a factor of three are rare."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What is present or absent as a whole: numbers of its amplitudes among the free unknowns, and of all that goes with
+    it, such as retardation times.
+    """
+
+    effect: Effect
+    name: str
+    amplitudes: Index
+    all: Index
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Free unknowns (f,) of a problem; known: how many effects the study itself has, which are not asked for."""
+
+    problem: Problem
+    known: int
+
+    @cached_property
+    def free(self) -> Index:
+        """Their numbers among all."""
+        return np.array([n for n, p in enumerate(self.problem.parameters) if p.free], dtype=int)
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Of the free ones."""
+        return [self.problem.parameters[n].name for n in self.free]
+
+    @cached_property
+    def log(self) -> Mask:
+        """Searched by logarithm."""
+        return np.array([self.problem.parameters[n].log for n in self.free], dtype=bool)
+
+    @cached_property
+    def springs(self) -> Mask:
+        """Compliances."""
+        return np.array([name.endswith(".compliance") for name in self.names], dtype=bool)
+
+    @cached_property
+    def limits(self) -> tuple[Array, Array]:
+        """Lower and upper bounds, on the search scale; errors of what was told have none."""
+        own = [self.problem.parameters[n] for n in self.free]
+        lower, upper = (np.array([getattr(p, side) for p in own]) for side in ("lower", "upper"))
+        with np.errstate(all="ignore"):
+            scaled = [np.where(self.log, np.log(side), side) for side in (lower, upper)]
+        error = np.array([p.nuisance for p in own])
+        return np.where(error, -np.inf, scaled[0]), np.where(error, np.inf, scaled[1])
+
+    @cached_property
+    def units(self) -> list[Unit]:
+        """What may be missing: axes of springs by what carries them, sensors, forces, the delay, bodies."""
+        place = {number: position for position, number in enumerate(self.free.tolist())}
+        found: list[Unit] = []
+        for effect, numbers in self.problem.measurements[0].system.effects[self.known :]:
+            own = np.array([place[n] for n in numbers.tolist() if n in place], dtype=int)
+            pairs = [(_unit_of(effect, self.names[n]), n) for n in own]
+            for name, some in groupby(sorted(pairs), key=lambda pair: pair[0]):
+                every = np.array([n for _, n in some], dtype=int)
+                carried = self.springs[every] if self.springs[own].any() else np.full(len(every), True)
+                found.append(Unit(effect, name, every[carried], every))
+        return found
+
+    @cached_property
+    def reference(self) -> Array:
+        """(f,) on the search scale: where priors are centred; zero for errors of what was told."""
+        return self.to_x(self.problem.initial)
+
+    @cached_property
+    def precision(self) -> Array:
+        """(f,) of normal priors about the reference; zero where nothing is known before."""
+        found = np.zeros(len(self.free))
+        for position, number in enumerate(self.free):
+            if self.problem.parameters[number].nuisance:
+                found[position] = 1.0
+            elif self.names[position].endswith(".retardation_time"):
+                found[position] = _RETARDATION_STD**-2
+        for unit in self.units:
+            if isinstance(unit.effect, MeasurementEffect):
+                scale = 1e-3 if unit.effect.kind == "time-delay" else _MEASURED_STD
+                found[unit.amplitudes] = scale**-2
+        return found
+
+    def to_x(self, values: Array) -> Array:
+        """(f,) on the search scale, of values of all unknowns."""
+        own = values[self.free]
+        return np.where(self.log, np.log(np.where(self.log, own, 1.0)), own)
+
+    def to_values(self, x: Array) -> Array:
+        """Values of all unknowns; those that are not free keep theirs."""
+        values = self.problem.initial.copy()
+        values[self.free] = np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+        return values
+
+
+_CLASSES = {"rx": "tilt", "ry": "tilt", "tx": "radial", "ty": "radial", "tz": "axial", "rz": "turning"}
+
+
+def _unit_of(effect: Effect, name: str) -> str:
+    """The name of the unit that an unknown of an effect belongs to."""
+    body, _, rest = name.partition(".")
+    axis = rest.partition(".")[0]
+    if axis in _CLASSES:
+        return f"{body}.{_CLASSES[axis]}"
+    if isinstance(effect, MeasurementEffect | AddedMass) or "matrix_" in name:
+        return name.rpartition(".")[0] if effect.kind != "sensor-matrix" else body
+    return body
