@@ -28,7 +28,7 @@ from identify.api.options import (
     StabilityOptions,
     takes_options,
 )
-from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG
+from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
 from identify.core.errors import (
     EXIT_BAD_INPUT,
     EXIT_FAILED_CHECK,
@@ -257,16 +257,16 @@ def excite(
 
 @app.command()
 def check(config: Config, quiet: Quiet = False) -> None:
-    """Examine the measured data of a study before a fit.
+    """Examine a study of any kind and its measured data before it is run.
 
     Exit code 3 when a check fails.
     """
+    from identify.core.config import family_of
     from identify.reports.show import print_findings
     from identify.reports.shown import working
-    from identify.vibration.check import run_checks
 
     with working(quiet, "reading"):
-        checked = run_checks(config)
+        checked = checker_of(family_of(config))(config)
     if not quiet:
         print_findings(checked.findings)
     if checked.refused:
@@ -274,7 +274,7 @@ def check(config: Config, quiet: Quiet = False) -> None:
     if checked.failed:
         raise typer.Exit(EXIT_FAILED_CHECK)
     if not quiet:
-        typer.echo(f"next: identify fit {config}")
+        typer.echo(f"next: identify {checked.then} {config}")
 
 
 @app.command()

@@ -152,7 +152,7 @@ def run_explain(
         robot = read_robot(file.study.robot, file.path.parent)
         known = known_of(file.study, robot)
         records = read_records(file, robot)
-        each = {use: [_conditioned(r, file.study, known) for r in records[use]] for use in USES}
+        each = {use: [conditioned(r, file.study, known) for r in records[use]] for use in USES}
         motions = _Recorded(in_a_row(each["fit"]), in_a_row(each["validate"]), tuple(each["test"]))
         treated = [motion for use in USES for motion in each[use]]
         origin = _provenance(file, records)
@@ -323,7 +323,7 @@ def _recorded(motion: ConditionedMotion, target: str) -> bool:
     return (motion.link_position if target == "deflection" else motion.command_position) is not None
 
 
-def _conditioned(record: MotionRecord, study: ExplainStudy, known: Known) -> ConditionedMotion:
+def conditioned(record: MotionRecord, study: ExplainStudy, known: Known) -> ConditionedMotion:
     """A record's motion; positions that count from where it began are zero there, whatever encoders said."""
     constant: Array | None = None
     if study.drives.torque_constant_nm_per_a is not None:

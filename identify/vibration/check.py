@@ -7,21 +7,19 @@ points, postures, files beside each other, the model at its start values) are he
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
-from identify.core.errors import InputError, InputErrors
+from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
-from identify.measured.finding import Finding, listing
+from identify.measured.finding import STUDY, Checked, Finding, kept, listing
 from identify.measured.frf_set import FrfSet
 from identify.measured.quality import check
-from identify.model.modes import undamped_modes
+from identify.model.modes import complex_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
@@ -32,9 +30,6 @@ from identify.vibration.problem import Problem, load_problem, measurement_names,
 from identify.vibration.study import MeasurementSettings, StudyFile, read_study
 from identify.vibration.uncertainty import fitted_information
 
-T = TypeVar("T")
-STUDY = "study"
-"""The name under which findings on the study as a whole are listed."""
 _BEYOND, _SLACK_M = 2.0, 0.3
 """A point farther from its link than this many times the link's own extent plus a tool's length is
 doubtful; one farther than the whole arm is long cannot be right."""
@@ -45,41 +40,30 @@ doubtful.
 """
 
 
-@dataclass(frozen=True)
-class Checked:
-    """The findings by measurement, those on the study itself under `STUDY`; refused: what a fit would
-    refuse.
-    """
-
-    findings: dict[str, list[Finding]]
-    refused: tuple[InputError, ...] = ()
-
-    @property
-    def failed(self) -> bool:
-        """Whether the data should not be fitted as they are."""
-        return any(finding.level == "fail" for found in self.findings.values() for finding in found)
-
-
 def run_checks(config: Path) -> Checked:
     """Load all that `identify fit` would load of a study and look at it.
 
     Raises InputError or InputErrors where the config itself cannot be read; other refusals are kept beside
     the findings, so that one run says everything.
     """
-    file = read_study(config)
+    return checks_of(read_study(config))
+
+
+def checks_of(file: StudyFile) -> Checked:
+    """The same of a study that was read."""
     refused: list[InputError] = []
-    points = _kept(lambda: read_points(file.resolve(file.study.points)) if file.study.points else {}, refused)
+    points = kept(lambda: read_points(file.resolve(file.study.points)) if file.study.points else {}, refused)
     names = measurement_names(file.study.measurements)
     settings = dict(zip(names, file.study.measurements, strict=True))
     sets = {
-        name: _kept(lambda one=one: read_frfs(file, one), refused)  # type: ignore[misc]
+        name: kept(lambda one=one: read_frfs(file, one), refused)  # type: ignore[misc]
         for name, one in settings.items()
         if one.file is not None
     }
     labels = {node: point.name for node, point in (points or {}).items()}
     known = {name: data for name, data in sets.items() if data is not None}
     findings = {name: _of_set(data, settings[name], labels, file) for name, data in known.items()}
-    problem = None if refused else _kept(lambda: _loaded(file, known), refused)
+    problem = None if refused else kept(lambda: _loaded(file, known), refused)
     found = list(_radians(settings))
     if problem is not None:
         found += [
@@ -91,17 +75,6 @@ def run_checks(config: Path) -> Checked:
             *_without_body(problem.robot),
         ]
     return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
-
-
-def _kept(read: Callable[[], T], refused: list[InputError]) -> T | None:
-    """What is read, or None with the refusal kept."""
-    try:
-        return read()
-    except InputErrors as errors:
-        refused.extend(errors.errors)
-    except InputError as error:
-        refused.append(error)
-    return None
 
 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
@@ -243,9 +216,9 @@ def _resonances(problem: Problem) -> Iterator[Finding]:
     if band is None:
         return
     system, values = problem.measurements[0].at(problem.initial)
-    mass, _, stiffness = system.matrices(values)
-    frequency, _ = undamped_modes(mass, stiffness.real)
-    if frequency[0] <= _FAR * band[1] and frequency[-1] >= band[0] / _FAR:
+    # A servo's coordinate has a negative inertia, so the mass matrix need not be positive definite.
+    frequency = complex_modes(*system.matrices(values)).frequency_hz
+    if not frequency.size or (frequency[0] <= _FAR * band[1] and frequency[-1] >= band[0] / _FAR):
         return
     span = f"{frequency[0]:.3g} to {frequency[-1]:.3g} Hz"
     sentence = (

@@ -13,7 +13,8 @@ from ruamel.yaml import YAML
 from typer.testing import CliRunner
 
 from identify.cli import app
-from identify.vibration.check import STUDY, Checked, run_checks
+from identify.measured.finding import STUDY, Checked
+from identify.vibration.check import run_checks
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / "configs" / "arm_hammer_test.yaml"
