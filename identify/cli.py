@@ -426,6 +426,7 @@ def main() -> None:
 
     from identify.core.interruption import Interrupted, check, listening
     from identify.core.part_file import DamagedPart
+    from identify.core.plugin import BrokenPlugin
 
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
@@ -433,7 +434,7 @@ def main() -> None:
     show = warnings.showwarning
 
     def note(message: Warning | str, category: type[Warning], *where: Any, **other: Any) -> None:
-        if issubclass(category, DamagedPart):
+        if issubclass(category, (DamagedPart, BrokenPlugin)):
             typer.echo(f"note: {message}", err=True)
         else:
             show(message, category, *where, **other)

@@ -18,7 +18,7 @@ from identify.core.errors import InputError
 from identify.core.parameters import Parameter, Scale
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import Ended, Outcome, Search
+from identify.fitting.optimizers.base import Ended, Outcome, Search, minimized
 from identify.fitting.plan import FitPlan, Stage
 
 _SAME = 1e-3
@@ -143,9 +143,8 @@ def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress
         objective = stage.objective.at(values)
         search = Search(objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
         try:
-            outcome = stage.optimizer.minimize(
-                search, part.to_x(values), np.random.default_rng([plan.seed, number, position])
-            )
+            rng = np.random.default_rng([plan.seed, number, position])
+            outcome = minimized(stage.optimizer, search, part.to_x(values), rng)
         except Ended as end:
             outcome = Outcome(end.reached, end.reason)
         values = values if search.best_x is None else part.to_values(search.best_x)

@@ -13,7 +13,7 @@ def run_checks(config: Path) -> Checked:
     tool = read_tool(config).study
     cutting = tool.cutting(str(config))
     sentence = (
-        f"{tool.teeth} teeth, {tool.diameter_mm:g} mm; cutting forces of {cutting.tangential / 1e6:.4g} N/mm2,"
+        f"{tool.teeth} teeth, {tool.diameter_mm:g} mm; cutting force of {cutting.tangential / 1e6:.4g} N/mm2,"
         f" {cutting.source}."
     )
     return Checked({STUDY: [Finding("info", "tool", (), sentence)]}, (), "stability FIT.h5 --tool")

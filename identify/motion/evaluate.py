@@ -117,6 +117,7 @@ def _result(
         trials=None if found is None else _trials(found),
         records=records,
         provenance=provenance_of_motion(problem),
+        free=sum(parameter.free for parameter in problem.parameters),
     )
 
 

@@ -20,7 +20,13 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
         return _after_fit(found, config)
     if data.KIND == "discovery":
         return _after_discovery(found, config)
-    if data.KIND == "motion" and config is not None and data.starts is None and _has_records(data):
+    if (
+        data.KIND == "motion"
+        and config is not None
+        and data.starts is None
+        and data.free
+        and _has_records(data)
+    ):
         return [f"identify fit {config}   (finds its free numbers from what was recorded)"]
     return _with_files(found)
 

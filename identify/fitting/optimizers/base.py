@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from identify.core.arrays import Array
 from identify.core.interruption import check
 from identify.core.parameters import Scale
+from identify.core.plugin import PluginError, name_of
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective, compressed
@@ -36,6 +37,7 @@ OPTIMIZERS = Registry(
         "nelder-mead": "identify.fitting.optimizers.nelder_mead:NelderMead",
         "particle-swarm": "identify.fitting.optimizers.particle_swarm:ParticleSwarm",
     },
+    "identify.fitting.optimizers.base:Optimizer",
 )
 _ASIDE = 0.1
 """How far along a step residuals are looked at to tell how they bend."""
@@ -95,6 +97,9 @@ class Search:
         check()
         if self.evaluations >= self.budget:
             raise Ended(f"the budget of {self.budget} evaluations is spent", reached=False)
+        if not np.isfinite(x).all():
+            raise ValueError("it asks for the cost of what is no number")
+        x = np.clip(x, self.lower, self.upper)
         costs = self._evaluate(x) if self.whole is None else self.whole.costs(x)
         self.evaluations += len(x)
         best = int(np.argmin(costs))
@@ -163,6 +168,14 @@ class Optimizer(BaseModel, ABC):
     @abstractmethod
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
         """Search from x = start (free,); the best point is left in `search`.  All chance comes from `rng`."""
+
+
+def minimized(optimizer: Optimizer, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
+    """How an optimizer ended; PluginError where one of a third party does not say it."""
+    outcome = optimizer.minimize(search, start, rng)
+    if not isinstance(outcome, Outcome):
+        raise PluginError(name_of(optimizer), f"`minimize` gives {outcome!r}", "an Outcome")
+    return outcome
 
 
 def parse_optimizer(data: Any) -> Optimizer:

@@ -111,6 +111,6 @@ def write_picture(found: ShapeComparison, path: Path) -> None:
     """The MAC matrix as .png, .svg or .pdf; InputError for another suffix, or where it cannot be written."""
     if path.suffix.lower() not in _PICTURES:
         raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(_PICTURES))
-    figure = picture(found)
-    save = partial(figure.savefig, format=path.suffix[1:].lower(), dpi=200)
-    write_atomically(path, save)
+    with figures.style():
+        save = partial(picture(found).savefig, format=path.suffix[1:].lower(), dpi=200)
+        write_atomically(path, save)

@@ -25,6 +25,7 @@ COSTS = Registry(
         "frf-least-squares": "identify.vibration.costs.frf_least_squares:FrfLeastSquares",
         "normalized-response": "identify.vibration.costs.normalized_response:NormalizedResponse",
     },
+    "identify.vibration.costs.base:Cost",
 )
 
 
