@@ -66,10 +66,16 @@ def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex,
 
 def _eigen(matrices: Array) -> tuple[Complex, Complex]:
     """Eigenvalues (m, r) and right eigenvectors (m, r, r) of matrices (m, r, r), in threads where they take
-    some time.
+    some time; NaN of a matrix that is not finite.
 
     Each is taken by itself, so that the results are the same in however many threads.
     """
+    finite = np.isfinite(matrices).all(axis=(-2, -1))
+    if not finite.all():
+        values, vectors = np.full(matrices.shape[:-1], np.nan + 0j), np.full(matrices.shape, np.nan + 0j)
+        if finite.any():
+            values[finite], vectors[finite] = _eigen(matrices[finite])
+        return values, vectors
     worth = int(len(matrices) * matrices.shape[-1] ** 3 // _WORTH_A_THREAD)
     parts = np.array_split(matrices, max(1, min(threads(), len(matrices), worth)))
     found = each(np.linalg.eig, parts)
