@@ -179,9 +179,7 @@ def _start_notes(fit: Fit) -> list[str]:
             "only one start found the best minimum, so a better one may exist: more `starts` or a larger"
             " budget would tell"
         )
-    if not fit.best.converged:
-        notes.append(f"the best start did not converge: {fit.best.sentence}")
-    return notes
+    return notes + fit.end_note
 
 
 def _measurement(

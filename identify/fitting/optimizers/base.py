@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -55,10 +55,11 @@ class Ended(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a stage ended: whether the optimizer is content, and why, in a sentence."""
+    """How a stage ended: whether the optimizer is content, and why, in a sentence; spent: with its budget."""
 
     converged: bool
     sentence: str
+    spent: bool = False
 
 
 @dataclass
@@ -162,6 +163,8 @@ class Optimizer(BaseModel, ABC):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    ENDS_AT_BUDGET: ClassVar[bool] = False
+    """Whether it has no other end than its budget: then a spent budget is the end that was asked for."""
     kind: str = Field(description="which optimizer")
     evaluations: int = Field(1000, ge=1, description="budget of cost evaluations of this stage, per start")
 
@@ -172,7 +175,10 @@ class Optimizer(BaseModel, ABC):
 
 def minimized(optimizer: Optimizer, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
     """How an optimizer ended; PluginError where one of a third party does not say it."""
-    outcome = optimizer.minimize(search, start, rng)
+    try:
+        outcome = optimizer.minimize(search, start, rng)
+    except Ended as end:
+        return Outcome(end.reached or optimizer.ENDS_AT_BUDGET, end.reason, spent=not end.reached)
     if not isinstance(outcome, Outcome):
         raise PluginError(name_of(optimizer), f"`minimize` gives {outcome!r}", "an Outcome")
     return outcome
