@@ -93,10 +93,12 @@ def test_workers_are_asked_for_the_versions_of_the_client(
 ) -> None:
     ours = ("identify 99", *computing()[1:])
     asked = cluster_module.computing
-    monkeypatch.setattr(cluster_module, "_check_versions", lambda client: None)
     monkeypatch.setattr(cluster_module, "computing", lambda: ours)
+    told = list[object]()
+    monkeypatch.setattr(cluster_module, "_check_versions", told.append)  # as of one that comes later
     with open_executor(cluster=cluster) as executor:
         outcome = executor.submit(Job("j", "tests.batch.jobs:square", {"x": 2.0}), 1, 30.0).result()
+    assert len(told) == 1, "those that are there are asked at once"
     assert outcome.ended == "lost"
     assert f"a worker has {asked()[0]}; the batch is computed with identify 99" in outcome.error
 
