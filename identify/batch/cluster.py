@@ -5,6 +5,7 @@ What cannot be right is told before Dask tries it: it would try for long, and sa
 
 from __future__ import annotations
 
+import logging
 import re
 import socket
 import ssl
@@ -27,6 +28,7 @@ _CONNECT_S, _ANSWER_S = 5.0, 20.0
 _ADDRESS = re.compile(r"(?P<how>tcp|tls)://(\[(?P<six>[^\]]+)\]|(?P<host>[^:/\s]+)):(?P<port>\d{1,5})/?")
 _EXPECTED = "the address of a running Dask scheduler, such as tls://10.0.0.5:8786"
 _SEE = "see docs/cluster.md"
+_LOGS = ("distributed", "distributed.client")
 _SILENT = "what listens there is no scheduler, or one that asks for certificates, with an address of tls://"
 
 
@@ -56,14 +58,29 @@ def joined(address: str) -> Iterator[Cluster]:
     """
     client = _client(address)
     pool, token = client.get_executor(pure=False), uuid.uuid4().hex
+    with _in_our_words():
+        try:
+            _check_versions(client)
+            yield Cluster(client, pool, address, token)
+        finally:
+            with suppress(Exception):  # of a scheduler that is gone: its workers end by themselves
+                pool.shutdown(wait=False)
+            _asked(client, end, token)
+            client.close()
+
+
+@contextmanager
+def _in_our_words() -> Iterator[None]:
+    """Inside, Dask does not log what goes wrong, in tracebacks: it is told in a sentence."""
+    loggers = [logging.getLogger(name) for name in _LOGS]
+    before = [one.level for one in loggers]
+    for one in loggers:
+        one.setLevel(logging.CRITICAL)
     try:
-        _check_versions(client)
-        yield Cluster(client, pool, address, token)
+        yield
     finally:
-        with suppress(Exception):  # of a scheduler that is gone: its workers end by themselves
-            pool.shutdown(wait=False)
-        _asked(client, end, token)
-        client.close()
+        for one, level in zip(loggers, before, strict=True):
+            one.setLevel(level)
 
 
 def _client(address: str) -> Any:

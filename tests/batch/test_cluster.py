@@ -5,6 +5,7 @@ behind; the commands of the documentation, run as they stand.
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import re
 import signal
@@ -122,6 +123,8 @@ def test_an_interrupted_batch_leaves_nothing_on_the_cluster(cluster: str, tmp_pa
     assert not any(_lives(pid) for pid in pids)
     with open_executor(cluster=cluster) as executor:  # the workers themselves go on
         done = executor.submit(Job("j", "tests.batch.jobs:square", {"x": 3.0}), 1, 30.0).result()
+        assert logging.getLogger("distributed.client").level == logging.CRITICAL, "no tracebacks of Dask's"
+    assert logging.getLogger("distributed.client").level < logging.CRITICAL
     assert done.value == {"value": 9.0}
 
 
