@@ -19,11 +19,21 @@ from typing import Any
 from identify.core.errors import InputError
 from identify.core.plugin import PluginError, load_guarded, note_broken
 
+_GROUPS = "identify."
+"""What the names of all plug points begin with."""
+
 
 @cache
 def installed(group: str) -> tuple[EntryPoint, ...]:
     """The entry points of third parties, looked up once: it takes a look into every installed package."""
     return tuple(entry_points(group=group))
+
+
+def plug_ins() -> tuple[str, ...]:
+    """The packages of third parties that are plugged in anywhere, each with its version, sorted."""
+    groups = (group for group in entry_points().groups if group.startswith(_GROUPS))
+    owners = (point.dist for group in groups for point in installed(group))
+    return tuple(sorted({f"{one.name} {one.version}" for one in owners if one is not None}))
 
 
 @dataclass

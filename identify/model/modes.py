@@ -108,11 +108,24 @@ def eigenvalue_gradient(modes: ComplexModes, factors: Factors, parameters: int) 
     return np.asarray(columns @ (factors.owner[:, None] == np.arange(parameters)))
 
 
+def eigenvalue_change(modes: ComplexModes, mass: Array, stiffness: Array) -> Complex:
+    """Change of lambda (m, q) with changes (q, n, n) of mass and stiffness."""
+    moved, bent = (
+        np.einsum("mi,qij,mj->mq", modes.shapes, one, modes.shapes, optimize=True)
+        for one in (mass, stiffness)
+    )
+    return np.asarray(-(modes.eigenvalues[:, None] ** 2 * moved + bent))
+
+
 def frequency_and_damping_gradient(
     modes: ComplexModes, factors: Factors, parameters: int
 ) -> tuple[Array, Array]:
     """d frequency_hz / dp and d damping_ratio / dp, each (m, parameters)."""
-    change = eigenvalue_gradient(modes, factors, parameters)
+    return frequency_and_damping_change(modes, eigenvalue_gradient(modes, factors, parameters))
+
+
+def frequency_and_damping_change(modes: ComplexModes, change: Complex) -> tuple[Array, Array]:
+    """Changes of frequency_hz and of damping_ratio, (m, q) each, with those of lambda (m, q)."""
     values = modes.eigenvalues[:, None]
     size = np.abs(values)
     d_size = (np.conj(values) * change).real / size

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.core.errors import InputError
+from identify.core.arrays import Array
+from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
@@ -23,6 +24,7 @@ from identify.model.modes import complex_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.intervals import intervals
 from identify.vibration.link_ends import left_open
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
@@ -193,12 +195,10 @@ def _uncertain(problem: Problem) -> Iterator[Finding]:
     entries = problem.nuisances.entries
     if not entries:
         return
-    scale = Scale(problem.parameters)
-    covariance = np.linalg.inv(fitted_information(problem, problem.initial))
-    own = np.flatnonzero(scale.free < problem.size)
-    ends = left_open(problem, problem.initial)[scale.free[own], None] ** 2
-    parts = covariance[np.ix_(own, np.arange(len(own), len(scale.free)))] ** 2
-    share = np.mean(np.hstack([parts, ends]) / (np.diag(covariance)[own, None] + ends), axis=0)
+    free = Scale(problem.of_effects).free
+    ends = left_open(problem, problem.initial)[free, None] ** 2
+    parts, variance = _variances(problem, len(free))
+    share = np.mean(np.hstack([parts, ends]) / (variance[:, None] + ends), axis=0)
     kinds = [*(kind_of(one) for one in entries), _ENDS]
     total = {kind: float(share[[one == kind for one in kinds]].sum()) for kind in dict.fromkeys(kinds)}
     most = max(total, key=lambda kind: total[kind])
@@ -208,6 +208,18 @@ def _uncertain(problem: Problem) -> Iterator[Finding]:
         " noise."
     )
     yield Finding("info", "stated-uncertainty", (), sentence, total[most])
+
+
+def _variances(problem: Problem, count: int) -> tuple[Array, Array]:
+    """(f, e) and (f,): what each error makes of the variance of each of the free parameters, of which there
+    are count, and all of it.
+    """
+    if not problem.file.study.cost.likelihood:
+        found = intervals(problem, problem.initial)
+        assert found.joint is not None
+        return found.joint.stated**2, found.std**2
+    covariance = np.asarray(np.linalg.inv(fitted_information(problem, problem.initial)), dtype=np.float64)
+    return covariance[:count, count:] ** 2, np.diag(covariance)[:count]
 
 
 def _resonances(problem: Problem) -> Iterator[Finding]:

@@ -98,7 +98,7 @@ class Measurement:
         if isinstance(self.target, FrfTarget):
             there, own = self.target.at(values)
             return there.system, own
-        return self.system, values
+        return self.target.at(values)
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,8 @@ def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     given = collect([partial(_read, file, m, name, posture, known) for m, name, posture in tasks])
     nuisances = NOTHING
     if study.uncertainty is not None:
-        _check_uncertain(given)
+        if study.cost.likelihood:
+            _check_uncertain(given)
         nuisances, given = _uncertain(study.uncertainty, robot, points, given)
     problem = _assembled(file, robot, points, given, nuisances=nuisances)
     if not any(parameter.free for parameter in problem.of_effects):
@@ -223,10 +224,14 @@ def _uncertain(
 
 
 def _check_uncertain(given: Sequence[Given]) -> None:
-    """Raise an InputError unless all measurements are FRFs with known noise."""
+    """Raise an InputError unless all measurements are FRFs with known noise, as a likelihood needs them."""
     for one in given:
         if not isinstance(one.data, FrfSet):
-            raise InputError("uncertainty", f"{one.name} is a modal table", "FRFs", "leave one of both out")
+            found, fix = (
+                f"{one.name} is a modal table",
+                "leave one of both out, or set `cost: eigenfrequency`",
+            )
+            raise InputError("uncertainty", found, "FRFs for the cost frf-least-squares", fix)
         if one.noise is None:
             raise InputError(
                 "uncertainty",
@@ -340,9 +345,9 @@ def _measurement(
     speed = given.settings.speed_deg_per_s
     rates = None if speed is None else np.deg2rad(speed)
     system = postures.system(given.posture, given.settings.detached, rates)
+    uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):
         impact = given.impact and given.impact.begun(_pre_trigger(system, values))
-        uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
         told = (given.name, given.data, system, points, given.noise, given.record)
         return Measurement(given, system, frf_target(*told, impact, uncertain), uncertain)
     out = (
@@ -350,7 +355,8 @@ def _measurement(
         if given.data.shapes is not None
         else None
     )
-    return Measurement(given, system, ModalTarget(given.name, given.data, system, out))
+    placed = None if uncertain is None else uncertain(system, (), ())
+    return Measurement(given, system, ModalTarget(given.name, given.data, system, out, placed), uncertain)
 
 
 def _pre_trigger(system: System, values: Mapping[str, float]) -> float:

@@ -149,7 +149,8 @@ class Study(Settings):
         None,
         description=(
             "how far masses, places, directions, gains and angles may be from what was told: `typical`,"
-            " `careful`, or what is uncertain by how much; fitted along; default: exactly as told"
+            " `careful`, or what is uncertain by how much; intervals carry it, and the likelihood fits it"
+            " along; default: exactly as told"
         ),
     )
     modal: ModalSettings = Field(
@@ -182,11 +183,6 @@ class Study(Settings):
             )
         if all(measurement.use == "validate" for measurement in self.measurements):
             raise ValueError("measurements: all are for validation; expected at least one with `use: fit`")
-        if self.uncertainty is not None and self.cost != parse_cost("frf-least-squares"):
-            raise ValueError(
-                f"uncertainty: found `cost: {self.cost.kind}`; expected frf-least-squares, the likelihood,"
-                " which stated uncertainty is weighed against"
-            )
         return self
 
     @property
@@ -194,7 +190,7 @@ class Study(Settings):
         """The stages to run, with the default filled in."""
         if self.optimizer:
             return self.optimizer
-        robust = self.cost == parse_cost("frf-least-squares")
+        robust = self.cost.likelihood
         return (
             [VibrationStage.parse(dict(stage)) for stage in _ROBUST_THEN_LIKELY]
             if robust

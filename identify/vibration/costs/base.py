@@ -39,6 +39,11 @@ class Cost(BaseModel, ABC):
     def objective(self, targets: Targets) -> Objective:
         """The cost for these data; raises InputError where the data are not of its kind."""
 
+    @property
+    def likelihood(self) -> bool:
+        """Whether errors of what was told can be weighed against it, and so are fitted along."""
+        return False
+
 
 CostOfFrf = TypeVar("CostOfFrf", bound=Cost)
 
