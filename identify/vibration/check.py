@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.errors import InputError, InputErrors
+from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
