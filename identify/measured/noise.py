@@ -18,6 +18,7 @@ does to the numerator makes up for one n-th of that.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +26,9 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text import count
 from identify.measured.frf_set import FrfSet
+from identify.measured.scatter import scatter
 
 _POOLED_FREEDOM = 120
 _ROUNDS, _ITERATIONS, _SETTLED = 3, 200, 1e-3
@@ -35,6 +38,11 @@ _PRINTED = 5e-7
 """Files of single precision print a coherence to six digits: a 1 stands for anything above 1 - 5e-7, and half
 of that is assumed.
 """
+_ACROSS = 0.01
+"""Transverse sensitivity of a good accelerometer: a channel that moves less than this part of what others do
+measures their motion."""
+_PLAINLY = 1.5
+"""Scatter over stated noise from which a reader is told."""
 _DENSE = 2000
 """Numbers in a basis up to which the zeros among them take less time than their leaving out."""
 if TYPE_CHECKING:
@@ -70,6 +78,39 @@ def without_bias(frf_set: FrfSet) -> FrfSet:
     pooled = _of_coherence(frf_set)
     more = pooled.of_force * ((frf_set.averages or 1) - 1)
     return replace(frf_set, frf=frf_set.frf * (1 + more[:, None, :]), noise=np.sqrt(pooled.variance / 2))
+
+
+def with_relative_noise(frf_set: FrfSet, share: float) -> FrfSet:
+    """With noise of this share of each FRF's RMS over its lines, as stated, but no less than neighbouring
+    lines scatter, and no less than that share of what a sensor picks up of motion across its axis.
+    """
+    level = np.sqrt(np.mean(np.abs(frf_set.frf) ** 2, axis=0))
+    stated = share * np.maximum(level, _ACROSS * _largest_alike(frf_set, level))
+    between = scatter(frf_set)
+    seen = np.zeros_like(level) if between is None else np.sqrt(np.median(between, axis=0))
+    noise = np.broadcast_to(np.fmax(stated, seen) / np.sqrt(2), frf_set.frf.shape).copy()
+    noisy = np.argwhere(seen > _PLAINLY * stated)
+    notes = frf_set.notes
+    if len(noisy):
+        i, j = max(noisy.tolist(), key=lambda pair: float(seen[*pair] / stated[*pair]))
+        most = f"{frf_set.outputs[i]}/{frf_set.inputs[j]}, by {seen[i, j] / level[i, j]:.2g} of its RMS"
+        notes += (
+            f"{count(len(noisy), 'FRF')} scatter more between lines than the stated noise of {share:g}, most"
+            f" {most}: their scatter is taken as their noise",
+        )
+    return replace(frf_set, noise=noise, notes=notes)
+
+
+def _largest_alike(frf_set: FrfSet, level: Array) -> Array:
+    """(outputs, inputs): the largest level of FRFs with the same unit."""
+    turns = [np.array([abs(c.direction) > 3 for c in some]) for some in (frf_set.outputs, frf_set.inputs)]
+    kind = turns[0][:, None] * 2 + turns[1]
+    return np.asarray(
+        np.select(
+            [kind == one for one in range(4)],
+            [np.nanmax(np.where(kind == one, level, 0.0), initial=0.0) for one in range(4)],
+        )
+    )
 
 
 def _of_coherence(frf_set: FrfSet) -> _Pooled:
@@ -120,15 +161,21 @@ def mean_of_repeats(sets: list[FrfSet]) -> FrfSet:
     for other in sets[1:]:
         alike = all(
             getattr(other, name) == getattr(first, name)
-            for name in ("outputs", "inputs", "quantity", "window_decay_per_s")
+            for name in ("outputs", "inputs", "quantity", "window_decay_per_s", "record_s")
         )
         if (
             not alike
             or other.frf.shape != first.frf.shape
             or not np.allclose(other.frequency_hz, first.frequency_hz, rtol=1e-6)
         ):
-            found = f"channels, quantity, window or frequencies other than in {first.source or 'the first'}"
+            found = f"channels, quantity, window, record or lines other than in {first.source or 'the first'}"
             raise InputError(other.source or "repeats", found, "repeats of one measurement")
+    for one, other in combinations(sets, 2):
+        if np.array_equal(one.frf, other.frf, equal_nan=True):
+            found = f"the same FRFs as in {one.source or 'another repeat'}"
+            raise InputError(
+                other.source or "repeats", found, "a measurement of its own", "name another file"
+            )
     sources = " + ".join(one.source for one in sets)
     return replace(
         first,

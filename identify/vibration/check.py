@@ -6,7 +6,6 @@ points, postures, files beside each other, the model at its start values) are he
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,10 +24,11 @@ from identify.model.modes import undamped_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.given import measurement_names, read_frfs
 from identify.vibration.link_ends import left_open
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import Problem, load_problem, measurement_names, read_frfs
+from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import MeasurementSettings, StudyFile, read_study
 from identify.vibration.uncertainty import fitted_information
 
@@ -83,7 +83,7 @@ def run_checks(config: Path) -> Checked:
     found = list(_radians(settings))
     if problem is not None:
         found += [
-            *_duplicates(problem),
+            *_left_out(problem, known),
             *_far_points(problem.robot, problem.points),
             *_limits(problem),
             *_resonances(problem),
@@ -133,17 +133,13 @@ def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
         yield Finding("warn", "radians", (), sentence, float(np.abs(angles).max()))
 
 
-def _duplicates(problem: Problem) -> Iterator[Finding]:
-    """The same FRFs, as they are chosen for the fit, under several names."""
-    same = defaultdict(list)
+def _left_out(problem: Problem, known: Mapping[str, FrfSet]) -> Iterator[Finding]:
+    """What a fit leaves out of the data beyond what the files' own notes say."""
     for measurement in problem.measurements:
         data = measurement.given.data
         if isinstance(data, FrfSet):
-            same[data.outputs, data.inputs, data.frf.tobytes()].append(measurement.name)
-    for names in same.values():
-        if len(names) > 1:
-            sentence = f"Measurements {listed(names)} hold the same data: is one file named twice?"
-            yield Finding("fail", "duplicate-data", (), sentence, len(names))
+            for note in data.notes[len(known[measurement.name].notes) :]:
+                yield Finding("warn", "left-out", (), f"{measurement.name}: {note}.")
 
 
 def _far_points(robot: Robot, points: Mapping[int, Point]) -> Iterator[Finding]:
