@@ -40,14 +40,14 @@ def with_records(problem: Problem, found: Fit, show: Show | None = None) -> tupl
     if not likely or not any(map(_assumed, [m.given for m in problem.measurements])):
         return problem, found
     here, doubt = _ahead(problem, found.values), ""
-    for times in _ORDINAL:
+    for times, word in _ORDINAL.items():
         other = _longer(problem, times)
         there = _ahead(other, found.values)
         if there.squares < here.squares:
             again = fit(fit_plan(other), Progress(show) if show else None)
             if again.cost <= QUIET and found.cost - again.cost >= MATERIAL:
                 note = (
-                    f"only every {_ORDINAL[times]} line of records of {{:.4g}} s stands: were they no longer"
+                    f"only every {word} line of records of {{:.4g}} s stands: were they no longer"
                     f" than one over their spacing, the gap would be {found.cost:.3g}, not {again.cost:.3g}"
                 )
                 return _noted(other, note), again
