@@ -28,7 +28,8 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.text import count
 from identify.measured.frf_set import FrfSet
-from identify.measured.scatter import scatter
+from identify.measured.rounded import in_words, remark, rounding
+from identify.measured.scatter import FREEDOM, scatter
 
 _POOLED_FREEDOM = 120
 _ROUNDS, _ITERATIONS, _SETTLED = 3, 200, 1e-3
@@ -77,7 +78,19 @@ def without_bias(frf_set: FrfSet) -> FrfSet:
     """
     pooled = _of_coherence(frf_set)
     more = pooled.of_force * ((frf_set.averages or 1) - 1)
-    return replace(frf_set, frf=frf_set.frf * (1 + more[:, None, :]), noise=np.sqrt(pooled.variance / 2))
+    whole = replace(frf_set, frf=frf_set.frf * (1 + more[:, None, :]))
+    return _with_noise(whole, np.sqrt(pooled.variance / 2))
+
+
+def with_noise(frf_set: FrfSet) -> FrfSet:
+    """The same with its noise (`noise_std`) alone, as of FRFs that are not H1."""
+    return _with_noise(frf_set, noise_std(frf_set))
+
+
+def _with_noise(frf_set: FrfSet, noise: Array) -> FrfSet:
+    """With that noise, and a note where a coherence was not fine enough to tell it."""
+    note = "" if frf_set.coherence is None else remark(frf_set.coherence)
+    return replace(frf_set, noise=noise, notes=(*frf_set.notes, *filter(None, [note])))
 
 
 def with_relative_noise(frf_set: FrfSet, share: float) -> FrfSet:
@@ -131,10 +144,41 @@ def _of_coherence(frf_set: FrfSet) -> _Pooled:
             f"FRF {frf_set.outputs[i]}/{frf_set.inputs[j]} has no coherence",
             "a coherence for each FRF",
         )
+    step = rounding(coherence)
+    if step:
+        return _of_rounded(frf_set, coherence, averages, step)
+    return _of_lines(frf_set, np.minimum(coherence, 1 - _PRINTED / 2), averages)
+
+
+def _of_lines(frf_set: FrfSet, coherence: Array, averages: int) -> _Pooled:
     power = np.abs(frf_set.frf) ** 2
-    lost = np.maximum(1 - coherence, _PRINTED / 2)
-    line_variance = power * lost / (np.maximum(coherence, 1e-9) * (averages - 1))
+    line_variance = power * (1 - coherence) / (np.maximum(coherence, 1e-9) * (averages - 1))
     return _pooled(power, line_variance, 2 * (averages - 1))
+
+
+def _of_rounded(frf_set: FrfSet, coherence: Array, averages: int, step: float) -> _Pooled:
+    """By the scatter between neighbouring lines, within what a coherence rounded or cut off to so much
+    allows.
+
+    InputError where there is no such scatter, and most of the coherence is as good as one.
+    """
+    most, least = (_of_lines(frf_set, np.clip(coherence + off, 0.0, 1.0), averages) for off in (-step, step))
+    between = scatter(frf_set)
+    if between is not None:
+        found = _pooled(np.abs(frf_set.frf) ** 2, between, FREEDOM)
+    elif np.nanmedian(1 - coherence) > step:
+        found = _of_lines(frf_set, np.minimum(coherence, 1 - step / 4), averages)
+    else:
+        raise InputError(
+            frf_set.source or "FRF set",
+            f"a coherence {in_words(step)}, and lines too few or uneven to tell the noise",
+            "a coherence with at least five decimals",
+            "export it so, or give `noise: {relative: 0.02}` in the measurement",
+        )
+    return _Pooled(
+        np.clip(found.variance, least.variance, np.maximum(most.variance, least.variance)),
+        np.minimum(found.of_force, most.of_force),
+    )
 
 
 def noise_std_from_repeats(sets: list[FrfSet]) -> Array:

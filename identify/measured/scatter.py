@@ -39,23 +39,25 @@ def scatter(frf_set: FrfSet) -> Array | None:
         return None
     values, decay = frf_set.frf[:, measured], frf_set.window_decay_per_s / float(steps.min())
     level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
+    outputs, inputs = np.nonzero(measured)
+    parted = inputs if np.ptp(inputs) else outputs - outputs[0]  # impacts of several inputs share no noise
+    half = parted % 2 == parted[0] % 2
     weighed, found = level, np.zeros(values.shape)
     for _ in range(_ROUNDS):
-        found = _least(values / np.where(weighed > 0, weighed, 1.0), decay) * weighed**2
+        found = _least(values / np.where(weighed > 0, weighed, 1.0), half, decay) * weighed**2
         weighed = np.maximum(np.sqrt(np.median(found, axis=0)), _FINEST * level)
     variance = np.full(frf_set.frf.shape, np.nan)
     variance[:, measured] = found
     return variance
 
 
-def _least(values: Complex, decay: float) -> Array:
+def _least(values: Complex, half: Mask, decay: float) -> Array:
     """(lines, FRFs): variance by the windows around each line that leave least.
 
     Denominators of half of the FRFs, and which window is best, come from the other half, so that nothing is
-    fitted to the noise that is measured; of a single FRF they are its own.
+    fitted to the noise that is measured; where half is all, they are their own.
     """
-    halves = [np.arange(values.shape[1]) % 2 == 0]
-    halves.append(~halves[0] if values.shape[1] > 1 else halves[0])
+    halves = (half, ~half) if not half.all() else (half, half)
     found = np.zeros(values.shape)
     for own, others in (halves, halves[::-1]):
         tried = np.array([_tried(values, others, window, decay) for window in _WINDOWS])

@@ -38,6 +38,7 @@ STUDY = "study"
 _BEYOND, _SLACK_M = 2.0, 0.3
 """A point farther from its link than this many times the link's own extent plus a tool's length is
 doubtful; one farther than the whole arm is long cannot be right."""
+_OF_NOISE = ("no-coherence", "no-averages", "rounded-coherence")
 _ENDS = "the ends of links that bend"
 _FAR = 2.0
 """A first resonance this many times above the band, or modes that all lie below it by as much, are
@@ -118,7 +119,7 @@ def _of_set(
     """The findings on one set; that its noise is not known is none where the study states it."""
     stated = settings.noise != "coherence"
     found = check(data, labels, file.study.band_hz)
-    return [one for one in found if not (stated and one.check in ("no-coherence", "no-averages"))]
+    return [one for one in found if not (stated and one.check in _OF_NOISE)]
 
 
 def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
@@ -134,12 +135,12 @@ def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
 
 
 def _left_out(problem: Problem, known: Mapping[str, FrfSet]) -> Iterator[Finding]:
-    """What a fit leaves out of the data beyond what the files' own notes say."""
+    """What a fit would say that it left out, beyond what is said of the files already."""
     for measurement in problem.measurements:
-        data = measurement.given.data
-        if isinstance(data, FrfSet):
-            for note in data.notes[len(known[measurement.name].notes) :]:
-                yield Finding("warn", "left-out", (), f"{measurement.name}: {note}.")
+        data, name = measurement.given.data, measurement.name
+        for note in data.notes if isinstance(data, FrfSet) else ():
+            if "left out" in note and note not in known[name].notes:
+                yield Finding("warn", "left-out", (), f"{name}: {note}.")
 
 
 def _far_points(robot: Robot, points: Mapping[int, Point]) -> Iterator[Finding]:

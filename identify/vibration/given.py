@@ -5,7 +5,7 @@ and their noise.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -17,7 +17,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import read_modal_table
-from identify.measured.noise import noise_std, with_relative_noise, without_bias
+from identify.measured.noise import with_noise, with_relative_noise, without_bias
 from identify.measured.record_length import record_length, shortest_record
 from identify.measured.silent import dead, noise_alone, without
 from identify.measured.source import read_source
@@ -185,4 +185,4 @@ def _with_noise(data: FrfSet, settings: MeasurementSettings) -> FrfSet:
         return data
     if settings.estimate is None or settings.estimate.method == "h1":
         return without_bias(data)
-    return replace(data, noise=noise_std(data))
+    return with_noise(data)
