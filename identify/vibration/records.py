@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING, MATERIAL, QUIET
 from identify.fitting.fit import Fit, Progress, fit
@@ -24,7 +25,8 @@ from identify.vibration.given import Given
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, with_given
 
-_ORDINAL = {2: "second", 3: "third", 4: "fourth"}
+_WORDS = ("", "second", "third", "fourth", "fifth", "sixth")
+_TIMES = range(1, len(_WORDS) + 1)
 """Multiples of the shortest record that may have been, and which of its lines then stand."""
 _MATTERS = 1.0
 """Standard deviations by which another length moves a value from which a reader is asked for it."""
@@ -36,23 +38,56 @@ def with_records(problem: Problem, found: Fit, show: Show | None = None) -> tupl
     """The problem and its fit with the length of records that explains the data, where the one assumed does
     not do so as well; notes of the data say which was taken, or that another may be as right.
     """
-    likely = problem.file.study.cost == parse_cost("frf-least-squares")
-    if not likely or not any(map(_assumed, [m.given for m in problem.measurements])):
+    if not _open(problem):
         return problem, found
-    here, doubt = _ahead(problem, found.values), ""
-    for times, word in _ORDINAL.items():
-        other = _longer(problem, times)
-        there = _ahead(other, found.values)
-        if there.squares < here.squares:
-            again = fit(fit_plan(other), Progress(show) if show else None)
-            if again.cost <= QUIET and found.cost - again.cost >= MATERIAL:
-                note = (
-                    f"only every {word} line of records of {{:.4g}} s stands: were they no longer"
-                    f" than one over their spacing, the gap would be {found.cost:.3g}, not {again.cost:.3g}"
-                )
-                return _noted(other, note), again
-        doubt = doubt or _doubt(problem, found, here, there, times)
-    return _noted(problem, doubt) if doubt else problem, found
+    times, best = _best(problem, found.values, found.cost, show)
+    if best is None:
+        return _in_doubt(problem, 1, found), found
+    note = (
+        f"only every {_WORDS[times - 1]} line of records of {{:.4g}} s stands: were they no longer than one"
+        f" over their spacing, the gap would be {found.cost:.3g}, not {best.cost:.3g}"
+    )
+    best = replace(best, seconds=found.seconds + best.seconds)
+    return _in_doubt(_noted(problem, note, times), times, best), best
+
+
+def check_records(problem: Problem, values: Array, cost: float) -> None:
+    """Raise an InputError where other records than assumed explain the data; values (unknowns,) and cost are
+    those of a fit.
+    """
+    times, best = _best(problem, values, cost) if _open(problem) else (1, None)
+    if best is not None:
+        record = times * next(m.given.record or 0.0 for m in problem.measurements if _assumed(m.given))
+        raise InputError(
+            "measurements",
+            f"every {_WORDS[times - 1]} line of records of {record:.4g} s, which explain the data (gap"
+            f" {best.cost:.3g}, not {cost:.3g})",
+            "the length of the records",
+            f"add `record_s: {record:.6g}` to each measurement",
+        )
+
+
+def _best(problem: Problem, values: Array, cost: float, show: Show | None = None) -> tuple[int, Fit | None]:
+    """How many times as long records explain the data best, with their fit; None where the fit with the
+    shortest, of these values and cost, does about as well.  Fits are made only where a step promises it.
+    """
+    squares = {times: _ahead(_longer(problem, times), values).squares for times in _TIMES}
+    fits = {
+        times: fit(fit_plan(_longer(problem, times)), Progress(show) if show else None)
+        for times in _TIMES[1:]
+        if squares[times] < (1 - MATERIAL) * squares[1]
+    }
+    if not fits:
+        return 1, None
+    best = min(fits, key=lambda times: fits[times].cost)
+    explains = fits[best].cost <= QUIET and cost - fits[best].cost >= MATERIAL
+    return (best, fits[best]) if explains else (1, None)
+
+
+def _open(problem: Problem) -> bool:
+    """Whether the ends of records count whose length nobody said, and a likelihood can tell it."""
+    likely = problem.file.study.cost == parse_cost("frf-least-squares")
+    return likely and any(_assumed(m.given) for m in problem.measurements)
 
 
 class _Ahead(NamedTuple):
@@ -76,18 +111,26 @@ def _ahead(problem: Problem, values: Array) -> _Ahead:
     return _Ahead(float(product[-1, -1] - score @ inverse @ score), -(inverse @ score) / scale, std)
 
 
-def _doubt(problem: Problem, found: Fit, here: _Ahead, there: _Ahead, times: int) -> str:
-    """A note where records so many times as long are about as likely and move a value; empty elsewhere."""
-    noise = max(found.cost, 1.0) ** 2
-    moved = np.abs(there.step - here.step) / np.maximum(here.std, 1e-300) / np.sqrt(noise)
-    number = int(np.argmax(moved))
-    if there.squares - here.squares >= 2 * CONVINCING * noise or not moved[number] >= _MATTERS:
-        return ""
-    name = problem.parameters[int(Scale(problem.parameters).free[number])].name
-    return (
-        f"the length of the records is not told: {{:.4g}} s was assumed, and {times} times as long is about"
-        f" as likely but moves {name} by {moved[number]:.2g} of its standard deviations: give `record_s`"
-    )
+def _in_doubt(problem: Problem, taken: int, found: Fit) -> Problem:
+    """The problem with shortest records, with those so many times as long that were taken; with a note where
+    others are about as likely and move a value.
+    """
+    noise, number = max(found.cost, 1.0) ** 2, Scale(problem.parameters).free
+    here = _ahead(_longer(problem, taken), found.values)
+    for times in _TIMES:
+        there = _ahead(_longer(problem, times), found.values)
+        moved = np.abs(there.step - here.step) / np.maximum(here.std, 1e-300) / np.sqrt(noise)
+        most = int(np.argmax(moved))
+        if there.squares - here.squares < 2 * CONVINCING * noise and moved[most] >= _MATTERS:
+            name = problem.parameters[int(number[most])].name
+            note = (
+                f"the length of the records is not told: {{:.4g}} s was taken, and {times / taken:.3g} times"
+                f" as long is about as likely but moves {name} by {moved[most]:.2g} of its standard"
+                " deviations: give `record_s`"
+            )
+            problem = _noted(problem, note, taken)
+            break
+    return _longer(problem, taken)
 
 
 def _assumed(one: Given) -> bool:
@@ -107,12 +150,12 @@ def _longer(problem: Problem, times: int) -> Problem:
     return with_given(problem, [longer(m.given) for m in problem.measurements])
 
 
-def _noted(problem: Problem, note: str) -> Problem:
-    """With a note on the records of the data, with their length in it, beside the first of them."""
+def _noted(problem: Problem, note: str, times: int) -> Problem:
+    """With a note beside the first data whose records' length is assumed, with so many times that in it."""
     given = [m.given for m in problem.measurements]
     number = next(n for n, one in enumerate(given) if _assumed(one))
     first = given[number]
     assert isinstance(first.data, FrfSet)
-    data = replace(first.data, notes=(*first.data.notes, note.format(first.record)))
+    data = replace(first.data, notes=(*first.data.notes, note.format(times * (first.record or 0.0))))
     given[number] = replace(first, data=data)
     return with_given(problem, given)
