@@ -23,6 +23,7 @@ from identify.joints.base_set import BaseSet, all_columns, of_robot
 from identify.joints.coupling import coupling_asked, moving
 from identify.joints.data import JointTestData
 from identify.measured.conditioning import ConditionedMotion
+from identify.measured.records import check_different
 from identify.results.joints import Panel, Series
 from identify.robot.description import Robot
 
@@ -111,6 +112,7 @@ class ArmMotion(Curve):
         motions, judged = (
             [self._motion(bench, path) for path in paths] for paths in (self.files, self.judge)
         )
+        check_different([(run.name, _recorded(run)) for run in (*motions, *judged)])
         stances = np.array([_stance(motion, bench) for motion in motions])
         chosen = of_robot(robot, rows, self.rotor_inertia_kg_m2 is None, bench.coupling, stances)
         runs, judges = (
@@ -166,6 +168,10 @@ def weighted_least_squares(columns: Array, torque: Array, used: Mask) -> tuple[A
         left = np.where(used, torque - columns @ values, 0.0)
         final, weights = weights, 1 / np.maximum(np.sqrt((left**2).sum(axis=0) / used.sum(axis=0)), 1e-12)
     return values, final
+
+
+def _recorded(motion: ConditionedMotion) -> dict[str, Array]:
+    return {"position": motion.position, "torque": motion.torque}
 
 
 def _stance(motion: ConditionedMotion, bench: JointTestData) -> Array:

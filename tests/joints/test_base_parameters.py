@@ -11,7 +11,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from identify.core.config import read_settings
-from identify.core.errors import InputErrors
+from identify.core.errors import InputError, InputErrors
 from identify.joints.base import parse_curve
 from identify.joints.base_set import of_robot
 from identify.joints.study import JointFile, JointStudy, bench_of
@@ -119,6 +119,14 @@ def test_what_stands_still_tells_nothing(robot: Robot, moving: list[int]) -> Non
     assert inertial.sum() == np.linalg.matrix_rank(np.vstack(rows), tol=1e-8)
     off = np.abs(v.value - v.expected)[inertial] / ((v.high_95 - v.low_95) / 2)[inertial]
     assert np.all(off < 2.5)
+
+
+def test_one_run_under_two_names_is_refused(robot: Robot) -> None:
+    read = joint_runs.sensed(joint_runs.excitation(1), joint_runs.RATIO, np.random.default_rng(3))
+    fewer = {name: np.round(values, 5) for name, values in read.items()}
+    curve = parse_curve({"kind": "base-parameters", "files": ["a"], "judge": ["b"]})
+    with pytest.raises(InputError, match=r"b: what was measured is that of a; .* judge itself"):
+        curve.identify(bench({"a": (0, read), "b": (0, fewer)}, robot))
 
 
 def test_the_reported_run_of_one_joint_gives_three_combinations_and_its_friction(tmp_path: Path) -> None:
