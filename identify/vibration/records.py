@@ -17,7 +17,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.core.thresholds import CONVINCING, MATERIAL, QUIET
+from identify.core.thresholds import CONVINCING, MATERIAL, QUIET, SIGMAS_95
 from identify.fitting.fit import Fit, Progress, fit
 from identify.measured.frf_set import FrfSet
 from identify.vibration.costs.base import parse_cost
@@ -28,8 +28,7 @@ from identify.vibration.problem import Problem, with_given
 _WORDS = ("", "second", "third", "fourth", "fifth", "sixth")
 _TIMES = range(1, len(_WORDS) + 1)
 """Multiples of the shortest record that may have been, and which of its lines then stand."""
-_MATTERS = 1.0
-"""Standard deviations by which another length moves a value from which a reader is asked for it."""
+
 
 Show = Callable[[int, int, str, int, float], None]
 
@@ -113,7 +112,7 @@ def _ahead(problem: Problem, values: Array) -> _Ahead:
 
 def _in_doubt(problem: Problem, taken: int, found: Fit) -> Problem:
     """The problem with shortest records, with those so many times as long that were taken; with a note where
-    others are about as likely and move a value.
+    others are about as likely and move a value out of its interval.
     """
     noise, number = max(found.cost, 1.0) ** 2, Scale(problem.parameters).free
     here = _ahead(_longer(problem, taken), found.values)
@@ -121,7 +120,7 @@ def _in_doubt(problem: Problem, taken: int, found: Fit) -> Problem:
         there = _ahead(_longer(problem, times), found.values)
         moved = np.abs(there.step - here.step) / np.maximum(here.std, 1e-300) / np.sqrt(noise)
         most = int(np.argmax(moved))
-        if there.squares - here.squares < 2 * CONVINCING * noise and moved[most] >= _MATTERS:
+        if there.squares - here.squares < 2 * CONVINCING * noise and moved[most] >= SIGMAS_95:
             name = problem.parameters[int(number[most])].name
             note = (
                 f"the length of the records is not told: {{:.4g}} s was taken, and {times / taken:.3g} times"
