@@ -25,8 +25,9 @@ from identify.fitting.fit import fit
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set
+from identify.vibration import records
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import load_problem
+from identify.vibration.problem import Problem, load_problem
 from identify.vibration.records import check_records, with_records
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import gap
@@ -259,3 +260,28 @@ def test_a_record_that_is_told_is_taken_and_discovery_asks_for_it(tmp_path: Path
     with pytest.raises(InputError, match=r"every second line of records of 1\.6 s.*record_s: 1\.5"):
         check_records(problem, found.values, found.cost)
     check_records(told, found.values, found.cost)
+
+
+@pytest.mark.parametrize(
+    ("squares", "steps", "asked"), [(5.0, 3.0, True), (5.0, 1.0, False), (50.0, 3.0, False)]
+)
+def test_the_length_is_asked_for_where_another_is_as_likely_and_matters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, squares: float, steps: float, asked: bool
+) -> None:
+    """Where twice as long is so much less likely and moves a value by so many standard deviations."""
+    problem = load_problem(read_study(study(plain(), tmp_path)))
+    found = fit(fit_plan(problem))
+
+    def ahead(there: Problem, values: Array) -> records._Ahead:
+        twice = there.measurements[0].given.record > 2.0  # type: ignore[operator]
+        step = np.where(np.arange(12) == 4, steps * twice, 0.0)
+        return records._Ahead(1e4 + squares * twice, step, np.ones(12))
+
+    monkeypatch.setattr(records, "_ahead", ahead)
+    settled, _ = with_records(problem, found)
+    notes = settled.targets().frf[0].data.notes
+    assert bool(notes) == asked
+    assert all(
+        "1.6 s was taken, and 2 times as long is" in note and "moves joint3.rz.stiffness by 3" in note
+        for note in notes
+    )
