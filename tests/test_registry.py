@@ -20,6 +20,8 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.registry import Registry
 from identify.fitting.fit import fit
 from identify.fitting.resume import run_key
+from identify.measured.loaders import load_frf_set
+from identify.measured.uff.write import write_uff58
 from identify.model.effects.base import EFFECTS, Term
 from identify.model.effects.site import Site
 from identify.model.effects.spring_to_ground import SpringToGround
@@ -148,8 +150,10 @@ def test_an_unknown_link_is_reported_once_with_file_and_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(EFFECTS.added, "clamp", Clamp)
+    first = load_frf_set(folder / "frf.uff")
+    write_uff58(folder / "other.uff", replace(first, frf=2 * first.frf))
     both = GOOD.replace(
-        "band_hz", "  - {file: frf.uff, posture_deg: [1, 2, 3, 4, 5, 6], averages: 4}\nband_hz"
+        "band_hz", "  - {file: other.uff, posture_deg: [1, 2, 3, 4, 5, 6], averages: 4}\nband_hz"
     )
     (folder / "config.yaml").write_text(both + f"  - {{kind: {kind}, link: nowhere}}\n")
     line = len(both.splitlines()) + 1

@@ -46,7 +46,7 @@ from identify.fitting.processes import Processes, several
 from identify.fitting.resume import resumable, run_key
 from identify.fitting.selection.workbench import Story
 from identify.measured.conditioning import ConditionedMotion, condition, in_a_row
-from identify.measured.records import MotionRecord, read_record
+from identify.measured.records import MotionRecord, check_different, read_record
 from identify.results.explain import ExplainResult, TargetResult
 from identify.results.provenance import provenance, sha256
 from identify.results.tables import Provenance
@@ -249,7 +249,9 @@ def read_records(file: ExplainFile, robot: Robot) -> Records:
         path, name = file.resolve(record.file), record.name or record.file.stem
         return read_record(path, name, study.signals, axis, count, zero, even=even)
 
-    return {use: [read(record) for record in study.records if record.use == use] for use in USES}
+    read_all = [(record.use, read(record)) for record in study.records]
+    check_different([(record.name, record.signals) for _, record in read_all])
+    return {use: [record for its, record in read_all if its == use] for use in USES}
 
 
 def explained(

@@ -1,7 +1,7 @@
 """CSV files: FRFs in a long or a wide layout, and time histories.
 
 All are comma-separated with a point in numbers and one header line; `# unit: m/s^2/N`, `# averages: 4` and `#
-window_decay_per_s: 0.69` may stand before it, other lines that begin with # are comments.
+window_decay_per_s: 0.69` and so on may stand before it, other lines that begin with # are comments.
 
 - long: `frequency_hz,output,input,real,imag[,coherence]`, one line per frequency and pair, channels written
 `12:+Z`;
@@ -34,7 +34,7 @@ from identify.measured.time_history import Signal, Units, sample_rate
 from identify.measured.units import parse_frf_unit, parse_signal_unit
 
 _LONG = ["frequency_hz", "output", "input", "real", "imag"]
-_NOTE = re.compile(r"#\s*(unit|averages|window_decay_per_s)\s*:\s*(.+?)[\s,]*$")
+_NOTE = re.compile(r"#\s*(unit|averages|window_decay_per_s|record_s)\s*:\s*(.+?)[\s,]*$")
 _PAIR = re.compile(r"(\S+)\s*/\s*(\S+)\s+(real|imag|magnitude|phase_deg|coherence)")
 _SIGNAL = re.compile(r"(\S+)\s*\[(.+)\]")
 
@@ -128,6 +128,7 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
         unit=parse_frf_unit(table.notes["unit"], f"{path}, # unit") if "unit" in table.notes else None,
         averages=None if averages is None else int(averages),
         window_decay_per_s=table.note("window_decay_per_s", float),
+        record_s=table.note("record_s", float),
     )
 
 
@@ -168,6 +169,7 @@ def write_frf(path: Path, frf_set: FrfSet) -> None:
         "unit": UNIT[frf_set.quantity],
         "averages": frf_set.averages,
         "window_decay_per_s": frf_set.window_decay_per_s,
+        "record_s": frf_set.record_s,
     }
     lines = [f"# {key}: {value}" for key, value in notes.items() if value is not None]
     lines.append(",".join(_LONG) + (",coherence" if frf_set.coherence is not None else ""))

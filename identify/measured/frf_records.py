@@ -44,6 +44,12 @@ class FrfFileOptions(BaseModel):
     window_decay_per_s: float | None = Field(
         None, ge=0, description="decay sigma of exp(-sigma t) put on force and response"
     )
+    record_s: float | None = Field(
+        None,
+        gt=0,
+        description="length of the records of impacts, s; default: one over the spacing of their lines, or"
+        " the multiple of it that fits the data",
+    )
     outputs: list[str] | None = Field(
         None, description="output channels in the order of an array file that does not name them"
     )
@@ -77,8 +83,8 @@ class FrfRecord:
 
 @dataclass(frozen=True)
 class FrfRecords:
-    """The FRFs of one file on their common frequency_hz (L,); unit, averages and window decay where the file
-    states them for all.
+    """The FRFs of one file on their common frequency_hz (L,); unit, averages, window decay and length of
+    record where the file states them for all.
 
     unit is that of a translation over a force; a rotation is then in rad, a moment in N m, and only SI may be
     meant.  notes: sentences on what of the file was not read.
@@ -89,6 +95,7 @@ class FrfRecords:
     unit: FrfUnit | None = None
     averages: int | None = None
     window_decay_per_s: float | None = None
+    record_s: float | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -123,6 +130,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
             "window_decay_per_s", file.window_decay_per_s, options.window_decay_per_s, source
         )
         or 0.0,
+        record_s=_agreed("record_s", file.record_s, options.record_s, source),
         source=source,
         sha256=sha256,
         notes=file.notes,
@@ -130,10 +138,14 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
 
 
 def _check_stated(file: FrfRecords, source: str) -> None:
-    """Raise an InputError for a window decay or a number of averages that a config could not say either."""
-    decay, averages = file.window_decay_per_s, file.averages
+    """Raise an InputError for a window decay, a length or a number of averages that a config could not say
+    either.
+    """
+    decay, averages, record = file.window_decay_per_s, file.averages, file.record_s
     if decay is not None and not 0 <= decay < np.inf:
         raise InputError(f"{source}, window_decay_per_s", f"{decay:g}", "a finite number of 0 or more, 1/s")
+    if record is not None and not 0 < record < np.inf:
+        raise InputError(f"{source}, record_s", f"{record:g}", "a finite number above 0, s")
     if averages is not None and not 1 <= averages < _MOST:
         raise InputError(f"{source}, averages", f"{averages}", "a whole number of 1 or more")
 

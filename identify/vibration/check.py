@@ -6,7 +6,6 @@ points, postures, files beside each other, the model at its start values) are he
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -24,17 +23,19 @@ from identify.model.modes import complex_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.given import measurement_names, read_frfs
 from identify.vibration.intervals import intervals
 from identify.vibration.link_ends import left_open
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import Problem, load_problem, measurement_names, read_frfs
+from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import MeasurementSettings, StudyFile, read_study
 from identify.vibration.uncertainty import fitted_information
 
 _BEYOND, _SLACK_M = 2.0, 0.3
 """A point farther from its link than this many times the link's own extent plus a tool's length is
 doubtful; one farther than the whole arm is long cannot be right."""
+_OF_NOISE = ("no-coherence", "no-averages", "rounded-coherence")
 _ENDS = "the ends of links that bend"
 _FAR = 2.0
 """A first resonance this many times above the band, or modes that all lie below it by as much, are
@@ -69,7 +70,7 @@ def checks_of(file: StudyFile) -> Checked:
     found = list(_radians(settings))
     if problem is not None:
         found += [
-            *_duplicates(problem),
+            *_left_out(problem, known),
             *_far_points(problem.robot, problem.points),
             *_limits(problem),
             *_resonances(problem),
@@ -93,7 +94,7 @@ def _of_set(
     """The findings on one set; that its noise is not known is none where the study states it."""
     stated = settings.noise != "coherence"
     found = check(data, labels, file.study.band_hz)
-    return [one for one in found if not (stated and one.check in ("no-coherence", "no-averages"))]
+    return [one for one in found if not (stated and one.check in _OF_NOISE)]
 
 
 def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
@@ -108,17 +109,13 @@ def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
         yield Finding("warn", "radians", (), sentence, float(np.abs(angles).max()))
 
 
-def _duplicates(problem: Problem) -> Iterator[Finding]:
-    """The same FRFs, as they are chosen for the fit, under several names."""
-    same = defaultdict(list)
+def _left_out(problem: Problem, known: Mapping[str, FrfSet]) -> Iterator[Finding]:
+    """What a fit would say that it left out, beyond what is said of the files already."""
     for measurement in problem.measurements:
-        data = measurement.given.data
-        if isinstance(data, FrfSet):
-            same[data.outputs, data.inputs, data.frf.tobytes()].append(measurement.name)
-    for names in same.values():
-        if len(names) > 1:
-            sentence = f"Measurements {listed(names)} hold the same data: is one file named twice?"
-            yield Finding("fail", "duplicate-data", (), sentence, len(names))
+        data, name = measurement.given.data, measurement.name
+        for note in data.notes if isinstance(data, FrfSet) else ():
+            if "left out" in note and note not in known[name].notes:
+                yield Finding("warn", "left-out", (), f"{name}: {note}.")
 
 
 def _far_points(robot: Robot, points: Mapping[int, Point]) -> Iterator[Finding]:
