@@ -16,7 +16,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.robot.description import Joint, Link, Robot, inertia_fault, merge
+from identify.robot.description import Joint, Link, Robot, as_base, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
 from identify.robot.urdf_elements import MOVING, UrdfJoint, UrdfLink, joints, links, parse
 from identify.robot.visual import visuals
@@ -29,9 +29,9 @@ _GRAVITY = np.array([0.0, 0.0, -9.81])
 def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
     """The arm in a URDF file.
 
-    A base without inertia gets mass 0.  Everything that is not one chain of revolute or continuous joints
-    with physical inertias is an InputError that names the file, the line and the element; unknown_bodies:
-    masses and inertias of zero are allowed, of bodies that are not known.
+    A base without inertia, or of zero inertia, gets mass 0.  Everything that is not one chain of revolute or
+    continuous joints with physical inertias is an InputError that names the file, the line and the element;
+    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known.
     """
     document = parse(path)
     named, jointed = links(document), joints(document)
@@ -40,6 +40,7 @@ def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
     root = next(name for name in named if name not in children)
     carrier, poses, leaving = _base(root, named, outgoing)
     body, frames = _solid(carrier, poses, named)
+    body = as_base(body)
     gravity = poses[root][:3, :3] @ _GRAVITY
     if body.mass > 0:
         _check(body, named[carrier])
