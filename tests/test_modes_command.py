@@ -13,6 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+import pyuff
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
@@ -119,6 +120,24 @@ def test_shapes_are_on_the_geometry(result: ModesResult) -> None:
     assert m.geometry.segments.tolist() == [[0, 1], [1, 2], [2, 3]]
     assert m.shapes[:, :, :2] == pytest.approx(0)
     np.testing.assert_array_equal(m.shapes[:, :, 2], m.modes.shapes)
+
+
+def test_modal_a_of_the_universal_file_makes_the_residues(run: Path) -> None:
+    """Another reader's poles, shapes and modal A give back the FRFs: psi psi^T / (a (s - lambda))."""
+    sets = [one for one in pyuff.UFF(str(run.with_suffix(".uff"))).read_sets() if one["type"] == 55]
+    data = frf_set()
+    s = (DECAY + 2j * np.pi * data.frequency_hz)[:, None]
+    rebuilt = np.zeros((len(data.frequency_hz), 4), dtype=complex)
+    for one in sets:
+        residue = one["r3"] * one["r3"][0] / one["modal_a"]
+        for pole, part in ((one["eig"], residue), (one["eig"].conj(), residue.conj())):
+            rebuilt += part / (s - pole)
+    rebuilt *= s**2
+    near = np.abs(data.frequency_hz[:, None] - HZ).min(axis=1) < 1
+    error = np.abs(rebuilt - data.frf[:, :, 0])[near].max() / np.abs(data.frf).max()
+    assert error < 0.05
+    table = read_modal_table(run.with_suffix(".yaml"))
+    np.testing.assert_array_equal(table.modal_mass_kg, 1)
 
 
 def test_the_table_and_the_shapes_come_back(run: Path, result: ModesResult) -> None:

@@ -132,6 +132,7 @@ def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalS
         scaling.shapes,
         std[:, 0],
         std[:, 1],
+        np.ones(len(model)) if scaling.mass_normalised else None,
         source=frf_set.source,
         sha256=frf_set.sha256,
     )
