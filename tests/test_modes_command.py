@@ -130,7 +130,7 @@ def test_modal_a_of_the_universal_file_makes_the_residues(run: Path) -> None:
     rebuilt = np.zeros((len(data.frequency_hz), 4), dtype=complex)
     for one in sets:
         residue = one["r3"] * one["r3"][0] / one["modal_a"]
-        for pole, part in ((one["eig"], residue), (one["eig"].conj(), residue.conj())):
+        for pole, part in ((one["eig"], residue), (np.conj(one["eig"]), residue.conj())):
             rebuilt += part / (s - pole)
     rebuilt *= s**2
     near = np.abs(data.frequency_hz[:, None] - HZ).min(axis=1) < 1

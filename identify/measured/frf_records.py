@@ -8,7 +8,6 @@ pairs, NaN, channel names.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import isclose
 from typing import TypeVar
@@ -74,6 +73,11 @@ class FrfRecord:
     quantity: Quantity | None = None
     coherence: Array | None = None
 
+    def lines(self, some: slice) -> FrfRecord:
+        """The record on some of its lines."""
+        coherence = None if self.coherence is None else self.coherence[some]
+        return replace(self, values=self.values[some], coherence=coherence)
+
 
 @dataclass(frozen=True)
 class FrfRecords:
@@ -98,6 +102,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
     """
     if not file.records:
         raise InputError(source, "no FRF in the file", "at least one FRF")
+    file = _without_dc(file)
     _check_frequency(file.frequency_hz, source)
     _check_stated(file, source)
     records = _rename(file.records, options, source)
@@ -138,26 +143,16 @@ def _check_stated(file: FrfRecords, source: str) -> None:
         raise InputError(f"{source}, averages", f"{averages}", "a whole number of 1 or more")
 
 
-def common_axis(axes: Iterable[tuple[str, Array]], what: str) -> Array:
-    """The axis that all (where, axis) share to a ten-thousandth of their spacing; InputError naming the first
-    that differs.
+def _without_dc(file: FrfRecords) -> FrfRecords:
+    """The records without the line at 0 Hz, and a note, where one of them is no number there: as a receptance
+    is that was made from an acceleration.
     """
-    first_where, first = "", np.empty(0)
-    for where, axis in axes:
-        if not first_where:
-            first_where, first = where, axis
-        elif len(axis) != len(first):
-            found = f"{len(axis)} {what} values, {len(first)} in {first_where}"
-            raise InputError(where, found, "one axis for all", "load them as separate files")
-        elif np.max(np.abs(axis - first), initial=0.0) > 1e-4 * _spacing(first):
-            found = f"a {what} axis that differs from that of {first_where}"
-            raise InputError(where, found, "one axis for all", "load them as separate files")
-    return first
-
-
-def _spacing(axis: Array) -> float:
-    """The smallest step of an axis; of one with a single value, that value."""
-    return float(np.diff(axis).min()) if len(axis) > 1 else float(np.abs(axis).max(initial=0.0))
+    at_zero = [v[:1] for r in file.records for v in (r.values, r.coherence) if v is not None]
+    if file.frequency_hz[:1].any() or all(np.isfinite(value).all() for value in at_zero):
+        return file
+    records = [record.lines(slice(1, None)) for record in file.records]
+    notes = (*file.notes, "the line at 0 Hz was left out: not all FRFs are numbers there")
+    return replace(file, frequency_hz=file.frequency_hz[1:], records=records, notes=notes)
 
 
 def _check_frequency(frequency_hz: Array, source: str) -> None:
