@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.measured.causality import is_conjugated
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet, Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
@@ -116,6 +117,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         frf[at] = record.values
         if record.coherence is not None:
             coherence[at] = _checked_coherence(record)
+    frf, notes = _forward(file.frequency_hz, frf)
     return FrfSet(
         frequency_hz=file.frequency_hz,
         frf=frf,
@@ -130,8 +132,20 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         or 0.0,
         source=source,
         sha256=sha256,
-        notes=file.notes,
+        notes=(*file.notes, *notes),
     )
+
+
+def _forward(frequency_hz: Array, frf: Complex) -> tuple[Complex, tuple[str, ...]]:
+    """The FRFs with the phase that a structure has, and what is to be said where they had the other one."""
+    pairs = frf[frequency_hz > 0].reshape(np.count_nonzero(frequency_hz > 0), -1)
+    if not is_conjugated(frequency_hz[frequency_hz > 0], pairs[:, np.isfinite(pairs).all(axis=0)]):
+        return frf, ()
+    said = (
+        "the phases turn the wrong way, as of the complex conjugate (e^-jwt): the responses would come before"
+        " the force; all phases were turned"
+    )
+    return frf.conj(), (said,)
 
 
 def _check_stated(file: FrfRecords, source: str) -> None:
