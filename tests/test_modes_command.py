@@ -122,6 +122,40 @@ def test_shapes_are_on_the_geometry(result: ModesResult) -> None:
     np.testing.assert_array_equal(m.shapes[:, :, 2], m.modes.shapes)
 
 
+def test_the_format_is_an_option_and_the_error_names_it(tmp_path: Path) -> None:
+    data = write_data(tmp_path / "beam.dat", with_geometry=True)
+    said = invoke(data)
+    assert isinstance(said.exception, InputError)
+    assert "add `--format`, such as `--format uff`" in str(said.exception)
+    words = ("--window-decay", DECAY, "--out", tmp_path / "m.h5", "--no-report")
+    assert invoke(data, "--format", "uff", *words).exit_code == 0
+    found = result_file.read(tmp_path / "m.h5", ModesResult).measurements["beam"]
+    assert found.geometry is not None
+
+
+def test_the_help_shows_a_band_as_it_is_given() -> None:
+    assert "--band LOW HIGH" in invoke("--help").output
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("frf_and_mic_node_minus1.uff", "type 1 (time response) was not read"),
+        ("frf_and_pressure_per_force.uff", "unit 'Pa' is neither"),
+        ("frf_one_record_shorter.uff", "of 120 lines the 112"),
+        ("frf_nan_at_dc.csv", "the line at 0 Hz was left out"),
+        ("frf_conjugated.uff", "phases turn the wrong way"),
+        ("frf_good.uff", "no geometry was given"),
+    ],
+)
+def test_reported_files_give_their_three_modes_and_a_note(name: str, said: str, tmp_path: Path) -> None:
+    result, _ = run_modes(shared("reported", name), tmp_path / "m.h5")
+    (found,) = result.measurements.values()
+    np.testing.assert_allclose(found.modes.frequency_hz, [12, 27, 41], rtol=2e-4)
+    np.testing.assert_allclose(found.modes.damping_ratio, [0.012, 0.015, 0.01], rtol=0.01)
+    assert any(said in note for note in result.notes)
+
+
 def test_modal_a_of_the_universal_file_makes_the_residues(run: Path) -> None:
     """Another reader's poles, shapes and modal A give back the FRFs: psi psi^T / (a (s - lambda))."""
     sets = [one for one in pyuff.UFF(str(run.with_suffix(".uff"))).read_sets() if one["type"] == 55]

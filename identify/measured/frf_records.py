@@ -304,7 +304,7 @@ def _pairs(records: list[FrfRecord], factors: list[float]) -> dict[tuple[Channel
                 record.where,
                 found,
                 "each pair once",
-                "rename a channel with the key channels or remove one of them",
+                "rename a channel with the key channels of a study, or remove one of them",
             )
     return pairs
 
