@@ -25,6 +25,7 @@ from identify.model.modes import undamped_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.file_geometry import geometry_findings
 from identify.vibration.link_ends import left_open
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
@@ -90,6 +91,8 @@ def run_checks(config: Path) -> Checked:
             *_uncertain(problem),
             *_without_body(problem.robot),
         ]
+        for name, finding in geometry_findings(problem):
+            findings[name].append(finding)
     return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
 
 
