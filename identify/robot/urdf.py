@@ -9,6 +9,7 @@ is 9.81 m/s^2 against the z axis of the file's root link.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,15 +24,17 @@ from identify.robot.visual import visuals
 
 Frames = dict[str, tuple[str, Array]]
 Outgoing = dict[str, list[UrdfJoint]]
-_GRAVITY = np.array([0.0, 0.0, -9.81])
+GRAVITY = (0.0, 0.0, -9.81)
+"""m/s^2, in the axes of the root link."""
 
 
-def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
+def read_urdf(path: Path, *, unknown_bodies: bool = False, gravity: Sequence[float] = GRAVITY) -> Robot:
     """The arm in a URDF file.
 
     A base without inertia, or of zero inertia, gets mass 0.  Everything that is not one chain of revolute or
     continuous joints with physical inertias is an InputError that names the file, the line and the element;
-    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known.
+    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known; gravity: in the
+    axes of the root link, m/s^2.
     """
     document = parse(path)
     named, jointed = links(document), joints(document)
@@ -41,7 +44,7 @@ def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
     carrier, poses, leaving = _base(root, named, outgoing)
     body, frames = _solid(carrier, poses, named)
     body = as_base(body)
-    gravity = poses[root][:3, :3] @ _GRAVITY
+    pull = poses[root][:3, :3] @ np.array(gravity)
     if body.mass > 0:
         _check(body, named[carrier])
     solids, moving = [body], []
@@ -57,7 +60,7 @@ def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
     if not moving:
         raise InputError(path.name, "no moving joint", f"a chain of {' or '.join(MOVING)} joints")
     return Robot(
-        document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, gravity, visuals(document)
+        document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, pull, visuals(document)
     )
 
 
