@@ -31,6 +31,7 @@ from identify.measured.uff.write import write_uff58
 from identify.modal.mac import mac
 from identify.modal.settings import ModalSettings
 from identify.modes.run import run_modes
+from identify.modes.said import file_options
 from identify.reports.kit.cells import Table
 from identify.reports.modes import tables as modes_tables
 from identify.reports.modes.figure import stabilisation
@@ -131,6 +132,20 @@ def test_the_format_is_an_option_and_the_error_names_it(tmp_path: Path) -> None:
     assert invoke(data, "--format", "uff", *words).exit_code == 0
     found = result_file.read(tmp_path / "m.h5", ModesResult).measurements["beam"]
     assert found.geometry is not None
+
+
+def test_channels_are_chosen_and_names_of_arrays_refused(tmp_path: Path) -> None:
+    data = write_data(tmp_path / "a.uff", with_geometry=False)
+    words = ("--window-decay", DECAY, "--out", tmp_path / "m.h5", "--no-report")
+    assert invoke(data, "--outputs", "2:+Z,4:+Z", "--inputs", "1:+Z", *words).exit_code == 0
+    assert result_file.read(tmp_path / "m.h5", ModesResult).measurements["a"].modes.channels == (
+        "2:+Z",
+        "4:+Z",
+    )
+    with pytest.raises(InputError, match=r"channel 9:\+Z is not in the file"):
+        run_modes(data, tmp_path / "n.h5", file_options(outputs=["9:+Z"]))
+    with pytest.raises(InputError, match="`--variable`. beside a file that has none"):
+        run_modes(data, tmp_path / "n.h5", file_options(variables={"frf": "x"}))
 
 
 def test_the_help_shows_a_band_as_it_is_given() -> None:

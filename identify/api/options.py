@@ -181,10 +181,11 @@ class ModesOptions:
         typer.Option(help="where a file of arrays keeps something: frequency_hz=f, frf=test.H; repeatable"),
     ] = None
     outputs: Annotated[
-        str | None, typer.Option(help="response channels of a file that does not name them: 1:+Z,2:+Z")
+        str | None,
+        typer.Option(help="response channels to use, or all of an array file without names: 1:+Z,2:+Z"),
     ] = None
     inputs: Annotated[
-        str | None, typer.Option(help="force channels of a file that does not name them: 1:+Z")
+        str | None, typer.Option(help="force channels to use, or all of an array file without names: 1:+Z")
     ] = None
     geometry: Annotated[
         Path | None, typer.Option(help="universal file with the measurement points; default: the data file")

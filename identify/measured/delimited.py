@@ -29,7 +29,7 @@ from identify.core.errors import InputError
 from identify.core.text_input import read_csv
 from identify.measured.channel import Channel
 from identify.measured.common_lines import common_axis, common_lines
-from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords
+from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, check_named
 from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.time_history import Signal, Units, sample_rate
 from identify.measured.units import parse_frf_unit, parse_signal_unit
@@ -119,7 +119,7 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     """FRFs in the long or the wide layout, whichever the header says; InputError with the line of whatever
     does not fit.
     """
-    del options  # a CSV file names its channels itself
+    check_named(options, str(path))
     table = read_table(path)
     if table.header[:5] == _LONG and table.header[5:] in ([], ["coherence"]):
         frequency_hz, records, notes = _long(table)

@@ -148,6 +148,13 @@ def _forward(frequency_hz: Array, frf: Complex) -> tuple[Complex, tuple[str, ...
     return frf.conj(), (said,)
 
 
+def check_named(options: FrfFileOptions, source: str) -> None:
+    """Refuse what is said of arrays beside a file that names what it has."""
+    if options.variables:
+        found = "names of arrays (`variables`, `--variable`) beside a file that has none"
+        raise InputError(source, found, "a .mat or .h5 file", "leave them out")
+
+
 def _check_stated(file: FrfRecords, source: str) -> None:
     """Raise an InputError for a window decay or a number of averages that a config could not say either."""
     decay, averages = file.window_decay_per_s, file.averages

@@ -406,7 +406,9 @@ def _read(
         shapes = file.resolve(settings.shapes) if settings.shapes else None
         return Given(name, settings, posture, read_modal_table(file.resolve(settings.modes), shapes))
     whole = known[name] if name in known else read_frfs(file, settings)
-    data = _with_noise(_in_band(_select(whole, settings, name), file.study.band_hz, name), settings)
+    data = _with_noise(
+        _in_band(whole.chosen(settings.outputs, settings.inputs, name), file.study.band_hz, name), settings
+    )
     return Given(name, settings, posture, data, record_length(data), _impact(data, settings))
 
 
@@ -423,25 +425,6 @@ def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
     """The FRFs of a measurement as its file and its repeats give them."""
     return read_source(
         [file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate
-    )
-
-
-def _select(data: FrfSet, settings: MeasurementSettings, name: str) -> FrfSet:
-    def numbers(wanted: list[str] | None, present: tuple[Channel, ...], key: str) -> list[int]:
-        if wanted is None:
-            return list(range(len(present)))
-        channels = [Channel.parse(text, f"{name} {key}") for text in wanted]
-        for channel in channels:
-            if channel not in present:
-                raise InputError(
-                    f"{name} {key}",
-                    f"channel {channel} is not in the file",
-                    "one of " + ", ".join(map(str, present)),
-                )
-        return [present.index(channel) for channel in channels]
-
-    return data.pairs(
-        numbers(settings.outputs, data.outputs, "outputs"), numbers(settings.inputs, data.inputs, "inputs")
     )
 
 

@@ -20,7 +20,7 @@ from identify.core.errors import InputError
 from identify.core.text import count
 from identify.measured.channel import Channel
 from identify.measured.common_lines import common_axis, common_lines
-from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords
+from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, check_named
 from identify.measured.frf_set import Quantity
 from identify.measured.time_history import Signal, Units, asked_unit, sample_rate
 from identify.measured.uff.records import Axis, Record58, UffFile, read_records
@@ -58,7 +58,7 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     Functions between a motion and a force at places of the structure; others, such as those of a microphone,
     are left out with a note, and lines that not all have, too.
     """
-    del options  # a universal file names its channels and variables itself
+    check_named(options, str(path))
     file = read_records(path)
     if not any(record.function == _FRF for record in file.records):
         types = sorted({record.function for record in file.records})
