@@ -144,7 +144,7 @@ def test_channels_are_chosen_and_names_of_arrays_refused(tmp_path: Path) -> None
     )
     with pytest.raises(InputError, match=r"channel 9:\+Z is not in the file"):
         run_modes(data, tmp_path / "n.h5", file_options(outputs=["9:+Z"]))
-    with pytest.raises(InputError, match="`--variable`. beside a file that has none"):
+    with pytest.raises(InputError, match=r"`--variable`\) beside a file that has none"):
         run_modes(data, tmp_path / "n.h5", file_options(variables={"frf": "x"}))
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.modal.alone import disagreement
+from identify.measured.modal_table import ModalTable
+from identify.modal.alone import _apart, disagreement
 from identify.modal.analysis import analyse
 
 HZ, DAMPING = np.array([12.0, 27.0, 41.0]), np.array([0.012, 0.015, 0.01])
@@ -42,3 +43,17 @@ def test_one_structure_is_not_doubted(noise: float) -> None:
 
 def test_one_response_cannot_disagree() -> None:
     assert disagreement(analyse(roved(1.0))) is None
+
+
+@pytest.mark.parametrize(
+    ("shift", "std", "found"), [(0.05, 0.01, False), (0.3, 0.01, True), (0.3, 0.1, False)]
+)
+def test_apart_is_beyond_half_a_resonance_and_beyond_what_is_uncertain(
+    shift: float, std: float, found: bool
+) -> None:
+    """A mode at 12 Hz with 1.2 % of damping: its resonance is half 0.14 Hz wide."""
+    tables = [
+        ModalTable(np.array([12.0 + more]), np.array([0.012]), frequency_std_hz=np.array([std]))
+        for more in (0.0, shift, shift / 2)
+    ]
+    assert (_apart(tables) is not None) == found
