@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from identify.measured.causality import is_conjugated
 from identify.measured.loaders import load_frf_set
 from identify.measured.uff.write import write_uff58
+from identify.modes.from_study import job_of_study
 from tests.shared import shared
 from tests.test_modes_command import frf_set
 
@@ -64,3 +66,14 @@ def test_the_reported_set_is_read_with_a_note() -> None:
     read = load_frf_set(shared("reported", "frf_conjugated.uff"))
     assert "phases turn the wrong way" in read.notes[0]
     assert not load_frf_set(shared("reported", "frf_good.uff")).notes
+
+
+def test_modes_of_a_study_say_what_was_done_to_its_files(tmp_path: Path) -> None:
+    source = Path(__file__).parents[2] / "configs/hidden_effects.yaml"
+    data = load_frf_set(source.parents[1] / "data/hidden_effects/posture1.uff")
+    write_uff58(tmp_path / "turned.uff", replace(data, frf=data.frf.conj()), binary=True)
+    text = source.read_text("utf-8").replace("../data/hidden_effects/posture1.uff", "turned.uff")
+    (tmp_path / "study.yaml").write_text(text.replace("../data", str(source.parents[1] / "data")))
+    job = job_of_study(tmp_path / "study.yaml", {}, refused=False)
+    assert any("phases turn the wrong way" in note for note in job.notes)
+    np.testing.assert_array_equal(job.measured[0].data.frf.shape[1:], data.frf.shape[1:])
