@@ -404,7 +404,7 @@ def _with_options(error: InputError) -> InputError:
         name = f"--{found[1].removesuffix('_per_s').replace('_', '-')}"
         return f"`{name}`" + (f", such as `{name} {found[2]}`" if found[2] else "")
 
-    keys = "unit|quantity|averages|window_decay_per_s"
+    keys = "format|unit|quantity|averages|window_decay_per_s|outputs|inputs"
     parts = [
         re.sub(rf"the key ({keys})\b(?:, such as \w+: (\S+))?", option, part)
         for part in (error.where, error.found, error.expected, error.fix)

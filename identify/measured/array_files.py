@@ -241,7 +241,10 @@ def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channe
     ):
         found = "a channel that the file does not name"
         raise InputError(
-            f"{arrays.where}, key {name}", found, "some of its own", "use the key channels to rename"
+            f"{arrays.where}, key {name}",
+            found,
+            "some of its own",
+            "rename channels with the key channels of a study",
         )
     if len(set(channels)) < len(channels):
         raise InputError(f"{arrays.where}, {name}", "a channel that comes twice", "each once")

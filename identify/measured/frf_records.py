@@ -8,7 +8,6 @@ pairs, NaN, channel names.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import isclose
 from typing import TypeVar
@@ -18,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.measured.causality import is_conjugated
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet, Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
@@ -80,6 +80,11 @@ class FrfRecord:
     quantity: Quantity | None = None
     coherence: Array | None = None
 
+    def lines(self, some: slice) -> FrfRecord:
+        """The record on some of its lines."""
+        coherence = None if self.coherence is None else self.coherence[some]
+        return replace(self, values=self.values[some], coherence=coherence)
+
 
 @dataclass(frozen=True)
 class FrfRecords:
@@ -105,6 +110,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
     """
     if not file.records:
         raise InputError(source, "no FRF in the file", "at least one FRF")
+    file = _without_dc(file)
     _check_frequency(file.frequency_hz, source)
     _check_stated(file, source)
     records = _rename(file.records, options, source)
@@ -118,6 +124,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         frf[at] = record.values
         if record.coherence is not None:
             coherence[at] = _checked_coherence(record)
+    frf, notes = _forward(file.frequency_hz, frf)
     return FrfSet(
         frequency_hz=file.frequency_hz,
         frf=frf,
@@ -133,8 +140,27 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         record_s=_agreed("record_s", file.record_s, options.record_s, source),
         source=source,
         sha256=sha256,
-        notes=file.notes,
+        notes=(*file.notes, *notes),
     )
+
+
+def _forward(frequency_hz: Array, frf: Complex) -> tuple[Complex, tuple[str, ...]]:
+    """The FRFs with the phase that a structure has, and what is to be said where they had the other one."""
+    pairs = frf[frequency_hz > 0].reshape(np.count_nonzero(frequency_hz > 0), -1)
+    if not is_conjugated(frequency_hz[frequency_hz > 0], pairs[:, np.isfinite(pairs).all(axis=0)]):
+        return frf, ()
+    said = (
+        "the phases turn the wrong way, as of the complex conjugate (e^-jwt): the responses would come before"
+        " the force; all phases were turned"
+    )
+    return frf.conj(), (said,)
+
+
+def check_named(options: FrfFileOptions, source: str) -> None:
+    """Refuse what is said of arrays beside a file that names what it has."""
+    if options.variables:
+        found = "names of arrays (`variables`, `--variable`) beside a file that has none"
+        raise InputError(source, found, "a .mat or .h5 file", "leave them out")
 
 
 def _check_stated(file: FrfRecords, source: str) -> None:
@@ -150,26 +176,16 @@ def _check_stated(file: FrfRecords, source: str) -> None:
         raise InputError(f"{source}, averages", f"{averages}", "a whole number of 1 or more")
 
 
-def common_axis(axes: Iterable[tuple[str, Array]], what: str) -> Array:
-    """The axis that all (where, axis) share to a ten-thousandth of their spacing; InputError naming the first
-    that differs.
+def _without_dc(file: FrfRecords) -> FrfRecords:
+    """The records without the line at 0 Hz, and a note, where one of them is no number there: as a receptance
+    is that was made from an acceleration.
     """
-    first_where, first = "", np.empty(0)
-    for where, axis in axes:
-        if not first_where:
-            first_where, first = where, axis
-        elif len(axis) != len(first):
-            found = f"{len(axis)} {what} values, {len(first)} in {first_where}"
-            raise InputError(where, found, "one axis for all", "load them as separate files")
-        elif np.max(np.abs(axis - first), initial=0.0) > 1e-4 * _spacing(first):
-            found = f"a {what} axis that differs from that of {first_where}"
-            raise InputError(where, found, "one axis for all", "load them as separate files")
-    return first
-
-
-def _spacing(axis: Array) -> float:
-    """The smallest step of an axis; of one with a single value, that value."""
-    return float(np.diff(axis).min()) if len(axis) > 1 else float(np.abs(axis).max(initial=0.0))
+    at_zero = [v[:1] for r in file.records for v in (r.values, r.coherence) if v is not None]
+    if file.frequency_hz[:1].any() or all(np.isfinite(value).all() for value in at_zero):
+        return file
+    records = [record.lines(slice(1, None)) for record in file.records]
+    notes = (*file.notes, "the line at 0 Hz was left out: not all FRFs are numbers there")
+    return replace(file, frequency_hz=file.frequency_hz[1:], records=records, notes=notes)
 
 
 def _check_frequency(frequency_hz: Array, source: str) -> None:
@@ -307,7 +323,7 @@ def _pairs(records: list[FrfRecord], factors: list[float]) -> dict[tuple[Channel
                 record.where,
                 found,
                 "each pair once",
-                "rename a channel with the key channels or remove one of them",
+                "rename a channel with the key channels of a study, or remove one of them",
             )
     return pairs
 

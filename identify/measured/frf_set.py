@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 
 Quantity = Literal["receptance", "mobility", "accelerance"]
@@ -79,6 +81,25 @@ class FrfSet:
     def band(self, low_hz: float, high_hz: float) -> FrfSet:
         """The lines with low <= f <= high."""
         return self.lines((self.frequency_hz >= low_hz) & (self.frequency_hz <= high_hz))
+
+    def chosen(self, outputs: Sequence[str] | None, inputs: Sequence[str] | None, where: str) -> FrfSet:
+        """The named channels in that order, all of a side that is None; InputError for one that is not
+        there.
+        """
+
+        def numbers(wanted: Sequence[str] | None, present: tuple[Channel, ...], key: str) -> list[int]:
+            if wanted is None:
+                return list(range(len(present)))
+            channels = [Channel.parse(text, f"{where} {key}") for text in wanted]
+            for channel in channels:
+                if channel not in present:
+                    found = f"channel {channel} is not in the file"
+                    raise InputError(f"{where} {key}", found, "one of " + ", ".join(map(str, present)))
+            return [present.index(channel) for channel in channels]
+
+        if outputs is None and inputs is None:
+            return self
+        return self.pairs(numbers(outputs, self.outputs, "outputs"), numbers(inputs, self.inputs, "inputs"))
 
     def pairs(self, outputs: list[int], inputs: list[int]) -> FrfSet:
         """The given output and input positions, in that order."""

@@ -88,7 +88,7 @@ def _open(path: Path, name: str | None, registry: Registry) -> tuple[Any, str]:
             str(path),
             f"suffix {path.suffix!r}",
             "one of " + ", ".join(FORMAT_OF_SUFFIX),
-            "add the key format",
+            "add the key format, such as format: uff",
         )
     reader = registry.get(name, where=f"{path}, key format")
     return reader, sha256_of(path, "a measured file")

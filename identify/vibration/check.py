@@ -23,6 +23,7 @@ from identify.model.modes import complex_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.file_geometry import geometry_findings
 from identify.vibration.given import measurement_names, read_frfs
 from identify.vibration.intervals import intervals
 from identify.vibration.link_ends import left_open
@@ -77,6 +78,8 @@ def checks_of(file: StudyFile) -> Checked:
             *_uncertain(problem),
             *_without_body(problem.robot),
         ]
+        for name, finding in geometry_findings(problem):
+            findings[name].append(finding)
     return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
 
 

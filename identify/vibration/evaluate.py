@@ -30,6 +30,7 @@ from identify.robot.visual import Looks, looks
 from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.directions import soft_directions
+from identify.vibration.file_geometry import geometry_notes
 from identify.vibration.intervals import intervals
 from identify.vibration.link_ends import with_link_ends
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
@@ -105,6 +106,7 @@ def evaluate(
 def _notes(problem: Problem, fit: Fit, targets: Targets, trusted: Uncertainty) -> tuple[str, ...]:
     return (
         *_file_notes(problem),
+        *geometry_notes(problem),
         *trusted.notes,
         *_unstated_note(problem, trusted),
         *fault_notes(targets.frf, fit.values),

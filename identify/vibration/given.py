@@ -105,7 +105,7 @@ def _chosen(
         shapes = file.resolve(settings.shapes) if settings.shapes else None
         return read_modal_table(file.resolve(settings.modes), shapes)
     whole = known[name] if name in known else read_frfs(file, settings)
-    return _in_band(_select(whole, settings, name), file.study.band_hz, name)
+    return _in_band(whole.chosen(settings.outputs, settings.inputs, name), file.study.band_hz, name)
 
 
 def _given(settings: MeasurementSettings, name: str, posture: Array, chosen: FrfSet | ModalTable) -> Given:
@@ -130,25 +130,6 @@ def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
     """The FRFs of a measurement as its file and its repeats give them."""
     return read_source(
         [file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate
-    )
-
-
-def _select(data: FrfSet, settings: MeasurementSettings, name: str) -> FrfSet:
-    def numbers(wanted: list[str] | None, present: tuple[Channel, ...], key: str) -> list[int]:
-        if wanted is None:
-            return list(range(len(present)))
-        channels = [Channel.parse(text, f"{name} {key}") for text in wanted]
-        for channel in channels:
-            if channel not in present:
-                raise InputError(
-                    f"{name} {key}",
-                    f"channel {channel} is not in the file",
-                    "one of " + ", ".join(map(str, present)),
-                )
-        return [present.index(channel) for channel in channels]
-
-    return data.pairs(
-        numbers(settings.outputs, data.outputs, "outputs"), numbers(settings.inputs, data.inputs, "inputs")
     )
 
 

@@ -91,9 +91,21 @@ class MeasurementSettings(FrfFileOptions):
         return self
 
     @model_validator(mode="after")
-    def _frfs_only(self) -> MeasurementSettings:
-        if self.modes is not None and (self.repeats or self.estimate):
-            raise ValueError("`repeats` and `estimate` go with `file`, not with `modes`")
+    def _of_its_kind(self) -> MeasurementSettings:
+        """Keys that would do nothing beside what is measured are refused."""
+        if self.modes is not None:
+            beside, keys = "modes", {*FrfFileOptions.model_fields, "repeats", "estimate", "noise", "impact"}
+        elif self.estimate is not None:
+            beside, keys = "estimate", {"quantity", "unit", "averages", "variables", "channels", "shapes"}
+            if self.estimate.excitation != "impacts":
+                keys.add("window_decay_per_s")
+        else:
+            beside, keys = "file", {"shapes"}
+        idle = sorted(keys & self.model_fields_set)
+        if idle:
+            raise ValueError(f"`{idle[0]}` has no meaning beside `{beside}`: leave it out")
+        if self.shapes is not None and self.modes is not None and self.modes.suffix.lower() != ".csv":
+            raise ValueError("`shapes` goes with `modes` in .csv; those in .yaml bring their own")
         return self
 
     @property

@@ -21,12 +21,14 @@ _PICTURES = (".png", ".svg", ".pdf")
 
 
 def show(found: ShapeComparison) -> None:
-    """Print the tables."""
+    """Print the tables and the notes."""
     console = Console()
     for table in tables(found):
         print_table(console, table)
         if table.note:
             console.print(table.note, highlight=False)
+    for note in found.notes:
+        console.print(f"note: {note}", highlight=False, markup=False)
 
 
 def tables(found: ShapeComparison) -> list[Table]:
