@@ -7,7 +7,7 @@ UV := $(BIN)/python -m uv
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test release docs browser screenshots lint format bench lock clean
+.PHONY: demo test release lowest docs browser screenshots lint format bench lock clean
 
 demo:
 	$(MADE) dev.py demo
@@ -18,6 +18,10 @@ test:
 # Wheel and sdist in dist/, each tried in a bare environment.
 release:
 	$(MADE) dev.py release
+
+# The lowest versions of dependencies that pyproject.toml allows, tried in a bare environment.
+lowest:
+	$(MADE) dev.py lowest
 
 # The documentation as a website: docs/_build/html/index.html.
 docs: .venv/ready

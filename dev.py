@@ -18,6 +18,9 @@ READY = VENV / "ready"
 _MADE_OF = ("requirements.lock", "pyproject.toml")
 _UV = "uv==0.13.8"
 _LEAST = (3, 11)
+_TRIED_WITH = ("pytest>=8", "hypothesis>=6", "pyuff>=2.5.8")
+_TRIED = ("tests/core", "tests/test_study.py", "tests/reports/test_write.py", "tests/fitting/optimizers")
+"""What `lowest` installs beside the package, and the tests that it runs."""
 _EXAMPLE = "configs/arm_hammer_test.yaml"
 
 
@@ -95,7 +98,23 @@ def release() -> None:
         print(f"{built.name}: installed in a bare environment, it fits the example.")
 
 
-RECIPES = {"ready": ready, "demo": demo, "test": test, "release": release}
+def lowest() -> None:
+    """Try the lowest versions that pyproject.toml allows, in a bare environment, by a part of the tests."""
+    ready()
+    with tempfile.TemporaryDirectory() as folder:
+        bare = Path(folder) / "bare"
+        run("python", "-m", "uv", "venv", "-q", str(bare))
+        python = str(program("python", bare))
+        install = ("-m", "uv", "pip", "install", "-q", "--python", python, "--resolution", "lowest-direct")
+        run("python", *install, ".", *_TRIED_WITH)
+        done = subprocess.run(
+            [python, "-m", "pytest", "-W", "default", *_TRIED], check=False, cwd=ROOT, env=environment()
+        )
+    if done.returncode:
+        sys.exit("the lowest versions do not work: raise the bound of what fails in pyproject.toml")
+
+
+RECIPES = {"ready": ready, "demo": demo, "test": test, "release": release, "lowest": lowest}
 
 
 def main(words: list[str]) -> None:

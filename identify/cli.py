@@ -28,7 +28,7 @@ from identify.api.options import (
     StabilityOptions,
     takes_options,
 )
-from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG
+from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
 from identify.core.errors import (
     EXIT_BAD_INPUT,
     EXIT_FAILED_CHECK,
@@ -257,16 +257,16 @@ def excite(
 
 @app.command()
 def check(config: Config, quiet: Quiet = False) -> None:
-    """Examine the measured data of a study before a fit.
+    """Examine a study of any kind and its measured data before it is run.
 
     Exit code 3 when a check fails.
     """
+    from identify.core.config import family_of
     from identify.reports.show import print_findings
     from identify.reports.shown import working
-    from identify.vibration.check import run_checks
 
     with working(quiet, "reading"):
-        checked = run_checks(config)
+        checked = checker_of(family_of(config))(config)
     if not quiet:
         print_findings(checked.findings)
     if checked.refused:
@@ -274,7 +274,7 @@ def check(config: Config, quiet: Quiet = False) -> None:
     if checked.failed:
         raise typer.Exit(EXIT_FAILED_CHECK)
     if not quiet:
-        typer.echo(f"next: identify fit {config}")
+        typer.echo(f"next: identify {checked.then} {config}")
 
 
 @app.command()
@@ -404,7 +404,7 @@ def _with_options(error: InputError) -> InputError:
         name = f"--{found[1].removesuffix('_per_s').replace('_', '-')}"
         return f"`{name}`" + (f", such as `{name} {found[2]}`" if found[2] else "")
 
-    keys = "unit|quantity|averages|window_decay_per_s"
+    keys = "format|unit|quantity|averages|window_decay_per_s|outputs|inputs"
     parts = [
         re.sub(rf"the key ({keys})\b(?:, such as \w+: (\S+))?", option, part)
         for part in (error.where, error.found, error.expected, error.fix)
@@ -426,6 +426,7 @@ def main() -> None:
 
     from identify.core.interruption import Interrupted, check, listening
     from identify.core.part_file import DamagedPart
+    from identify.core.plugin import BrokenPlugin
 
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
@@ -433,7 +434,7 @@ def main() -> None:
     show = warnings.showwarning
 
     def note(message: Warning | str, category: type[Warning], *where: Any, **other: Any) -> None:
-        if issubclass(category, DamagedPart):
+        if issubclass(category, (DamagedPart, BrokenPlugin)):
             typer.echo(f"note: {message}", err=True)
         else:
             show(message, category, *where, **other)

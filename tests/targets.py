@@ -18,13 +18,14 @@ from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
+from identify.measured.record_length import record_length
 from identify.model.effects.base import Effect, parse_effect
 from identify.model.impact import Impact
 from identify.model.modes import complex_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
 from identify.robot.points import Point
-from identify.vibration.costs.make_target import frf_target, record_length
+from identify.vibration.costs.make_target import frf_target
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture

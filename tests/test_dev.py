@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -32,6 +33,13 @@ def test_every_recipe_is_a_target_of_make(dev: ModuleType) -> None:
     makefile = (ROOT / "Makefile").read_text()
     for name in dev.RECIPES:
         assert f"dev.py {name}\n" in makefile, name
+
+
+def test_lowest_runs_tests_that_are_there_and_bounds_every_dependency(dev: ModuleType) -> None:
+    assert all((ROOT / name).exists() for name in dev._TRIED)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert all(">=" in one for one in [*project["dependencies"], *dev._TRIED_WITH])
+    assert "ruamel.yaml>=0.19" in project["dependencies"], "0.18 knows no depth of what it reads"
 
 
 @pytest.mark.parametrize("words", [[], ["nonsense"], ["demo", "test"]])

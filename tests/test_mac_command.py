@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +14,17 @@ from typer.testing import CliRunner
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
+from identify.measured.geometry import MeasuredGeometry
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import write_modal_table
 from identify.measured.uff.blocks import has_shapes_alone
 from identify.measured.uff.shapes import write_shapes
 from identify.measured.uff.write import write_uff58
-from identify.modes.compare_shapes import compare_modes
+from identify.modes.compare_shapes import compare_modes, read_modes
 from identify.results import file as result_file
 from identify.results.modes import ModesResult
 from tests.reports.modes_sample import modes_result
+from tests.shared import shared
 from tests.test_modes_command import frf_set
 
 CHANNELS = tuple(Channel(node, 3) for node in (1, 2, 3, 4))
@@ -72,6 +75,64 @@ def test_two_sets_of_modes_are_paired_without_a_robot(files: tuple[Path, Path]) 
     assert 0.99 < found.mac[0, 0] < 0.9999
     named = dict(zip(map(str, found.pairs.channels), found.comac, strict=True))
     assert min(named, key=named.get) == "1:+Z", "the channel that differs"  # type: ignore[arg-type]
+
+
+def turned_twin(path: Path, table: ModalTable, axes: np.ndarray) -> None:
+    """The shapes of a table, told along common axes at nodes 1, 2, ..., along others, in a file with them."""
+    assert table.shapes is not None
+    vectors = table.shapes.reshape(len(table), -1, 3)
+    nodes = tuple(range(1, len(axes) + 1))
+    local = np.einsum("nac,mnc->mna", axes, vectors).reshape(len(table), -1)
+    write_shapes(path, replace(table, shapes=local), MeasuredGeometry(nodes, np.eye(len(axes), 3), axes))
+
+
+@pytest.fixture
+def places() -> ModalTable:
+    """Shapes of three modes at three nodes in three directions."""
+    random = np.random.default_rng(3)
+    channels = tuple(Channel(node, direction) for node in (1, 2, 3) for direction in (1, 2, 3))
+    shapes = random.normal(size=(3, 9)) + 0.1j * random.normal(size=(3, 9))
+    return ModalTable(np.array([11.0, 23.0, 42.0]), np.full(3, 0.01), channels, shapes)
+
+
+def test_local_coordinate_systems_are_turned_before_shapes_are_compared(
+    places: ModalTable, tmp_path: Path
+) -> None:
+    general = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    turned = np.stack([np.eye(3), general * np.linalg.det(general), np.eye(3)[[1, 2, 0]]])
+    turned_twin(tmp_path / "a.unv", places, np.stack([np.eye(3)] * 3))
+    turned_twin(tmp_path / "b.unv", places, turned)
+    for first, second in (("a.unv", "b.unv"), ("b.unv", "a.unv")):
+        found = compare_modes(str(tmp_path / first), str(tmp_path / second))
+        assert found.mac is not None and len(found.pairs.channels) == 9
+        np.testing.assert_allclose(np.diag(found.mac), 1, atol=1e-8)
+        assert found.notes == (
+            "the channels of the two files look in different directions at nodes 2, 3: shapes were turned",
+        )
+
+
+def test_a_sensor_of_one_direction_is_compared_along_it(places: ModalTable, tmp_path: Path) -> None:
+    """The other file, which has all directions, is turned; what cannot be told along it is left out."""
+    assert places.shapes is not None
+    axes = np.stack([np.eye(3), np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0], np.eye(3)])
+    turned_twin(tmp_path / "a.unv", places, np.stack([np.eye(3)] * 3))
+    turned_twin(tmp_path / "b.unv", places, axes)
+    full = read_modes(tmp_path / "b.unv")
+    assert full.shapes is not None
+    one = replace(
+        full, channels=(*full.channels[:4], full.channels[8]), shapes=full.shapes[:, [0, 1, 2, 3, 8]]
+    )
+    write_shapes(tmp_path / "c.unv", one, MeasuredGeometry((1, 2, 3), np.eye(3), axes))
+    found = compare_modes(str(tmp_path / "a.unv"), str(tmp_path / "c.unv"))
+    assert found.mac is not None and len(found.pairs.channels) == 5
+    np.testing.assert_allclose(np.diag(found.mac), 1, atol=1e-8)
+
+
+def test_reported_shapes_in_local_systems() -> None:
+    names = ("mac_fe_global.unv", "mac_test_two_nodes_turned.unv")
+    found = compare_modes(*(str(shared("reported", name)) for name in names))
+    assert found.mac is not None
+    np.testing.assert_allclose(np.diag(found.mac), 1, atol=1e-4)
 
 
 def test_the_command_shows_pairs_and_draws_the_matrix(files: tuple[Path, Path], tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+import pyuff
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
@@ -30,6 +31,7 @@ from identify.measured.uff.write import write_uff58
 from identify.modal.mac import mac
 from identify.modal.settings import ModalSettings
 from identify.modes.run import run_modes
+from identify.modes.said import file_options
 from identify.reports.kit.cells import Table
 from identify.reports.modes import tables as modes_tables
 from identify.reports.modes.figure import stabilisation
@@ -119,6 +121,72 @@ def test_shapes_are_on_the_geometry(result: ModesResult) -> None:
     assert m.geometry.segments.tolist() == [[0, 1], [1, 2], [2, 3]]
     assert m.shapes[:, :, :2] == pytest.approx(0)
     np.testing.assert_array_equal(m.shapes[:, :, 2], m.modes.shapes)
+
+
+def test_the_format_is_an_option_and_the_error_names_it(tmp_path: Path) -> None:
+    data = write_data(tmp_path / "beam.dat", with_geometry=True)
+    said = invoke(data)
+    assert isinstance(said.exception, InputError)
+    assert "add `--format`, such as `--format uff`" in str(said.exception)
+    words = ("--window-decay", DECAY, "--out", tmp_path / "m.h5", "--no-report")
+    assert invoke(data, "--format", "uff", *words).exit_code == 0
+    found = result_file.read(tmp_path / "m.h5", ModesResult).measurements["beam"]
+    assert found.geometry is not None
+
+
+def test_channels_are_chosen_and_names_of_arrays_refused(tmp_path: Path) -> None:
+    data = write_data(tmp_path / "a.uff", with_geometry=False)
+    words = ("--window-decay", DECAY, "--out", tmp_path / "m.h5", "--no-report")
+    assert invoke(data, "--outputs", "2:+Z,4:+Z", "--inputs", "1:+Z", *words).exit_code == 0
+    assert result_file.read(tmp_path / "m.h5", ModesResult).measurements["a"].modes.channels == (
+        "2:+Z",
+        "4:+Z",
+    )
+    with pytest.raises(InputError, match=r"channel 9:\+Z is not in the file"):
+        run_modes(data, tmp_path / "n.h5", file_options(outputs=["9:+Z"]))
+    with pytest.raises(InputError, match=r"`--variable`\) beside a file that has none"):
+        run_modes(data, tmp_path / "n.h5", file_options(variables={"frf": "x"}))
+
+
+def test_the_help_shows_a_band_as_it_is_given() -> None:
+    assert "--band LOW HIGH" in invoke("--help").output
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("frf_and_mic_node_minus1.uff", "type 1 (time response) was not read"),
+        ("frf_and_pressure_per_force.uff", "unit 'Pa' is neither"),
+        ("frf_one_record_shorter.uff", "of 120 lines the 112"),
+        ("frf_nan_at_dc.csv", "the line at 0 Hz was left out"),
+        ("frf_conjugated.uff", "phases turn the wrong way"),
+        ("frf_good.uff", "no geometry was given"),
+    ],
+)
+def test_reported_files_give_their_three_modes_and_a_note(name: str, said: str, tmp_path: Path) -> None:
+    result, _ = run_modes(shared("reported", name), tmp_path / "m.h5")
+    (found,) = result.measurements.values()
+    np.testing.assert_allclose(found.modes.frequency_hz, [12, 27, 41], rtol=2e-4)
+    np.testing.assert_allclose(found.modes.damping_ratio, [0.012, 0.015, 0.01], rtol=0.01)
+    assert any(said in note for note in result.notes)
+
+
+def test_modal_a_of_the_universal_file_makes_the_residues(run: Path) -> None:
+    """Another reader's poles, shapes and modal A give back the FRFs: psi psi^T / (a (s - lambda))."""
+    sets = [one for one in pyuff.UFF(str(run.with_suffix(".uff"))).read_sets() if one["type"] == 55]
+    data = frf_set()
+    s = (DECAY + 2j * np.pi * data.frequency_hz)[:, None]
+    rebuilt = np.zeros((len(data.frequency_hz), 4), dtype=complex)
+    for one in sets:
+        residue = one["r3"] * one["r3"][0] / one["modal_a"]
+        for pole, part in ((one["eig"], residue), (np.conj(one["eig"]), residue.conj())):
+            rebuilt += part / (s - pole)
+    rebuilt *= s**2
+    near = np.abs(data.frequency_hz[:, None] - HZ).min(axis=1) < 1
+    error = np.abs(rebuilt - data.frf[:, :, 0])[near].max() / np.abs(data.frf).max()
+    assert error < 0.05
+    table = read_modal_table(run.with_suffix(".yaml"))
+    np.testing.assert_array_equal(table.modal_mass_kg, 1)
 
 
 def test_the_table_and_the_shapes_come_back(run: Path, result: ModesResult) -> None:

@@ -19,12 +19,17 @@ from identify.core import registry
 from identify.core.errors import InputError, InputErrors
 from identify.core.registry import Registry
 from identify.fitting.fit import fit
+from identify.fitting.resume import run_key
+from identify.measured.loaders import load_frf_set
+from identify.measured.uff.write import write_uff58
 from identify.model.effects.base import EFFECTS, Term
 from identify.model.effects.site import Site
 from identify.model.effects.spring_to_ground import SpringToGround
+from identify.results.provenance import computing
 from identify.robot.description import Robot
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
+from identify.vibration.provenance import provenance_of
 from identify.vibration.study import StudyFile, read_study
 from tests.test_study import GOOD, folder  # noqa: F401  the fixture
 
@@ -145,8 +150,10 @@ def test_an_unknown_link_is_reported_once_with_file_and_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(EFFECTS.added, "clamp", Clamp)
+    first = load_frf_set(folder / "frf.uff")
+    write_uff58(folder / "other.uff", replace(first, frf=2 * first.frf))
     both = GOOD.replace(
-        "band_hz", "  - {file: frf.uff, posture_deg: [1, 2, 3, 4, 5, 6], averages: 4}\nband_hz"
+        "band_hz", "  - {file: other.uff, posture_deg: [1, 2, 3, 4, 5, 6], averages: 4}\nband_hz"
     )
     (folder / "config.yaml").write_text(both + f"  - {{kind: {kind}, link: nowhere}}\n")
     line = len(both.splitlines()) + 1
@@ -156,3 +163,28 @@ def test_an_unknown_link_is_reported_once_with_file_and_line(
         rf"\S*config\.yaml line {line}: effects\.1(\.link)?: unknown link 'nowhere'; expected one of [^\n]*",
         str(caught.value),
     ), str(caught.value)
+
+
+def test_another_version_of_a_plug_in_is_another_run(
+    folder: Path,  # noqa: F811  the fixture
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What it computes may differ, so `--resume` begins anew."""
+    package = tmp_path / "installed" / "rubber_pad-1.0.dist-info"
+    package.mkdir(parents=True)
+    (package / "entry_points.txt").write_text("[identify.effects]\nrubber-pad = rubber_pad:RubberPad\n")
+    monkeypatch.syspath_prepend(package.parent)
+    (folder / "config.yaml").write_text(GOOD)
+    file, keys = read_study(folder / "config.yaml"), []
+    for version in ("1.0", "1.1", "1.1"):
+        (package / "METADATA").write_text(f"Metadata-Version: 2.1\nName: rubber-pad\nVersion: {version}\n")
+        registry.installed.cache_clear()
+        computing.cache_clear()
+        assert f"rubber-pad {version}" in provenance_of(file).packages
+        keys.append(run_key(provenance_of(file), file))
+    monkeypatch.undo()
+    registry.installed.cache_clear()
+    computing.cache_clear()
+    assert keys[0] != keys[1] == keys[2]
+    assert not any(one.startswith("rubber-pad") for one in computing())

@@ -44,6 +44,25 @@ def test_a_stage_moves_what_it_names_and_the_next_goes_on_from_there(tmp_path: P
     assert names[6].startswith("joint4") and both.values[6] != pytest.approx(initial[6], rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("kind", "ended", "said"),
+    [
+        (
+            "genetic-algorithm",
+            True,
+            "the budget of 60 evaluations is spent, the only end that the optimizer has",
+        ),
+        ("cma-es", False, "the best start did not converge: the budget of 60 evaluations is spent"),
+    ],
+)
+def test_a_spent_budget_is_the_end_of_an_optimizer_that_has_no_other(
+    kind: str, ended: bool, said: str, tmp_path: Path
+) -> None:
+    found = fit(fit_plan(_problem(tmp_path, f"{{kind: {kind}, evaluations: 60, population: 20}}")))
+    [note] = found.end_note
+    assert found.best.converged == ended and found.best.spent and note.startswith(said)
+
+
 def test_a_stage_compares_only_its_measurements(tmp_path: Path) -> None:
     stage = "{kind: gauss-newton, evaluations: 5, measurements: [%s]}"
     one, two = (fit(fit_plan(_problem(tmp_path, f"[{stage % name}]"))) for name in ("posture1", "posture2"))

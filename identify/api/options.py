@@ -139,6 +139,9 @@ class ModesOptions:
     out: Annotated[
         Path | None, typer.Option(help="result file; default: reports/<name of the data>_modes.h5")
     ] = None
+    format: Annotated[
+        str | None, typer.Option(help="uff, csv, hdf5 or mat, where the suffix does not say")
+    ] = None
     unit: Annotated[
         str | None, typer.Option(help="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")
     ] = None
@@ -149,7 +152,10 @@ class ModesOptions:
     window_decay: Annotated[
         float | None, typer.Option(help="decay, 1/s, of an exponential window on force and response")
     ] = None
-    band: Annotated[tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz")] = None
+    band: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="lowest and highest frequency, Hz", metavar="LOW HIGH"),
+    ] = None
     estimator: Annotated[str | None, typer.Option(help="plscf or lsce")] = None
     direction: Annotated[str | None, typer.Option(help="only the responses along X, Y or Z")] = None
     mode: Annotated[
@@ -175,10 +181,11 @@ class ModesOptions:
         typer.Option(help="where a file of arrays keeps something: frequency_hz=f, frf=test.H; repeatable"),
     ] = None
     outputs: Annotated[
-        str | None, typer.Option(help="response channels of a file that does not name them: 1:+Z,2:+Z")
+        str | None,
+        typer.Option(help="response channels to use, or all of an array file without names: 1:+Z,2:+Z"),
     ] = None
     inputs: Annotated[
-        str | None, typer.Option(help="force channels of a file that does not name them: 1:+Z")
+        str | None, typer.Option(help="force channels to use, or all of an array file without names: 1:+Z")
     ] = None
     geometry: Annotated[
         Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
@@ -266,6 +273,7 @@ class ModesOptions:
     def file(self) -> dict[str, Any]:
         """What they say of the file of FRFs."""
         return {
+            "format": self.format,
             "unit": self.unit,
             "quantity": self.quantity,
             "averages": self.averages,
@@ -317,7 +325,8 @@ class MapCommandOptions:
         int | None, typer.Option(help="node of the tool's point; default: the last of the points")
     ] = None
     band: Annotated[
-        tuple[float, float] | None, typer.Option(help="lowest and highest frequency, Hz; default: of the fit")
+        tuple[float, float] | None,
+        typer.Option(help="lowest and highest frequency, Hz; default: of the fit", metavar="LOW HIGH"),
     ] = None
     lines: Annotated[int, typer.Option(help="frequencies over the band")] = 100
     modes: Annotated[int, typer.Option(min=1, help="how many modes")] = 6

@@ -20,7 +20,7 @@ from collections.abc import Mapping
 from typing import IO, Any
 
 from identify.batch.job import JobOutcome
-from identify.core.version import VERSION
+from identify.results.provenance import computing, differing
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 _TAIL = 400
@@ -29,15 +29,47 @@ _START_S = 300.0
 _END_S, _LOOK_S = 5.0, 0.2
 _mine = threading.local()
 _all: set[Child] = set()
+_ended: set[str] = set()
+"""Batches that have ended."""
 _lock = threading.Lock()
 
 
-def perform(call: str, arguments: Mapping[str, Any], attempt: int, limit_s: float | None) -> JobOutcome:
-    """Run a job in this thread's worker process and wait for it; whatever happens is an outcome."""
+def perform(
+    call: str,
+    arguments: Mapping[str, Any],
+    attempt: int,
+    limit_s: float | None,
+    batch: str = "",
+    versions: tuple[str, ...] = (),
+) -> JobOutcome:
+    """Run a job in this thread's worker process and wait for it; whatever happens is an outcome.
+
+    batch: what `end` is told to end it by; versions: what it must be computed with, here as `computing` says
+    unless told.
+    """
     child: Child | None = getattr(_mine, "child", None)
     if child is None or not child.alive:
         child = _mine.child = Child(call.partition(":")[0])
-    return child.run({"call": call, "arguments": dict(arguments), "attempt": attempt}, limit_s)
+    with _lock:
+        if batch in _ended:
+            return JobOutcome("lost", "its batch has ended")
+        child.batch = batch
+    try:
+        request = {"call": call, "arguments": dict(arguments), "attempt": attempt}
+        return child.run(request, limit_s, versions or computing())
+    finally:
+        child.batch = None
+
+
+def end(batch: str) -> None:
+    """Begin no job of a batch in this process any more, and kill what does one: on a cluster, nobody else
+    can.
+    """
+    with _lock:
+        _ended.add(batch)
+        children = [child for child in _all if child.batch == batch]
+    for child in children:
+        child.kill()
 
 
 def kill_all() -> None:
@@ -69,7 +101,8 @@ class Child:
             env={**os.environ, **dict.fromkeys(_THREADS, "1")},
             start_new_session=True,
         )
-        self._ready = False
+        self.batch: str | None = None
+        self._versions: tuple[str, ...] = ()
         self._heard: queue.Queue[bytes] = queue.Queue()
         threading.Thread(target=self._listen, daemon=True).start()
         with _lock:
@@ -85,14 +118,19 @@ class Child:
         """Its process number."""
         return self._process.pid
 
-    def run(self, request: Mapping[str, Any], limit_s: float | None) -> JobOutcome:
-        """Run one job; limit_s: seconds after which the process is killed, None: never."""
+    def run(self, request: Mapping[str, Any], limit_s: float | None, versions: tuple[str, ...]) -> JobOutcome:
+        """Run one job; limit_s: seconds after which the process is killed, None: never; versions: those that
+        the process must have.
+        """
         began = time.perf_counter()
-        if not self._ready:
+        if not self._versions:
             answer, late = self._ask(None, _START_S)
-            if answer is None or answer.get("ready") != VERSION:
-                return self._lost(f"a worker could not be started ({self._why(answer, late)})", began)
-            self._ready = True
+            if answer is None:
+                return self._lost(f"a worker could not be started ({self._why(late)})", began)
+            self._versions = tuple(answer["ready"])
+        if self._versions != versions:
+            other = f"{differing(self._versions, versions)}; the batch is computed with"
+            return self._lost(f"a worker has {other} {differing(versions, self._versions)}", began)
         began = time.perf_counter()
         answer, late = self._ask(request, limit_s)
         if answer is not None:
@@ -104,7 +142,7 @@ class Child:
                 f"it had not ended after the time limit of {limit_s:g} s",
                 seconds=time.perf_counter() - began,
             )
-        return self._lost(f"its worker process died ({self._why(None, late)})", began)
+        return self._lost(f"its worker process died ({self._why(late)})", began)
 
     def kill(self) -> None:
         """Kill the process; a thread that waits for an answer gets none."""
@@ -160,10 +198,8 @@ class Child:
         self.close()
         return JobOutcome("lost", sentence, seconds=time.perf_counter() - began)
 
-    def _why(self, answer: dict[str, Any] | None, late: bool) -> str:
+    def _why(self, late: bool) -> str:
         """What is known of the end of the process: its exit code and the last it said."""
-        if answer is not None:
-            return f"it has identify {answer.get('ready')}, here it is {VERSION}"
         try:
             code = self._process.wait(_END_S)
         except subprocess.TimeoutExpired:

@@ -9,6 +9,8 @@ full disk ends the batch: what is under way is waited for, the rest waits for `-
 from __future__ import annotations
 
 import contextlib
+import os
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 
@@ -21,6 +23,8 @@ from identify.core.interruption import Interrupted, check
 _MOST = {"failed": 2, "lost": 4}
 """How often a job that ended so is begun in all."""
 _WAIT_S = 0.5
+_ARRIVES_S = 60.0
+"""Seconds in which the first result must arrive: network file systems tell what is new once a minute."""
 _NO_ROOM = (
     "the disk is full",
     "room for the results",
@@ -76,6 +80,7 @@ def _run(
     under_way: dict[Future[JobOutcome], Job] = {}
     again: list[Job] = []
     full: InputError | None = None
+    seen = False
     while True:
         while full is None and len(under_way) < executor.slots():
             job = next(waiting, None) or (again.pop(0) if again else None)
@@ -94,10 +99,28 @@ def _run(
                 full = InputError(str(index.path.parent), *_NO_ROOM)
             if _enter(index, job, outcome):
                 again.append(job)
+            elif not seen and outcome.ended == "done":
+                _look_after(job, index)
+                seen = True
         index.changed()
         watch(index)
     if full is not None:
         raise full
+
+
+def _look_after(job: Job, index: BatchIndex) -> None:
+    """InputError where the result of a job that is done does not arrive: then none will."""
+    file = index.path.parent / index.jobs[job.name].result
+    late = time.monotonic() + _ARRIVES_S
+    while not file.exists():
+        check()
+        if time.monotonic() > late:
+            found = f"{job.name} is done, and its result is not there"
+            expected = "a folder that all workers share, at the same path on every machine"
+            raise InputError(str(file), found, expected, "see docs/cluster.md")
+        time.sleep(_WAIT_S)
+        with contextlib.suppress(OSError):
+            os.listdir(file.parent)  # asks a network file system anew
 
 
 def _enter(index: BatchIndex, job: Job, outcome: JobOutcome) -> bool:

@@ -22,7 +22,7 @@ from typing import Any, BinaryIO, Self
 
 from identify.batch.job import JobOutcome, failure
 from identify.core.threads import work_in
-from identify.core.version import VERSION
+from identify.results.provenance import computing
 
 
 def main() -> None:
@@ -37,7 +37,7 @@ def main() -> None:
         import_module(sys.argv[1])
     lines: queue.Queue[bytes] = queue.Queue()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, lines), daemon=True).start()
-    _say(answers, {"ready": VERSION})
+    _say(answers, {"ready": computing()})
     while True:
         asked = json.loads(lines.get())
         began = time.perf_counter()

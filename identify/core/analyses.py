@@ -38,7 +38,8 @@ class Analysis:
     attribute of a result that is false where it is to end with exit code 4.
 
     Of those that read a config, schema: what the config says it is of; study: its settings; plugs: registries
-    of the keys that name a registered kind; runs: the commands that it answers, the first of them its own.
+    of the keys that name a registered kind; runs: the commands that it answers, the first of them its own;
+    check: the function behind `identify check`.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Analysis:
     study: str = ""
     plugs: Mapping[str, str] = field(default_factory=dict)
     runs: Mapping[str, Run] = field(default_factory=dict)
+    check: str = ""
 
     @property
     def family(self) -> str:
@@ -77,6 +79,7 @@ ANALYSES = (
         success="converged",
         schema="identify/1",
         study="identify.vibration.study:Study",
+        check="identify.vibration.check:run_checks",
         plugs={"effects": _EFFECTS, "cost": "identify.vibration.costs.base:COSTS", "optimizer": _OPTIMIZERS},
         runs={
             "fit": Run(
@@ -109,6 +112,7 @@ ANALYSES = (
         success="converged",
         schema="identify-motion/1",
         study="identify.motion.study:MotionStudy",
+        check="identify.motion.check:run_checks",
         plugs={
             "effects": _EFFECTS,
             "servo": "identify.motion.controller:CONTROLLERS",
@@ -128,6 +132,7 @@ ANALYSES = (
         report="identify.reports.explain.sections",
         schema="identify-explain/1",
         study="identify.explain.study:ExplainStudy",
+        check="identify.explain.check:run_checks",
         plugs={"effects": "identify.explain.effects.base:MOTION_EFFECTS"},
         runs={
             "explain": Run("identify.explain.run:run_explain", (), ("workers", "resume"), _STORY),
@@ -143,6 +148,7 @@ ANALYSES = (
         report="identify.reports.joints.sections",
         schema="identify-joints/1",
         study="identify.joints.study:JointStudy",
+        check="identify.joints.check:run_checks",
         plugs={"curves": "identify.joints.base:CURVES"},
         runs={"fit": Run("identify.joints.run:run_joints")},
     ),
@@ -155,6 +161,7 @@ ANALYSES = (
         report="identify.reports.excite.sections",
         schema="identify-excite/1",
         study="identify.excite.study:ExciteStudy",
+        check="identify.excite.check:run_checks",
         runs={"excite": Run("identify.excite.run:run_excite", options=("draws",), progress=_MOTIONS)},
     ),
     Analysis(
@@ -167,6 +174,7 @@ ANALYSES = (
         success="complete",
         schema="identify-batch/1",
         study="identify.batch.settings:BatchSettings",
+        check="identify.batch.check:run_checks",
         runs={
             "batch": Run(
                 "identify.batch.run:run_batch", options=("workers", "cluster", "resume"), progress=_JOBS
@@ -199,6 +207,7 @@ ANALYSES = (
         report="identify.reports.stability.sections",
         schema="identify-tool/1",
         study="identify.machining.tool:Tool",
+        check="identify.machining.check:run_checks",
     ),
     Analysis(
         name="deflection",
@@ -235,6 +244,14 @@ def load(name: str) -> Any:
     """What `module:attribute` names."""
     module, attribute = name.split(":")
     return getattr(import_module(module), attribute)
+
+
+def checker_of(family: str) -> Any:
+    """What checks a config of a family of schemas; of no known one, the first, whose reader says what is
+    wrong.
+    """
+    able = [one for one in ANALYSES if one.check]
+    return load(next((one for one in able if one.family == family), able[0]).check)
 
 
 def analysis_for(command: str, family: str, where: str) -> Analysis:

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from identify.core.analyses import ANALYSES
 from identify.core.errors import InputError, InputErrors
 from identify.core.text_input import read_text
 from identify.core.yaml_input import leaves, line_of, parse_yaml
@@ -110,7 +111,18 @@ def read_settings(path: Path, kind: type[S], schema: str) -> tuple[S, str]:
             f"`schema: {schema}` and the other keys",
             "see `identify config`",
         )
+    _check_family(path, data, schema)
     return validated(path, data, kind), text
+
+
+def _check_family(path: Path, data: Mapping[str, Any], schema: str) -> None:
+    """Raise an InputError for a config of another kind of study, all of whose keys would be unknown."""
+    said = str(data.get("schema", ""))
+    other = next((one for one in ANALYSES if one.study and one.family == said.partition("/")[0]), None)
+    if other is not None and other.schema != schema:
+        fix = f"use `identify {next(iter(other.runs))}`" if other.runs else ""
+        where = f"{path}{line_of(data, ['schema'])}: schema"
+        raise InputError(where, f"{said!r}, {other.takes}", repr(schema), fix)
 
 
 def validated(path: Path, data: Any, kind: type[S]) -> S:

@@ -13,9 +13,14 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from inspect import isabstract
 from typing import Any
 
 from identify.core.errors import InputError
+from identify.core.plugin import PluginError, load_guarded, note_broken
+
+_GROUPS = "identify."
+"""What the names of all plug points begin with."""
 
 
 @cache
@@ -24,15 +29,23 @@ def installed(group: str) -> tuple[EntryPoint, ...]:
     return tuple(entry_points(group=group))
 
 
+def plug_ins() -> tuple[str, ...]:
+    """The packages of third parties that are plugged in anywhere, each with its version, sorted."""
+    groups = (group for group in entry_points().groups if group.startswith(_GROUPS))
+    owners = (point.dist for group in groups for point in installed(group))
+    return tuple(sorted({f"{one.name} {one.version}" for one in owners if one is not None}))
+
+
 @dataclass
 class Registry:
     """Names and where to import them from (`module:attribute`), with `group` the entry-point group of third
-    parties.
+    parties, and `base`, as `module:attribute`, the class that theirs must be of; empty: they are functions.
     """
 
     what: str
     group: str
     builtin: dict[str, str]
+    base: str = ""
     added: dict[str, Any] = field(default_factory=dict)
 
     def names(self) -> list[str]:
@@ -50,19 +63,38 @@ class Registry:
         if name in self.added:
             return self.added[name]
         if name in self.builtin:
-            module, attribute = self.builtin[name].split(":")
-            return getattr(import_module(module), attribute)
+            return _named(self.builtin[name])
         for point in installed(self.group):
             if point.name == name:
-                return point.load()
+                return load_guarded(point, self.what, self._is_one)
         raise InputError(
             where, f"unknown {self.what} {name!r}", "one of " + ", ".join(self.names()), self.near(name)
         )
+
+    def usable(self) -> dict[str, Any]:
+        """All registered objects by name; what is broken of third parties is left out with a warning."""
+        found = {}
+        for name in self.names():
+            try:
+                found[name] = self.get(name)
+            except PluginError as error:
+                note_broken(error)
+        return found
+
+    def _is_one(self, thing: Any) -> bool:
+        if not self.base:
+            return callable(thing)
+        return isinstance(thing, type) and issubclass(thing, _named(self.base)) and not isabstract(thing)
 
     def near(self, name: str) -> str:
         """A question after the known name that is most like an unknown one; empty where none is."""
         found = difflib.get_close_matches(name, self.names(), n=1)
         return f"did you mean `{found[0]}`?" if found else ""
+
+
+def _named(place: str) -> Any:
+    module, attribute = place.split(":")
+    return getattr(import_module(module), attribute)
 
 
 def parse_kind(registry: Registry, data: Any) -> Any:
@@ -77,4 +109,8 @@ def parse_kind(registry: Registry, data: Any) -> Any:
         raise ValueError(
             f"unknown {registry.what} {data['kind']!r}; expected one of {known}{'; ' * bool(near)}{near}"
         )
-    return registry.get(data["kind"]).model_validate(data)
+    try:
+        kind = registry.get(data["kind"])
+    except PluginError as error:
+        raise ValueError(str(error)) from error
+    return kind.model_validate(data)

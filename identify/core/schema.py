@@ -31,7 +31,7 @@ def _kinds(registry: Registry, holder: type[BaseModel] | None, where: str) -> di
     holder: the settings that the key holds, of `FlatSettings` those beside the settings of a kind; None where
     the key names kinds that have no settings.
     """
-    kinds = {name: registry.get(name) for name in registry.names()}
+    kinds = registry.usable()
     if holder is None:
         return {name: {"description": cleandoc(kind.__doc__ or "")} for name, kind in kinds.items()}
     inner = holder

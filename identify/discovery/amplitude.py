@@ -14,7 +14,8 @@ from identify.core.thresholds import QUIET
 from identify.measured.frf_set import POWER
 from identify.model.frf import dynamic_stiffness
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Given, Problem
+from identify.vibration.given import Given
+from identify.vibration.problem import Problem
 
 _NEARLY = 0.25
 """Share of what is above noise, and of what a torque at any other coordinate leaves of it, that a torque at a

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.core.plugin import PluginError, note_broken
 from identify.core.thresholds import QUIET
 from identify.discovery.amplitude import level_gap, torque_gaps
 from identify.model.effects.base import EFFECTS, Effect
@@ -23,14 +24,15 @@ def candidates(problem: Problem, known: Sequence[Effect]) -> list[Effect]:
     """All of them; of a group of axes those that nothing in `known` releases."""
     taken = {name for effect in known for name in effect.free_coordinates(problem.robot)}
     found, levels = [], level_gap(problem) > QUIET
-    for name in EFFECTS.names():
-        kind = EFFECTS.get(name)
+    for kind in EFFECTS.usable().values():
         if kind.last_resort or (kind.needs_levels and not levels):
             continue
-        for effect in kind.instances(problem.robot, problem.points):
-            rest = _beyond(effect, problem, taken)
-            if rest is not None and rest not in known:
-                found.append(rest)
+        try:
+            rest = [_beyond(one, problem, taken) for one in kind.instances(problem.robot, problem.points)]
+        except PluginError as error:
+            note_broken(error)
+            continue
+        found += [effect for effect in rest if effect is not None and effect not in known]
     return found
 
 

@@ -105,26 +105,29 @@ def _selected(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, T
 
 def check_data(problem: Problem) -> None:
     """Raise an InputError unless every measurement to be fitted has FRFs with known noise."""
+    tables = [m.name for m in problem.measurements if not isinstance(m.target, FrfTarget)]
+    alone = len(tables) == len(problem.measurements)
+    for name in tables:
+        fix = "give the FRFs that the modes were found in, as `file`" if alone else "leave the table out"
+        raise InputError(name, "a modal table", "FRFs, whose noise tells what is evidence", fix)
     for m in problem.measurements:
-        if not isinstance(m.target, FrfTarget):
-            raise InputError(
-                m.name,
-                "a modal table",
-                "FRFs",
-                "discovery compares FRFs with their noise; leave the table out",
-            )
+        assert isinstance(m.target, FrfTarget)
         _ = m.target.sigma
 
 
-def check_cost(file: StudyFile) -> None:
-    """Raise an InputError unless the study's cost is the likelihood; needs no data."""
-    if file.study.cost != parse_cost("frf-least-squares"):
-        raise InputError(
-            f"{file.path}, key cost",
-            file.study.cost.kind,
-            "frf-least-squares without options, the likelihood that discovery weighs evidence with",
-            "set `cost: frf-least-squares`",
-        )
+def with_likelihood(file: StudyFile) -> tuple[StudyFile, str]:
+    """The study with the likelihood for its cost, which evidence is weighed by; and a note where it has
+    another one, else an empty text.
+    """
+    cost, likelihood = file.study.cost, parse_cost("frf-least-squares")
+    if cost == likelihood:
+        return file, ""
+    changed = file.study.model_copy(update={"cost": likelihood})
+    note = (
+        f"the search compares FRFs by {likelihood.kind}, their likelihood, in place of the study's"
+        f" {cost.kind}{' with options' * (cost.kind == likelihood.kind)}: nothing else weighs evidence"
+    )
+    return file.model_copy(update={"study": changed}), note
 
 
 def in_turn(

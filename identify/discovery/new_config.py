@@ -12,6 +12,7 @@ from ruamel.yaml.comments import CommentedSeq
 
 from identify.core.yaml_input import in_one_line, yaml_text
 from identify.model.effects.base import Effect
+from identify.vibration.costs.base import parse_cost
 from identify.vibration.new_study import new_study
 from identify.vibration.study import StudyFile
 
@@ -26,6 +27,10 @@ def config_text(
     file in `folder`; with what the search took up besides, too.
     """
     data = new_study(file, folder, "discovered", values)
+    if "cost" in data and parse_cost(data["cost"]) != file.study.cost:
+        data["cost"] = file.study.cost.kind
+        for key in ("optimizer", "target_cost"):  # which were chosen for another cost
+            data.pop(key, None)
     if "effects" not in data:
         effects = CommentedSeq(in_one_line(entry_of(effect)) for effect in file.study.effects)
         data.insert(list(data).index("initial"), "effects", effects)

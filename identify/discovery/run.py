@@ -20,12 +20,13 @@ from identify.core.arrays import Array
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
+from identify.core.text import capital
 from identify.core.threads import one_thread
 from identify.discovery import sentences
 from identify.discovery.advise import advise
 from identify.discovery.curves import acting, curve_of, place_table, wanted
 from identify.discovery.localise import band_limits, gap_map, in_words, parts
-from identify.discovery.loop import Discovery, check_cost, check_data, discover
+from identify.discovery.loop import Discovery, check_data, discover, with_likelihood
 from identify.discovery.marks import marks
 from identify.discovery.new_config import config_text, entry_of
 from identify.discovery.task import Step, Trial
@@ -66,12 +67,14 @@ def run_discover(
     While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
     is not run again by it.
     """
-    file, began = override(read_study(config), overrides), time.perf_counter()
+    began = time.perf_counter()
+    file, note = with_likelihood(override(read_study(config), overrides))
     path = out or Path("reports") / f"{file.study.name}_discovery.h5"
     study = path.with_suffix(".yaml")
     if config.resolve() == study.resolve():
         raise InputError(str(config), "would be overwritten by the new study", fix=ELSEWHERE)
-    check_cost(file)
+    if note:
+        progress.say(f"{capital(note)}.")
     count = workers or os.cpu_count() or 1
     # A run that is resumed may have come to its end.
     with one_thread(), nullcontext() if resume else several(count, *NEEDED) as begun:
@@ -85,6 +88,7 @@ def run_discover(
                 found = discover(problem, at_work, progress)
                 searched = time.perf_counter()
                 result = _result(at_work, found, key, path, began)
+                result = replace(result, notes=(*filter(None, [note]), *result.notes))
                 at_work.seconds["measured curves and result"] = time.perf_counter() - searched
             progress.say(spent(at_work.seconds, time.perf_counter() - began))
             return result

@@ -131,4 +131,8 @@ def with_coupled(
 
 
 def _strut_task(problem: Problem, trial: Trial) -> Task | None:
-    return strut_task(thinned(problem), trial)
+    """None, too, where the search for its direction fails: one candidate ends no search."""
+    try:
+        return strut_task(thinned(problem), trial)
+    except np.linalg.LinAlgError:
+        return None

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Given, Measurement, Problem, with_effects
+from identify.vibration.given import Given
+from identify.vibration.problem import Measurement, Problem, with_effects
 
 _LINES, _FEWEST = 84, 21
 """Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread

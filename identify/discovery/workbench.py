@@ -42,6 +42,7 @@ from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.vibration.nuisances.settings import FORMS_ALONE, IMPACTS_ALONE
 from identify.vibration.problem import Problem, with_effects, with_uncertainty
+from identify.vibration.records import check_records
 
 _AT_ONCE, _TWO, _ALIKE = 4, 2, 1.01
 """Starts of the first fit that are tried at once; with errors of what was told; how many times the best one's
@@ -96,6 +97,7 @@ class ImpactWorkbench:
                 f"the present model has no solution ({trial.failure})",
                 "a model that `identify fit` can fit",
             )
+        check_records(problem, problem.at(trial.values), trial.gap)
         return trial
 
     def go_on_from(self, model: Trial) -> None:

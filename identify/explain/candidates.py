@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from identify.core.plugin import PluginError, note_broken
 from identify.explain.effects.base import MOTION_EFFECTS, MotionEffect, Target
 from identify.explain.recorded_motion import RecordedMotion
 
@@ -15,8 +16,14 @@ def candidates(
     registered).
     """
     found: list[MotionEffect] = []
-    for kind in kinds if kinds is not None else MOTION_EFFECTS.names():
-        cls = MOTION_EFFECTS.get(kind, "effects")
-        if cls.target == target:
-            found += cls.instances(scene)
+    chosen = (
+        MOTION_EFFECTS.usable()
+        if kinds is None
+        else {kind: MOTION_EFFECTS.get(kind, "effects") for kind in kinds}
+    )
+    for cls in chosen.values():
+        try:
+            found += cls.instances(scene) if cls.target == target else []
+        except PluginError as error:
+            note_broken(error)
     return found

@@ -46,7 +46,7 @@ from identify.fitting.processes import Processes, several
 from identify.fitting.resume import resumable, run_key
 from identify.fitting.selection.workbench import Story
 from identify.measured.conditioning import ConditionedMotion, condition, in_a_row
-from identify.measured.records import MotionRecord, read_record
+from identify.measured.records import MotionRecord, check_different, read_record
 from identify.results.explain import ExplainResult, TargetResult
 from identify.results.provenance import provenance, sha256
 from identify.results.tables import Provenance
@@ -152,7 +152,7 @@ def run_explain(
         robot = read_robot(file.study.robot, file.path.parent)
         known = known_of(file.study, robot)
         records = read_records(file, robot)
-        each = {use: [_conditioned(r, file.study, known) for r in records[use]] for use in USES}
+        each = {use: [conditioned(r, file.study, known) for r in records[use]] for use in USES}
         motions = _Recorded(in_a_row(each["fit"]), in_a_row(each["validate"]), tuple(each["test"]))
         treated = [motion for use in USES for motion in each[use]]
         origin = _provenance(file, records)
@@ -249,7 +249,9 @@ def read_records(file: ExplainFile, robot: Robot) -> Records:
         path, name = file.resolve(record.file), record.name or record.file.stem
         return read_record(path, name, study.signals, axis, count, zero, even=even)
 
-    return {use: [read(record) for record in study.records if record.use == use] for use in USES}
+    read_all = [(record.use, read(record)) for record in study.records]
+    check_different([(record.name, record.signals) for _, record in read_all])
+    return {use: [record for its, record in read_all if its == use] for use in USES}
 
 
 def explained(
@@ -323,7 +325,7 @@ def _recorded(motion: ConditionedMotion, target: str) -> bool:
     return (motion.link_position if target == "deflection" else motion.command_position) is not None
 
 
-def _conditioned(record: MotionRecord, study: ExplainStudy, known: Known) -> ConditionedMotion:
+def conditioned(record: MotionRecord, study: ExplainStudy, known: Known) -> ConditionedMotion:
     """A record's motion; positions that count from where it began are zero there, whatever encoders said."""
     constant: Array | None = None
     if study.drives.torque_constant_nm_per_a is not None:

@@ -18,7 +18,7 @@ from identify.core.errors import InputError
 from identify.core.parameters import Parameter, Scale
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import Ended, Outcome, Search
+from identify.fitting.optimizers.base import Outcome, Search, minimized
 from identify.fitting.plan import FitPlan, Stage
 
 _SAME = 1e-3
@@ -30,7 +30,7 @@ ENOUGH = 3
 @dataclass(frozen=True)
 class Start:
     """One start and where it led: values of all parameters before and after, the cost after, and how its last
-    stage ended.
+    stage ended: converged, or as its optimizer always does; spent: with its budget.
     """
 
     initial: Array
@@ -40,6 +40,7 @@ class Start:
     seconds: float
     converged: bool
     sentence: str
+    spent: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,18 @@ class Fit:
     def best(self) -> Start:
         """The start that led to the best point."""
         return min(self.starts, key=lambda start: start.cost)
+
+    @property
+    def end_note(self) -> list[str]:
+        """A note on how the best start ended, where a reader must know; empty otherwise."""
+        if not self.best.converged:
+            return [f"the best start did not converge: {self.best.sentence}"]
+        if not self.best.spent:
+            return []
+        return [
+            f"{self.best.sentence}, the only end that the optimizer has, so whether a better minimum exists"
+            " is not known: a last stage `gauss-newton`, or a larger budget, would tell"
+        ]
 
     @property
     def agreeing(self) -> int:
@@ -142,18 +155,15 @@ def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress
             continue
         objective = stage.objective.at(values)
         search = Search(objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
-        try:
-            outcome = stage.optimizer.minimize(
-                search, part.to_x(values), np.random.default_rng([plan.seed, number, position])
-            )
-        except Ended as end:
-            outcome = Outcome(end.reached, end.reason)
+        rng = np.random.default_rng([plan.seed, number, position])
+        outcome = minimized(stage.optimizer, search, part.to_x(values), rng)
         values = values if search.best_x is None else part.to_values(search.best_x)
         evaluations += search.evaluations
         progress.led.append((position, before, values, outcome))
     cost = float(plan.objective.costs(values[None])[0])
+    seconds = time.perf_counter() - began
     return Start(
-        initial, values, cost, evaluations, time.perf_counter() - began, outcome.converged, outcome.sentence
+        initial, values, cost, evaluations, seconds, outcome.converged, outcome.sentence, outcome.spent
     )
 
 

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -148,6 +149,7 @@ def _start(end: Event, modules: Sequence[str]) -> None:
         signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     threading.Thread(target=_end_when_told, args=(end,), daemon=True).start()
+    sys.stdout = sys.stderr  # output is the parent's
     for module in modules:
         import_module(module)
     one_thread()

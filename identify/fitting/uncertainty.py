@@ -183,6 +183,54 @@ def joint_uncertainty(
     bread = root @ root.T
     wider = np.broadcast_to(widening, len(own))
     from_noise = noise(bread[own]) * np.outer(wider, wider)
+    given = count, scale, values, notes
+    return _marginal(root, information + np.diag(known), from_noise, errors, wider, *given)
+
+
+def propagated_uncertainty(
+    information: Array,
+    variance: Array,
+    moved: Array,
+    count: int,
+    scale: Scale,
+    values: Array,
+    notes: tuple[str, ...] = (),
+    widening: Array | float = 1.0,
+) -> Uncertainty:
+    """`sandwich` of parameters that were fitted with errors of what was told held at nothing: moved (f, e) is
+    how far a standard deviation of each error moves the optimum, on the search scale.
+
+    The truth is the optimum, plus what noise does, plus moved times the errors, of which the data then tell
+    nothing: each stays as stated.
+    """
+    prior = scale.prior_information()
+    own_root, bread = _root_of_inverse(information, prior), _bread(information, scale)
+    wider = np.broadcast_to(widening, len(prior))
+    from_noise = bread @ variance @ bread * np.outer(wider, wider)
+    size, count_of_errors = moved.shape
+    errors = np.arange(size + count_of_errors) >= size
+    root = np.block([[own_root, moved], [np.zeros(moved.shape[::-1]), np.eye(count_of_errors)]])
+    without = information + np.diag(prior)
+    across = -without @ moved
+    both = np.block([[without, across], [across.T, np.eye(count_of_errors) - moved.T @ across]])
+    return _marginal(root, both, from_noise, errors, wider, count, scale, values, notes)
+
+
+def _marginal(
+    root: Array,
+    information: Array,
+    from_noise: Array,
+    errors: Mask,
+    wider: Array,
+    count: int,
+    scale: Scale,
+    values: Array,
+    notes: tuple[str, ...],
+) -> Uncertainty:
+    """Of the parameters, with what is known of both: root (u, u) of the inverse of the information (u, u);
+    from_noise (f, f): the covariance that noise alone makes of the parameters, wider by (f,).
+    """
+    own, bread = np.flatnonzero(~errors), root @ root.T
     stated = bread[np.ix_(own, np.flatnonzero(errors))]
     directions, sizes, _ = np.linalg.svd(root[own], full_matrices=False)  # the root is far from singular
     reduced = (directions / sizes**2) @ directions.T
@@ -191,14 +239,8 @@ def joint_uncertainty(
     )
     more = np.ones(len(errors))
     more[own] = found.std / found.independent_std
-    joint = Joint(
-        more[:, None] * root,
-        from_noise,
-        wider,
-        stated,
-        np.sqrt(np.diag(bread)[errors]),
-        information + np.diag(known),
-    )
+    spread = np.sqrt(np.diag(bread)[errors])
+    joint = Joint(more[:, None] * root, from_noise, wider, stated, spread, information)
     return replace(found, joint=joint)
 
 

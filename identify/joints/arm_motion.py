@@ -23,6 +23,7 @@ from identify.joints.base_set import BaseSet, all_columns, of_robot
 from identify.joints.coupling import coupling_asked, moving
 from identify.joints.data import JointTestData
 from identify.measured.conditioning import ConditionedMotion
+from identify.measured.records import check_different
 from identify.results.joints import Panel, Series
 from identify.robot.description import Robot
 
@@ -108,10 +109,14 @@ class ArmMotion(Curve):
         """The runs and their least squares; InputError where they cannot be read or a joint never moves."""
         robot = bench.rigid(self.label)
         rows = [bench.checked(joint, self.label) for joint in self.joints or range(1, bench.joints + 1)]
-        chosen = of_robot(robot, rows, self.rotor_inertia_kg_m2 is None, bench.coupling)
+        motions, judged = (
+            [self._motion(bench, path) for path in paths] for paths in (self.files, self.judge)
+        )
+        check_different([(run.name, _recorded(run)) for run in (*motions, *judged)])
+        stances = np.array([_stance(motion, bench) for motion in motions])
+        chosen = of_robot(robot, rows, self.rotor_inertia_kg_m2 is None, bench.coupling, stances)
         runs, judges = (
-            [self._run(bench, robot, rows, chosen, path) for path in paths]
-            for paths in (self.files, self.judge)
+            [self._run(bench, robot, rows, chosen, motion) for motion in some] for some in (motions, judged)
         )
         columns, torque, used = (
             np.concatenate([getattr(run, what) for run in runs]) for what in ("columns", "torque", "used")
@@ -123,12 +128,19 @@ class ArmMotion(Curve):
         values, weights = weighted_least_squares(columns, torque, used)
         return ArmRegression(robot, rows, chosen, runs, judges, columns, torque, used, values, weights)
 
-    def _run(
-        self, bench: JointTestData, robot: Robot, rows: Sequence[int], chosen: BaseSet, path: Path
-    ) -> ArmRun:
-        motion = bench.motion(
+    def _motion(self, bench: JointTestData, path: Path) -> ConditionedMotion:
+        return bench.motion(
             path, ("motor_position", bench.torque_quantity()), range(bench.joints), self.label
         )
+
+    def _run(
+        self,
+        bench: JointTestData,
+        robot: Robot,
+        rows: Sequence[int],
+        chosen: BaseSet,
+        motion: ConditionedMotion,
+    ) -> ArmRun:
         history = motion.position, motion.velocity, motion.acceleration
         columns = all_columns(robot, rows, *history, bench.coupling)[:, :, list(chosen.kept)]
         torque = motion.torque[:, rows].copy()
@@ -156,6 +168,16 @@ def weighted_least_squares(columns: Array, torque: Array, used: Mask) -> tuple[A
         left = np.where(used, torque - columns @ values, 0.0)
         final, weights = weights, 1 / np.maximum(np.sqrt((left**2).sum(axis=0) / used.sum(axis=0)), 1e-12)
     return values, final
+
+
+def _recorded(motion: ConditionedMotion) -> dict[str, Array]:
+    return {"position": motion.position, "torque": motion.torque}
+
+
+def _stance(motion: ConditionedMotion, bench: JointTestData) -> Array:
+    """(joints,), rad: where joints stand through a whole run; NaN of those that move."""
+    moves = np.any(motion.inside[:, None] & (np.abs(motion.velocity) > bench.slow), axis=0)
+    return np.where(moves, np.nan, motion.position[motion.inside].mean(axis=0))
 
 
 def _rest(run: ArmRun, values: Array, rows: Sequence[int], judged: str) -> str:

@@ -28,6 +28,7 @@ CURVES = Registry(
         "stiffness-static": "identify.joints.stiffness:StiffnessStatic",
         "transmission-error": "identify.joints.transmission:TransmissionError",
     },
+    "identify.joints.base:Curve",
 )
 
 

@@ -174,14 +174,25 @@ def all_columns(
 
 
 def of_robot(
-    robot: Robot, rows: Sequence[int], rotors: bool = True, coupling: Array | None = None
+    robot: Robot,
+    rows: Sequence[int],
+    rotors: bool = True,
+    coupling: Array | None = None,
+    stances: Array | None = None,
 ) -> BaseSet:
     """What the torques of the joints (from 0) in rows depend on, by states at random; rotors: whether their
     inertias are to be found.
+
+    stances (runs, joints), rad: where joints stand all through a run, NaN of those that move; by default all
+    move.  What only they would tell is no column then, whatever the noise of their signals makes of it.
     """
-    rng, shape = np.random.default_rng(1), (_STATES, len(robot.joints))
-    position, velocity, acceleration = (rng.uniform(-reach, reach, shape) for reach in (3.0, 2.0, 5.0))
-    return at_states(robot, rows, (position, velocity, acceleration), rotors, coupling)
+    count = len(robot.joints)
+    held = np.full((1, count), np.nan) if stances is None else np.unique(stances, axis=0)
+    held, rng = np.repeat(held, _STATES, axis=0), np.random.default_rng(1)
+    position, velocity, acceleration = (rng.uniform(-reach, reach, held.shape) for reach in (3.0, 2.0, 5.0))
+    moves = np.isnan(held)
+    states = np.where(moves, position, held), np.where(moves, velocity, 0), np.where(moves, acceleration, 0)
+    return at_states(robot, rows, states, rotors, coupling)
 
 
 def at_states(

@@ -4,7 +4,7 @@ read.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.conditioning import ConditionedMotion, condition
 from identify.measured.record_files import JOINT, RecordFile
-from identify.measured.records import Quantity, SignalSettings, TimeAxis, read_record
+from identify.measured.records import MotionRecord, Quantity, SignalSettings, TimeAxis, read_record
 from identify.measured.units import parse_signal_unit
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
@@ -26,7 +26,7 @@ class JointTestData:
     """folder: of the config; gear_ratio (joints,); torque_ratio (joints,): what a recorded torque is
     multiplied by to be one at the joint; slow: rad/s up to which a joint stands; coupling (drives, joints),
     or None: `identify.robot.coupling`; settings: what the study says of the robot, where it has one; inputs:
-    sha256 of every file read so far, by its name.
+    sha256 of every file read so far, by its name; watch: told every record that is read.
     """
 
     folder: Path
@@ -43,6 +43,7 @@ class JointTestData:
     coupling: Array | None = None
     settings: RobotSettings | None = None
     inputs: dict[str, str] = field(default_factory=dict)
+    watch: Callable[[MotionRecord], None] = lambda record: None
 
     @property
     def joints(self) -> int:
@@ -86,6 +87,7 @@ class JointTestData:
             self.folder / path, path.name, named, self.time, self.joints, self.zero, even=even
         )
         self.inputs[str(path)] = record.sha256
+        self.watch(record)
         if not {"motor_torque", "motor_current"} & set(record.signals):
             none = np.full_like(record.signal("motor_position"), np.nan)
             record = replace(record, signals={**record.signals, "motor_torque": none})

@@ -24,7 +24,6 @@ from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.threads import one_thread
-from identify.core.version import VERSION
 from identify.fitting.resume import held
 from identify.map.asked import Asked, MapOptions, asked_of
 from identify.map.limits import Wanted, map_limits
@@ -35,7 +34,7 @@ from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results.discovery import fit_of
 from identify.results.map import SAME, LimitRows, MapPart, MapResult, PostureRows
-from identify.results.provenance import provenance, sha256
+from identify.results.provenance import computing, provenance, sha256
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel, fitted_model
 from identify.vibration.misfit import misfit
@@ -180,7 +179,7 @@ def _model(path: str, changed: int) -> tuple[FittedModel, Array]:
 
 
 def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:
-    text = "\n".join([VERSION, model, repr(list(names)), repr(asked)])
+    text = "\n".join([*computing(), model, repr(list(names)), repr(asked)])
     return hashlib.sha256(text.encode() + postures.tobytes()).hexdigest()
 
 

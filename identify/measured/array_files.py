@@ -2,7 +2,7 @@
 
 Names, which `variables` may map to others: frequency_hz (L,), frf (L, outputs, inputs) complex or frf_real
 and frf_imag, coherence (like frf), outputs and inputs (channels such as `12:+Z`), and quantity, unit,
-averages, window_decay_per_s.  Instead of frf, single pairs may be mapped, such as `{"frequency_hz":
+averages, window_decay_per_s, record_s.  Instead of frf, single pairs may be mapped, such as `{"frequency_hz":
 "H1_2[:,0]", "12:+Z/1:+X": "H1_2[:,1]", "12:+Z/1:+X coherence": "C1_2[:,1]"}`.
 """
 
@@ -23,7 +23,7 @@ from identify.measured.frf_set import Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
 
 _ARRAYS = ("frequency_hz", "frf", "frf_real", "frf_imag", "coherence", "outputs", "inputs")
-NAMES = (*_ARRAYS, "quantity", "unit", "averages", "window_decay_per_s")
+NAMES = (*_ARRAYS, "quantity", "unit", "averages", "window_decay_per_s", "record_s")
 """The names that a file may use as they are."""
 
 _PATH = re.compile(r"([^\[\]]+)(?:\[:,\s*(\d+)\])?")
@@ -122,6 +122,7 @@ def read_arrays(arrays: Arrays) -> FrfRecords:
         unit=_unit(arrays),
         averages=None if averages is None else int(averages),
         window_decay_per_s=arrays.number("window_decay_per_s"),
+        record_s=arrays.number("record_s"),
     )
 
 
@@ -240,7 +241,10 @@ def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channe
     ):
         found = "a channel that the file does not name"
         raise InputError(
-            f"{arrays.where}, key {name}", found, "some of its own", "use the key channels to rename"
+            f"{arrays.where}, key {name}",
+            found,
+            "some of its own",
+            "rename channels with the key channels of a study",
         )
     if len(set(channels)) < len(channels):
         raise InputError(f"{arrays.where}, {name}", "a channel that comes twice", "each once")

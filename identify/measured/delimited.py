@@ -1,7 +1,7 @@
 """CSV files: FRFs in a long or a wide layout, and time histories.
 
 All are comma-separated with a point in numbers and one header line; `# unit: m/s^2/N`, `# averages: 4` and `#
-window_decay_per_s: 0.69` may stand before it, other lines that begin with # are comments.
+window_decay_per_s: 0.69` and so on may stand before it, other lines that begin with # are comments.
 
 - long: `frequency_hz,output,input,real,imag[,coherence]`, one line per frequency and pair, channels written
 `12:+Z`;
@@ -28,13 +28,14 @@ from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.core.text_input import read_csv
 from identify.measured.channel import Channel
-from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
+from identify.measured.common_lines import common_axis, common_lines
+from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, check_named
 from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.time_history import Signal, Units, sample_rate
 from identify.measured.units import parse_frf_unit, parse_signal_unit
 
 _LONG = ["frequency_hz", "output", "input", "real", "imag"]
-_NOTE = re.compile(r"#\s*(unit|averages|window_decay_per_s)\s*:\s*(.+?)[\s,]*$")
+_NOTE = re.compile(r"#\s*(unit|averages|window_decay_per_s|record_s)\s*:\s*(.+?)[\s,]*$")
 _PAIR = re.compile(r"(\S+)\s*/\s*(\S+)\s+(real|imag|magnitude|phase_deg|coherence)")
 _SIGNAL = re.compile(r"(\S+)\s*\[(.+)\]")
 
@@ -49,9 +50,11 @@ class DelimitedTable:
     lines: list[int]
     notes: dict[str, str]
 
-    def numbers(self, column: int, rows: list[int] | None = None) -> Array:
+    def numbers(
+        self, column: int, rows: list[int] | None = None, empty: frozenset[int] = frozenset()
+    ) -> Array:
         """One column, all of it or some rows, as finite numbers; InputError naming the line of the first cell
-        that is none.
+        that is none, NaN where that is so in the rows `empty`.
         """
         chosen = range(len(self.rows)) if rows is None else rows
         values = np.empty(len(chosen))
@@ -61,12 +64,18 @@ class DelimitedTable:
                 values[i] = float(cell)
             except ValueError:
                 values[i] = np.nan
-            if not isfinite(values[i]):
+            if not isfinite(values[i]) and row in empty:
+                values[i] = np.nan
+            elif not isfinite(values[i]):
                 found = f"{cell!r} in column {self.header[column]!r}"
                 raise InputError(
                     f"{self.name}, line {self.lines[row]}", found, "a finite number with a decimal point"
                 )
         return values
+
+    def at_zero(self) -> frozenset[int]:
+        """Rows at 0 Hz, where an FRF may be no number; the frequencies are the first column."""
+        return frozenset(np.flatnonzero(self.numbers(0) == 0).tolist())
 
     def note(self, key: str, convert: Callable[[str], float]) -> float | None:
         """The number noted under key, or None; InputError where it is none."""
@@ -110,12 +119,12 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     """FRFs in the long or the wide layout, whichever the header says; InputError with the line of whatever
     does not fit.
     """
-    del options  # a CSV file names its channels itself
+    check_named(options, str(path))
     table = read_table(path)
     if table.header[:5] == _LONG and table.header[5:] in ([], ["coherence"]):
-        frequency_hz, records = _long(table)
+        frequency_hz, records, notes = _long(table)
     elif table.header[0] == "frequency_hz" and len(table.header) > 1:
-        frequency_hz, records = _wide(table)
+        (frequency_hz, records), notes = _wide(table), ()
     else:
         expected = f"{','.join(_LONG)}[,coherence], or frequency_hz and columns such as 12:+Z/1:+X real"
         raise InputError(
@@ -128,6 +137,8 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
         unit=parse_frf_unit(table.notes["unit"], f"{path}, # unit") if "unit" in table.notes else None,
         averages=None if averages is None else int(averages),
         window_decay_per_s=table.note("window_decay_per_s", float),
+        record_s=table.note("record_s", float),
+        notes=notes,
     )
 
 
@@ -147,7 +158,9 @@ def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
     for index, row in enumerate(table.rows):
         blocks.setdefault(row[0] if first else "", []).append(index)
     time_s = common_axis(
-        ((f"{path}, block {name or 1}", table.numbers(first, rows)) for name, rows in blocks.items()), "time"
+        ((f"{path}, block {name or 1}", table.numbers(first, rows)) for name, rows in blocks.items()),
+        "time",
+        "write every block with as many samples, or leave this one out",
     )
     signals: list[Signal] = []
     for column, name in enumerate(names, start=first + 1):
@@ -168,6 +181,7 @@ def write_frf(path: Path, frf_set: FrfSet) -> None:
         "unit": UNIT[frf_set.quantity],
         "averages": frf_set.averages,
         "window_decay_per_s": frf_set.window_decay_per_s,
+        "record_s": frf_set.record_s,
     }
     lines = [f"# {key}: {value}" for key, value in notes.items() if value is not None]
     lines.append(",".join(_LONG) + (",coherence" if frf_set.coherence is not None else ""))
@@ -187,9 +201,10 @@ def write_frf(path: Path, frf_set: FrfSet) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _long(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
-    """Frequencies and records of the long layout; the lines may stand in any order."""
-    frequency, real, imag = (table.numbers(column) for column in (0, 3, 4))
+def _long(table: DelimitedTable) -> tuple[Array, list[FrfRecord], tuple[str, ...]]:
+    """Frequencies and records of the long layout, and what was left out; the lines may stand in any order."""
+    frequency, empty = table.numbers(0), table.at_zero()
+    real, imag = (table.numbers(column, empty=empty) for column in (3, 4))
     groups: dict[tuple[str, str], list[int]] = {}
     for index, row in enumerate(table.rows):
         groups.setdefault((row[1], row[2]), []).append(index)
@@ -208,14 +223,16 @@ def _long(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
         axes.append((where, frequency[order]))
         channels = (Channel.parse(output, where), Channel.parse(input_, where))
         has_coherence = len(table.header) == 6 and any(table.rows[i][5] for i in members)
-        coherence = table.numbers(5, order) if has_coherence else None
+        coherence = table.numbers(5, order, empty) if has_coherence else None
         records.append(FrfRecord(*channels, real[order] + 1j * imag[order], where, coherence=coherence))
-    return common_axis(axes, "frequency"), records
+    frequency_hz, slices, notes = common_lines(axes)
+    return frequency_hz, [record.lines(some) for record, some in zip(records, slices, strict=True)], notes
 
 
 def _wide(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
     """Frequencies and records of the wide layout."""
     parts: dict[tuple[Channel, Channel], dict[str, Array]] = {}
+    empty = table.at_zero()
     for column, name in enumerate(table.header[1:], start=1):
         match = _PAIR.fullmatch(name)
         where = f"{table.name}, column {name!r}"
@@ -228,7 +245,7 @@ def _wide(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
         pair = (Channel.parse(match[1], where), Channel.parse(match[2], where))
         if match[3] in parts.setdefault(pair, {}):
             raise InputError(where, f"{match[3]} of {pair[0]}/{pair[1]} a second time", "each once")
-        parts[pair][match[3]] = table.numbers(column)
+        parts[pair][match[3]] = table.numbers(column, empty=empty)
     records = []
     for (output, input_), columns in parts.items():
         where = f"{table.name}, columns {output}/{input_}"

@@ -116,6 +116,7 @@ def _frf_set(history: TimeHistory, blocks: Array, method: Method, *, averages: f
         coherence=coherence,
         averages=max(1, int(averages + 1e-9) - len(forces) + 1),
         window_decay_per_s=decay,
+        record_s=blocks.shape[1] / history.sample_rate_hz if decay > 0 else None,
         source=history.source,
         sha256=history.sha256,
     )

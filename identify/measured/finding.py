@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
+from identify.core.errors import InputError, InputErrors
 from identify.measured.channel import Channel
 
 Level = Literal["fail", "warn", "info"]
+STUDY = "study"
+"""The name under which findings on the study as a whole are listed."""
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -21,6 +26,34 @@ class Finding:
     channels: tuple[Channel, ...]
     sentence: str
     value: float | None = None
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What `identify check` found of a study: findings by measurement or record, those on the study itself
+    under `STUDY`; refused: what the command that comes next would refuse; then: the words of that command,
+    which the config follows.
+    """
+
+    findings: Mapping[str, Sequence[Finding]]
+    refused: tuple[InputError, ...] = ()
+    then: str = "fit"
+
+    @property
+    def failed(self) -> bool:
+        """Whether the data should not be used as they are."""
+        return any(finding.level == "fail" for found in self.findings.values() for finding in found)
+
+
+def kept(read: Callable[[], T], refused: list[InputError]) -> T | None:
+    """What is read, or None with the refusal kept."""
+    try:
+        return read()
+    except InputErrors as errors:
+        refused.extend(errors.errors)
+    except InputError as error:
+        refused.append(error)
+    return None
 
 
 def listing(channels: list[Channel] | list[int], most: int = 6) -> str:

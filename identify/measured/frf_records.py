@@ -8,7 +8,6 @@ pairs, NaN, channel names.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import isclose
 from typing import TypeVar
@@ -18,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.measured.causality import is_conjugated
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet, Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
@@ -43,6 +43,12 @@ class FrfFileOptions(BaseModel):
     averages: int | None = Field(None, ge=1, description="averages behind each FRF and coherence")
     window_decay_per_s: float | None = Field(
         None, ge=0, description="decay sigma of exp(-sigma t) put on force and response"
+    )
+    record_s: float | None = Field(
+        None,
+        gt=0,
+        description="length of the records of impacts, s; default: one over the spacing of their lines, or"
+        " the multiple of it that fits the data",
     )
     outputs: list[str] | None = Field(
         None, description="output channels in the order of an array file that does not name them"
@@ -74,11 +80,16 @@ class FrfRecord:
     quantity: Quantity | None = None
     coherence: Array | None = None
 
+    def lines(self, some: slice) -> FrfRecord:
+        """The record on some of its lines."""
+        coherence = None if self.coherence is None else self.coherence[some]
+        return replace(self, values=self.values[some], coherence=coherence)
+
 
 @dataclass(frozen=True)
 class FrfRecords:
-    """The FRFs of one file on their common frequency_hz (L,); unit, averages and window decay where the file
-    states them for all.
+    """The FRFs of one file on their common frequency_hz (L,); unit, averages, window decay and length of
+    record where the file states them for all.
 
     unit is that of a translation over a force; a rotation is then in rad, a moment in N m, and only SI may be
     meant.  notes: sentences on what of the file was not read.
@@ -89,6 +100,7 @@ class FrfRecords:
     unit: FrfUnit | None = None
     averages: int | None = None
     window_decay_per_s: float | None = None
+    record_s: float | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -98,6 +110,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
     """
     if not file.records:
         raise InputError(source, "no FRF in the file", "at least one FRF")
+    file = _without_dc(file)
     _check_frequency(file.frequency_hz, source)
     _check_stated(file, source)
     records = _rename(file.records, options, source)
@@ -111,6 +124,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         frf[at] = record.values
         if record.coherence is not None:
             coherence[at] = _checked_coherence(record)
+    frf, notes = _forward(file.frequency_hz, frf)
     return FrfSet(
         frequency_hz=file.frequency_hz,
         frf=frf,
@@ -123,41 +137,55 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
             "window_decay_per_s", file.window_decay_per_s, options.window_decay_per_s, source
         )
         or 0.0,
+        record_s=_agreed("record_s", file.record_s, options.record_s, source),
         source=source,
         sha256=sha256,
-        notes=file.notes,
+        notes=(*file.notes, *notes),
     )
 
 
+def _forward(frequency_hz: Array, frf: Complex) -> tuple[Complex, tuple[str, ...]]:
+    """The FRFs with the phase that a structure has, and what is to be said where they had the other one."""
+    pairs = frf[frequency_hz > 0].reshape(np.count_nonzero(frequency_hz > 0), -1)
+    if not is_conjugated(frequency_hz[frequency_hz > 0], pairs[:, np.isfinite(pairs).all(axis=0)]):
+        return frf, ()
+    said = (
+        "the phases turn the wrong way, as of the complex conjugate (e^-jwt): the responses would come before"
+        " the force; all phases were turned"
+    )
+    return frf.conj(), (said,)
+
+
+def check_named(options: FrfFileOptions, source: str) -> None:
+    """Refuse what is said of arrays beside a file that names what it has."""
+    if options.variables:
+        found = "names of arrays (`variables`, `--variable`) beside a file that has none"
+        raise InputError(source, found, "a .mat or .h5 file", "leave them out")
+
+
 def _check_stated(file: FrfRecords, source: str) -> None:
-    """Raise an InputError for a window decay or a number of averages that a config could not say either."""
-    decay, averages = file.window_decay_per_s, file.averages
+    """Raise an InputError for a window decay, a length or a number of averages that a config could not say
+    either.
+    """
+    decay, averages, record = file.window_decay_per_s, file.averages, file.record_s
     if decay is not None and not 0 <= decay < np.inf:
         raise InputError(f"{source}, window_decay_per_s", f"{decay:g}", "a finite number of 0 or more, 1/s")
+    if record is not None and not 0 < record < np.inf:
+        raise InputError(f"{source}, record_s", f"{record:g}", "a finite number above 0, s")
     if averages is not None and not 1 <= averages < _MOST:
         raise InputError(f"{source}, averages", f"{averages}", "a whole number of 1 or more")
 
 
-def common_axis(axes: Iterable[tuple[str, Array]], what: str) -> Array:
-    """The axis that all (where, axis) share to a ten-thousandth of their spacing; InputError naming the first
-    that differs.
+def _without_dc(file: FrfRecords) -> FrfRecords:
+    """The records without the line at 0 Hz, and a note, where one of them is no number there: as a receptance
+    is that was made from an acceleration.
     """
-    first_where, first = "", np.empty(0)
-    for where, axis in axes:
-        if not first_where:
-            first_where, first = where, axis
-        elif len(axis) != len(first):
-            found = f"{len(axis)} {what} values, {len(first)} in {first_where}"
-            raise InputError(where, found, "one axis for all", "load them as separate files")
-        elif np.max(np.abs(axis - first), initial=0.0) > 1e-4 * _spacing(first):
-            found = f"a {what} axis that differs from that of {first_where}"
-            raise InputError(where, found, "one axis for all", "load them as separate files")
-    return first
-
-
-def _spacing(axis: Array) -> float:
-    """The smallest step of an axis; of one with a single value, that value."""
-    return float(np.diff(axis).min()) if len(axis) > 1 else float(np.abs(axis).max(initial=0.0))
+    at_zero = [v[:1] for r in file.records for v in (r.values, r.coherence) if v is not None]
+    if file.frequency_hz[:1].any() or all(np.isfinite(value).all() for value in at_zero):
+        return file
+    records = [record.lines(slice(1, None)) for record in file.records]
+    notes = (*file.notes, "the line at 0 Hz was left out: not all FRFs are numbers there")
+    return replace(file, frequency_hz=file.frequency_hz[1:], records=records, notes=notes)
 
 
 def _check_frequency(frequency_hz: Array, source: str) -> None:
@@ -295,7 +323,7 @@ def _pairs(records: list[FrfRecord], factors: list[float]) -> dict[tuple[Channel
                 record.where,
                 found,
                 "each pair once",
-                "rename a channel with the key channels or remove one of them",
+                "rename a channel with the key channels of a study, or remove one of them",
             )
     return pairs
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 
 Quantity = Literal["receptance", "mobility", "accelerance"]
@@ -27,7 +29,8 @@ class FrfSet:
     frequency_hz (L,), rising; frf (L, outputs, inputs), complex128, SI, NaN where a pair was not measured;
     coherence like frf or None; noise like frf or None: known standard deviation of real or imaginary part;
     averages behind each FRF or None; window_decay_per_s is the decay sigma of an exponential window e^{-sigma
-    t} that was put on force and response (0: none), so that the set samples H(sigma + j omega);
+    t} that was put on force and response (0: none), so that the set samples H(sigma + j omega); record_s:
+    length of the records, where it was told;
     simultaneous_inputs (inputs,): phasors of forces that act at once, such as 1 and -j of one that
     rotates: the FRFs of the first input are then the responses to all of them, and those of the others are
     NaN; source says which file it came from, sha256 what was in it; notes are sentences on what of the file
@@ -43,6 +46,7 @@ class FrfSet:
     noise: Array | None = None
     averages: int | None = None
     window_decay_per_s: float = 0.0
+    record_s: float | None = None
     simultaneous_inputs: tuple[complex, ...] | None = None
     source: str = ""
     sha256: str = ""
@@ -77,6 +81,25 @@ class FrfSet:
     def band(self, low_hz: float, high_hz: float) -> FrfSet:
         """The lines with low <= f <= high."""
         return self.lines((self.frequency_hz >= low_hz) & (self.frequency_hz <= high_hz))
+
+    def chosen(self, outputs: Sequence[str] | None, inputs: Sequence[str] | None, where: str) -> FrfSet:
+        """The named channels in that order, all of a side that is None; InputError for one that is not
+        there.
+        """
+
+        def numbers(wanted: Sequence[str] | None, present: tuple[Channel, ...], key: str) -> list[int]:
+            if wanted is None:
+                return list(range(len(present)))
+            channels = [Channel.parse(text, f"{where} {key}") for text in wanted]
+            for channel in channels:
+                if channel not in present:
+                    found = f"channel {channel} is not in the file"
+                    raise InputError(f"{where} {key}", found, "one of " + ", ".join(map(str, present)))
+            return [present.index(channel) for channel in channels]
+
+        if outputs is None and inputs is None:
+            return self
+        return self.pairs(numbers(outputs, self.outputs, "outputs"), numbers(inputs, self.inputs, "inputs"))
 
     def pairs(self, outputs: list[int], inputs: list[int]) -> FrfSet:
         """The given output and input positions, in that order."""

@@ -1,5 +1,5 @@
 """FRF sets in HDF5: datasets frequency_hz, frf, outputs, inputs, coherence; attributes quantity, unit,
-averages, window_decay_per_s.
+averages, window_decay_per_s, record_s.
 
 What else a file may hold, and under which names, is said in `array_files`; `variables` may lead into groups
 (`group/name`).
@@ -41,5 +41,6 @@ def write_frf(path: Path, frf_set: FrfSet) -> None:
         file.attrs["quantity"] = frf_set.quantity
         file.attrs["unit"] = UNIT[frf_set.quantity]
         file.attrs["window_decay_per_s"] = frf_set.window_decay_per_s
-        if frf_set.averages is not None:
-            file.attrs["averages"] = frf_set.averages
+        for name in ("averages", "record_s"):
+            if (value := getattr(frf_set, name)) is not None:
+                file.attrs[name] = value

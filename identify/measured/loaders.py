@@ -13,6 +13,7 @@ from typing import Any
 
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
+from identify.core.plugin import blamed
 from identify.core.registry import Registry
 from identify.measured.frf_records import FrfFileOptions, to_frf_set
 from identify.measured.frf_set import FrfSet
@@ -63,7 +64,8 @@ def load_frf_set(path: Path, options: FrfFileOptions | None = None) -> FrfSet:
     """
     options = options or FrfFileOptions()
     reader, sha256 = _open(path, options.format, LOADERS)
-    return to_frf_set(reader(path, options), options, str(path), sha256)
+    with blamed(reader):
+        return to_frf_set(reader(path, options), options, str(path), sha256)
 
 
 def load_time_history(path: Path, units: Units | None = None, format: str | None = None) -> TimeHistory:
@@ -73,8 +75,9 @@ def load_time_history(path: Path, units: Units | None = None, format: str | None
     InputError as for `load_frf_set`.
     """
     reader, sha256 = _open(path, format, TIME_LOADERS)
-    rate, signals = reader(path, units or {})
-    return to_time_history(rate, signals, str(path), sha256)
+    with blamed(reader):
+        rate, signals = reader(path, units or {})
+        return to_time_history(rate, signals, str(path), sha256)
 
 
 def _open(path: Path, name: str | None, registry: Registry) -> tuple[Any, str]:
@@ -85,7 +88,7 @@ def _open(path: Path, name: str | None, registry: Registry) -> tuple[Any, str]:
             str(path),
             f"suffix {path.suffix!r}",
             "one of " + ", ".join(FORMAT_OF_SUFFIX),
-            "add the key format",
+            "add the key format, such as format: uff",
         )
     reader = registry.get(name, where=f"{path}, key format")
     return reader, sha256_of(path, "a measured file")

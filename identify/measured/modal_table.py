@@ -14,7 +14,8 @@ from identify.measured.channel import Channel
 class ModalTable:
     """frequency_hz (m,): |lambda|/2 pi, rising; damping_ratio (m,): -Re lambda/|lambda| (0.04, not 4 %), NaN
     where unknown; shapes (m, channels) complex, or None; *_std are standard deviations, or None;
-    modal_mass_kg (m,): of the shapes as they are, where it was told apart from them, NaN where unknown.
+    modal_mass_kg (m,): of the shapes as they are, where it was told apart from them, NaN where unknown;
+    notes: sentences on what of the file was not read.
     """
 
     frequency_hz: NDArray[np.float64]
@@ -27,6 +28,7 @@ class ModalTable:
     modal_mass_std_kg: NDArray[np.float64] | None = None
     source: str = ""
     sha256: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         modes = len(self.frequency_hz)

@@ -18,6 +18,7 @@ does to the numerator makes up for one n-th of that.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +26,10 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text import count
 from identify.measured.frf_set import FrfSet
+from identify.measured.rounded import in_words, remark, rounding
+from identify.measured.scatter import FREEDOM, scatter
 
 _POOLED_FREEDOM = 120
 _ROUNDS, _ITERATIONS, _SETTLED = 3, 200, 1e-3
@@ -35,6 +39,11 @@ _PRINTED = 5e-7
 """Files of single precision print a coherence to six digits: a 1 stands for anything above 1 - 5e-7, and half
 of that is assumed.
 """
+_ACROSS = 0.01
+"""Transverse sensitivity of a good accelerometer: a channel that moves less than this part of what others do
+measures their motion."""
+_PLAINLY = 1.5
+"""Scatter over stated noise from which a reader is told."""
 _DENSE = 2000
 """Numbers in a basis up to which the zeros among them take less time than their leaving out."""
 if TYPE_CHECKING:
@@ -69,7 +78,52 @@ def without_bias(frf_set: FrfSet) -> FrfSet:
     """
     pooled = _of_coherence(frf_set)
     more = pooled.of_force * ((frf_set.averages or 1) - 1)
-    return replace(frf_set, frf=frf_set.frf * (1 + more[:, None, :]), noise=np.sqrt(pooled.variance / 2))
+    whole = replace(frf_set, frf=frf_set.frf * (1 + more[:, None, :]))
+    return _with_noise(whole, np.sqrt(pooled.variance / 2))
+
+
+def with_noise(frf_set: FrfSet) -> FrfSet:
+    """The same with its noise (`noise_std`) alone, as of FRFs that are not H1."""
+    return _with_noise(frf_set, noise_std(frf_set))
+
+
+def _with_noise(frf_set: FrfSet, noise: Array) -> FrfSet:
+    """With that noise, and a note where a coherence was not fine enough to tell it."""
+    note = "" if frf_set.coherence is None else remark(frf_set.coherence)
+    return replace(frf_set, noise=noise, notes=(*frf_set.notes, *filter(None, [note])))
+
+
+def with_relative_noise(frf_set: FrfSet, share: float) -> FrfSet:
+    """With noise of this share of each FRF's RMS over its lines, as stated, but no less than neighbouring
+    lines scatter, and no less than that share of what a sensor picks up of motion across its axis.
+    """
+    level = np.sqrt(np.mean(np.abs(frf_set.frf) ** 2, axis=0))
+    stated = share * np.maximum(level, _ACROSS * _largest_alike(frf_set, level))
+    between = scatter(frf_set)
+    seen = np.zeros_like(level) if between is None else np.sqrt(np.median(between, axis=0))
+    noise = np.broadcast_to(np.fmax(stated, seen) / np.sqrt(2), frf_set.frf.shape).copy()
+    noisy = np.argwhere(seen > _PLAINLY * stated)
+    notes = frf_set.notes
+    if len(noisy):
+        i, j = max(noisy.tolist(), key=lambda pair: float(seen[*pair] / stated[*pair]))
+        most = f"{frf_set.outputs[i]}/{frf_set.inputs[j]}, by {seen[i, j] / level[i, j]:.2g} of its RMS"
+        notes += (
+            f"{count(len(noisy), 'FRF')} scatter more between lines than the stated noise of {share:g}, most"
+            f" {most}: their scatter is taken as their noise",
+        )
+    return replace(frf_set, noise=noise, notes=notes)
+
+
+def _largest_alike(frf_set: FrfSet, level: Array) -> Array:
+    """(outputs, inputs): the largest level of FRFs with the same unit."""
+    turns = [np.array([abs(c.direction) > 3 for c in some]) for some in (frf_set.outputs, frf_set.inputs)]
+    kind = turns[0][:, None] * 2 + turns[1]
+    return np.asarray(
+        np.select(
+            [kind == one for one in range(4)],
+            [np.nanmax(np.where(kind == one, level, 0.0), initial=0.0) for one in range(4)],
+        )
+    )
 
 
 def _of_coherence(frf_set: FrfSet) -> _Pooled:
@@ -90,10 +144,41 @@ def _of_coherence(frf_set: FrfSet) -> _Pooled:
             f"FRF {frf_set.outputs[i]}/{frf_set.inputs[j]} has no coherence",
             "a coherence for each FRF",
         )
+    step = rounding(coherence)
+    if step:
+        return _of_rounded(frf_set, coherence, averages, step)
+    return _of_lines(frf_set, np.minimum(coherence, 1 - _PRINTED / 2), averages)
+
+
+def _of_lines(frf_set: FrfSet, coherence: Array, averages: int) -> _Pooled:
     power = np.abs(frf_set.frf) ** 2
-    lost = np.maximum(1 - coherence, _PRINTED / 2)
-    line_variance = power * lost / (np.maximum(coherence, 1e-9) * (averages - 1))
+    line_variance = power * (1 - coherence) / (np.maximum(coherence, 1e-9) * (averages - 1))
     return _pooled(power, line_variance, 2 * (averages - 1))
+
+
+def _of_rounded(frf_set: FrfSet, coherence: Array, averages: int, step: float) -> _Pooled:
+    """By the scatter between neighbouring lines, within what a coherence rounded or cut off to so much
+    allows.
+
+    InputError where there is no such scatter, and most of the coherence is as good as one.
+    """
+    most, least = (_of_lines(frf_set, np.clip(coherence + off, 0.0, 1.0), averages) for off in (-step, step))
+    between = scatter(frf_set)
+    if between is not None:
+        found = _pooled(np.abs(frf_set.frf) ** 2, between, FREEDOM)
+    elif np.nanmedian(1 - coherence) > step:
+        found = _of_lines(frf_set, np.minimum(coherence, 1 - step / 4), averages)
+    else:
+        raise InputError(
+            frf_set.source or "FRF set",
+            f"a coherence {in_words(step)}, and lines too few or uneven to tell the noise",
+            "a coherence with at least five decimals",
+            "export it so, or give `noise: {relative: 0.02}` in the measurement",
+        )
+    return _Pooled(
+        np.clip(found.variance, least.variance, np.maximum(most.variance, least.variance)),
+        np.minimum(found.of_force, most.of_force),
+    )
 
 
 def noise_std_from_repeats(sets: list[FrfSet]) -> Array:
@@ -120,15 +205,21 @@ def mean_of_repeats(sets: list[FrfSet]) -> FrfSet:
     for other in sets[1:]:
         alike = all(
             getattr(other, name) == getattr(first, name)
-            for name in ("outputs", "inputs", "quantity", "window_decay_per_s")
+            for name in ("outputs", "inputs", "quantity", "window_decay_per_s", "record_s")
         )
         if (
             not alike
             or other.frf.shape != first.frf.shape
             or not np.allclose(other.frequency_hz, first.frequency_hz, rtol=1e-6)
         ):
-            found = f"channels, quantity, window or frequencies other than in {first.source or 'the first'}"
+            found = f"channels, quantity, window, record or lines other than in {first.source or 'the first'}"
             raise InputError(other.source or "repeats", found, "repeats of one measurement")
+    for one, other in combinations(sets, 2):
+        if np.array_equal(one.frf, other.frf, equal_nan=True):
+            found = f"the same FRFs as in {one.source or 'another repeat'}"
+            raise InputError(
+                other.source or "repeats", found, "a measurement of its own", "name another file"
+            )
     sources = " + ".join(one.source for one in sets)
     return replace(
         first,

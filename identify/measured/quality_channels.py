@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from identify.measured.channel import Channel
+from identify.measured import silent
 from identify.measured.finding import Finding, listing
 from identify.measured.frf_set import FrfSet
 
@@ -93,17 +93,13 @@ def _same(frf_set: FrfSet, i: int, k: int, inputs: np.ndarray[tuple[int], np.dty
 
 def dead(frf_set: FrfSet) -> Iterator[Finding]:
     """Channels that are zero or constant."""
-    for kind, channels, axis in (("Output", frf_set.outputs, 2), ("Input", frf_set.inputs, 1)):
-        spread = np.nanmax(np.abs(np.diff(frf_set.frf, axis=0)), axis=0, initial=0.0)
-        constant = np.nanmax(spread, axis=axis - 1, initial=0.0) == 0
-        found: list[Channel] = [
-            channel for channel, flat in zip(channels, constant.tolist(), strict=True) if flat
-        ]
-        if found and len(frf_set.frequency_hz) > 1:
+    for kind, found in zip(("Output", "Input"), silent.dead(frf_set), strict=True):
+        if found:
             sentence = (
-                f"{kind} {listing(found)} is zero or constant at every line: a dead channel or an open cable."
+                f"{kind} {listing(list(found))} is zero or constant at every line: a dead channel or an open"
+                " cable."
             )
-            yield Finding("fail", "dead-channel", tuple(found), sentence, len(found))
+            yield Finding("fail", "dead-channel", found, sentence, len(found))
 
 
 def frequency_axis(frf_set: FrfSet) -> Iterator[Finding]:

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex
+from identify.core.text import capital
 from identify.measured.finding import Finding, Level, listing
 from identify.measured.frf_set import POWER, FrfSet
+from identify.measured.rounded import remark
 
 LOW_COHERENCE = 0.8
 """Below it half of an FRF's lines count as badly measured (a common rule in modal testing)."""
@@ -38,6 +40,8 @@ def coherence(frf_set: FrfSet) -> Iterator[Finding]:
             "The number of averages is not known, so the coherence does not give the noise: say averages."
         )
         yield Finding("warn", "no-averages", (), sentence)
+    if said := remark(frf_set.coherence):
+        yield Finding("warn", "rounded-coherence", (), f"{capital(said)}.")
     median = np.array([_median(frf_set.coherence[:, i]) for i in range(len(frf_set.outputs))])
     level = np.sqrt(np.nanmean(np.abs(frf_set.frf) ** 2, axis=(0, 2)))
     low, quiet = median < LOW_COHERENCE, level < QUIET * np.nanmax(level)

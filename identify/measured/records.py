@@ -4,8 +4,9 @@ joint over time, in SI units.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import Literal
 
@@ -28,6 +29,9 @@ Quantity = Literal[
     "link_position",
     "link_velocity",
 ]
+_ALIKE = 1e-4
+"""Difference of two recorded signals, in standard deviations of them, up to which they are one: noise is
+more."""
 _SI: dict[str, str] = {"position": "rad", "velocity": "rad/s", "torque": "N m", "current": "A"}
 
 
@@ -114,6 +118,27 @@ def read_record(
         str(path),
         file.sha256,
     )
+
+
+def check_different(runs: Sequence[tuple[str, Mapping[str, Array]]]) -> None:
+    """Raise an InputError where two of these runs, name and signals, are one: what was measured is alike in
+    both but for rounding, whatever their files are called.  Commands may well be the same.
+    """
+    for (one, first), (other, second) in combinations(runs, 2):
+        names = [name for name in first if name in second and not name.startswith("command")]
+        if names and all(_alike(first[name], second[name]) for name in names):
+            raise InputError(
+                other,
+                f"what was measured is that of {one}",
+                "a record of its own, or it would count twice or judge itself",
+                "name another file, or take one of the two out of the study",
+            )
+
+
+def _alike(one: Array, other: Array) -> bool:
+    """Whether two signals (samples, joints) are one, perhaps with fewer digits."""
+    size = np.nanstd(one) if one.size else 0.0
+    return one.shape == other.shape and np.allclose(one, other, rtol=0, atol=_ALIKE * size, equal_nan=True)
 
 
 def _time(file: RecordFile, time: TimeAxis | float, samples: int, even: bool) -> tuple[Array, float]:

@@ -50,6 +50,19 @@ class Estimation(BaseModel):
             raise ValueError("`excitation: chirp` and the key `chirp` go together")
         return self
 
+    @model_validator(mode="after")
+    def _of_its_excitation(self) -> Estimation:
+        """Keys of another excitation, which would do nothing, are refused."""
+        own = {
+            "impacts": {"method", "force_window_s"},
+            "random": {"method", "segment_s", "overlap"},
+            "chirp": {"chirp"},
+        }
+        idle = sorted(self.model_fields_set - own[self.excitation] - {"excitation", "units"})
+        if idle:
+            raise ValueError(f"`{idle[0]}` has no meaning with `excitation: {self.excitation}`: leave it out")
+        return self
+
 
 def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
     """The FRFs of one measurement; of several repeats of it, the mean, with its noise from their scatter.

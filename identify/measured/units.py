@@ -32,6 +32,7 @@ _ANGLE: _Dims = (("rad", 1),)
 _FORCE: _Dims = (("N", 1),)
 _ACCELERATION: _Dims = (("m", 1), ("s", -2))
 _MASS: _Dims = (("N", 1), ("m", -1), ("s", 2))
+_PRESSURE: _Dims = (("N", 1), ("m", -2))
 _MOMENT: _Dims = (("N", 1), ("m", 1))
 
 _ATOMS: dict[str, tuple[float, _Dims]] = {
@@ -55,6 +56,14 @@ _ATOMS: dict[str, tuple[float, _Dims]] = {
     "Nm": (1.0, _MOMENT),
     "kg": (1.0, _MASS),
     "1": (1.0, ()),
+    # What stands beside FRFs in files of a test, and is none: pressure, voltage, current, strain.
+    **{name: (factor, _PRESSURE) for name, factor in {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6}.items()},
+    **{name: (factor, (("V", 1),)) for name, factor in {"V": 1.0, "mV": 1e-3}.items()},
+    **{name: (factor, (("A", 1),)) for name, factor in {"A": 1.0, "mA": 1e-3}.items()},
+    **{
+        name: (factor, ())
+        for name, factor in {"strain": 1.0, "ustrain": 1e-6, "ue": 1e-6, "uE": 1e-6}.items()
+    },
 }
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>1(?!\d)|[A-Za-z_]+)(?:(?:\^|\*\*)?(?P<power>[+-]?[1-3]))?(?!\d)|(?P<mark>[()/*]))"
@@ -77,6 +86,12 @@ _FRF_RESTS: dict[tuple[bool, bool], dict[str, int]] = {
 }
 """(rotation, moment) and what is left of the unit without s and N."""
 _EXAMPLES = "a unit such as m/s^2/N, g/N, (m/s)/N, um/N or in/s2/lbf"
+
+
+class Foreign(InputError):
+    """What is read and is no motion over a force of a structure, as of a microphone; a file may have it
+    beside what is.
+    """
 
 
 @dataclass(frozen=True)
@@ -107,14 +122,15 @@ class FrfUnit:
 
 
 def parse_frf_unit(text: str, where: str) -> FrfUnit:
-    """Quantity and factor to SI of a response per force; InputError where the text is no such unit."""
+    """Quantity and factor to SI of a response per force; InputError where the text is no
+    such unit, Foreign where it is one of something else."""
     factor, dims = _evaluate(text, where)
     time = dims.pop("s", 0)
     if dims.pop("N", 0) == -1 and time in _QUANTITIES:
         for (rotation, moment), rest in _FRF_RESTS.items():
             if dims == rest:
                 return FrfUnit(_QUANTITIES[time], factor, rotation, moment)
-    raise InputError(
+    raise Foreign(
         where, f"unit {text!r} is not a displacement, velocity or acceleration per force", _EXAMPLES
     )
 
@@ -129,7 +145,7 @@ def parse_signal_unit(text: str, where: str) -> SignalUnit:
     time = dims.pop("s", 0)
     if dims in ({"m": 1}, {"rad": 1}) and time in _KINDS:
         return SignalUnit(_KINDS[time], "rad" in dims, factor)
-    raise InputError(
+    raise Foreign(
         where,
         f"unit {text!r} is neither a motion nor a force",
         "a unit such as m/s^2, g, mm/s, um, rad/s, N or lbf",
@@ -139,7 +155,7 @@ def parse_signal_unit(text: str, where: str) -> SignalUnit:
 def ratio(response: SignalUnit, force: SignalUnit, where: str) -> FrfUnit:
     """Unit of response over force; InputError where the first is no motion or the second no force."""
     if response.kind == "force" or force.kind != "force":
-        raise InputError(where, f"an FRF of {response.kind} over {force.kind}", "a motion over a force")
+        raise Foreign(where, f"an FRF of {response.kind} over {force.kind}", "a motion over a force")
     return FrfUnit(
         QUANTITY_OF_KIND[response.kind], response.factor / force.factor, response.rotation, force.rotation
     )

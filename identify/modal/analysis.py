@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex
+from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
@@ -45,7 +45,7 @@ class ModalAnalysis:
     the window showed before its correction; mpc (m,), mpd (m,) rad: of the final shapes; synthesised (L,
     responses, references): the model's FRFs; synthesis_error (responses, references): RMS error over RMS of
     the FRF in the band, total_error over all of them; mode_indicator (L, references): CMIF; bands_hz: the
-    parts of the band that were analysed apart.
+    parts of the band that were analysed apart; by_noise (m,): where noise is all that the model leaves.
     """
 
     table: ModalTable
@@ -67,6 +67,7 @@ class ModalAnalysis:
     mode_indicator: Array
     reciprocity: tuple[ReciprocityCheck, ...]
     bands_hz: tuple[tuple[float, float], ...]
+    by_noise: Mask
 
     @property
     def references(self) -> tuple[Channel, ...]:
@@ -132,6 +133,7 @@ def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalS
         scaling.shapes,
         std[:, 0],
         std[:, 1],
+        np.ones(len(model)) if scaling.mass_normalised else None,
         source=frf_set.source,
         sha256=frf_set.sha256,
     )
@@ -151,6 +153,7 @@ def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalS
         mpd=mpd(scaling.shapes),
         synthesised=found.rebuilt,
         bands_hz=found.bands_hz,
+        by_noise=verified.by_noise,
         synthesis_error=error,
         total_error=total,
         mode_indicator=cmif(layout),

@@ -16,6 +16,8 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
 from identify.modal.settings import ModalSettings
 
+_UNEVEN = 0.05
+"""Part by which steps between lines may differ."""
 _AXIS = {"X": 1, "Y": 2, "Z": 3}
 
 
@@ -145,7 +147,15 @@ def _check(layout: Layout, where: str) -> None:
         )
     steps = np.diff(layout.frequency_hz)
     # Vendors print the step with few digits, so the lines may creep by a part of a step over the band.
-    if np.max(np.abs(steps / layout.spacing_hz - 1)) > 0.05:
+    uneven = np.abs(steps / np.median(steps) - 1) > _UNEVEN
+    if 2 * np.sum(uneven) > lines:
+        raise InputError(
+            where,
+            f"lines that are not evenly spaced: {np.min(steps):.3g} to {np.max(steps):.3g} Hz apart",
+            "a constant step, which the search for modes needs",
+            "export them on a linear axis; a fit of a robot takes any lines",
+        )
+    if np.max(np.abs(steps / layout.spacing_hz - 1)) > _UNEVEN:
         at = layout.frequency_hz[np.argmax(np.abs(steps - layout.spacing_hz))]
         raise InputError(
             where,

@@ -66,10 +66,16 @@ def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex,
 
 def _eigen(matrices: Array) -> tuple[Complex, Complex]:
     """Eigenvalues (m, r) and right eigenvectors (m, r, r) of matrices (m, r, r), in threads where they take
-    some time.
+    some time; NaN of a matrix that is not finite.
 
     Each is taken by itself, so that the results are the same in however many threads.
     """
+    finite = np.isfinite(matrices).all(axis=(-2, -1))
+    if not finite.all():
+        values, vectors = np.full(matrices.shape[:-1], np.nan + 0j), np.full(matrices.shape, np.nan + 0j)
+        if finite.any():
+            values[finite], vectors[finite] = _eigen(matrices[finite])
+        return values, vectors
     worth = int(len(matrices) * matrices.shape[-1] ** 3 // _WORTH_A_THREAD)
     parts = np.array_split(matrices, max(1, min(threads(), len(matrices), worth)))
     found = each(np.linalg.eig, parts)
@@ -102,11 +108,24 @@ def eigenvalue_gradient(modes: ComplexModes, factors: Factors, parameters: int) 
     return np.asarray(columns @ (factors.owner[:, None] == np.arange(parameters)))
 
 
+def eigenvalue_change(modes: ComplexModes, mass: Array, stiffness: Array) -> Complex:
+    """Change of lambda (m, q) with changes (q, n, n) of mass and stiffness."""
+    moved, bent = (
+        np.einsum("mi,qij,mj->mq", modes.shapes, one, modes.shapes, optimize=True)
+        for one in (mass, stiffness)
+    )
+    return np.asarray(-(modes.eigenvalues[:, None] ** 2 * moved + bent))
+
+
 def frequency_and_damping_gradient(
     modes: ComplexModes, factors: Factors, parameters: int
 ) -> tuple[Array, Array]:
     """d frequency_hz / dp and d damping_ratio / dp, each (m, parameters)."""
-    change = eigenvalue_gradient(modes, factors, parameters)
+    return frequency_and_damping_change(modes, eigenvalue_gradient(modes, factors, parameters))
+
+
+def frequency_and_damping_change(modes: ComplexModes, change: Complex) -> tuple[Array, Array]:
+    """Changes of frequency_hz and of damping_ratio, (m, q) each, with those of lambda (m, q)."""
     values = modes.eigenvalues[:, None]
     size = np.abs(values)
     d_size = (np.conj(values) * change).real / size

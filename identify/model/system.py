@@ -20,6 +20,7 @@ from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.compliances import Compliances
 from identify.model.effects.base import Effect, Term, Torque, errors_of
+from identify.model.effects.plugged import check_matrix, check_terms
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
@@ -195,6 +196,7 @@ def _consistent_masses(robot: Robot, site: Site, effects: Sequence[Effect]) -> l
     for number, effect in enumerate(effects):
         with errors_of(effect, number):
             matrix = effect.consistent_mass(robot, site)
+            check_matrix(effect, "the consistent mass", matrix, len(site.coordinates))
         if matrix is not None:
             masses.append(matrix)
     return masses
@@ -212,6 +214,7 @@ def _terms(robot: Robot, site: Site, effects: Sequence[Effect]) -> list[list[Ter
     for number, effect in enumerate(effects):
         with errors_of(effect, number):
             terms = effect.terms(robot, site, f"effects.{number}")
+            check_terms(effect, terms, len(site.coordinates))
         names = {term.parameter.name for term in terms}
         if taken & names:
             problem = f"parameter {min(taken & names)} is claimed by an effect above too"

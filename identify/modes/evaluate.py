@@ -19,6 +19,7 @@ from identify.modal.mac import auto_mac
 from identify.modal.selection import DROPPED, IDLE, Candidate
 from identify.modal.settings import ESTIMATORS, ModalSettings
 from identify.modal.stabilisation import Diagram
+from identify.modes.doubt import doubt_sentence, doubts
 from identify.results import fit as results
 from identify.results import tables
 from identify.results.modes import (
@@ -113,6 +114,7 @@ def _modes(found: ModalAnalysis) -> ModeTable:
         references=tuple(map(str, found.references)),
         participation=found.model.participation,
         auto_mac=auto_mac(table.shapes),
+        doubt=doubts(table, found.mpc, np.degrees(found.mpd), found.settings),
     )
 
 
@@ -225,7 +227,8 @@ def verdict(measurements: Sequence[AnalysedMeasurement]) -> tuple[str, ...]:
     """
     named = len(measurements) > 1
     paragraphs = [
-        " ".join(filter(None, (_found(m), _rebuilt(m), turned_down(m), _window(m)))) for m in measurements
+        " ".join(filter(None, (_found(m), _rebuilt(m), doubtful(m), turned_down(m), _window(m))))
+        for m in measurements
     ]
     return tuple(
         f"{m.name}: {said}" if named else said for m, said in zip(measurements, paragraphs, strict=True)
@@ -254,6 +257,11 @@ def _rebuilt(m: AnalysedMeasurement) -> str:
         f"{said} That is no model of these FRFs{_where_poor(m)}: narrow the band (`--band`) or raise"
         " `--max-order`."
     )
+
+
+def doubtful(m: AnalysedMeasurement) -> str:
+    """Which modes are doubtful, in a sentence."""
+    return doubt_sentence(m.modes.frequency_hz, m.modes.doubt)
 
 
 def _where_poor(m: AnalysedMeasurement) -> str:

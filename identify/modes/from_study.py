@@ -35,7 +35,9 @@ def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
     study = problem.file.study
     settings = modal_settings(study.modal, modal)
     beside = [problem.file.resolve(path) for path in (study.modal_choices,) if path is not None]
-    return Job(study.name, _measured(problem), settings, provenance_of(told.file), beside=beside)
+    measured = _measured(problem)
+    notes = [f"{one.name}: in the file, {note}" for one in measured for note in one.data.notes]
+    return Job(study.name, measured, settings, provenance_of(told.file), notes, beside)
 
 
 def _measured(problem: Problem) -> list[Measured]:

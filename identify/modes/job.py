@@ -58,8 +58,8 @@ def job_of_file(
 
 def _measured(data: Path, file: FrfFileOptions, place: Place) -> tuple[Measured, list[str]]:
     """The FRFs of a file with their geometry, and what is to be said about it."""
-    frf_set = load_frf_set(data, file)
-    sensors, notes = geometry_of(data, place.geometry, place.length_unit)
+    frf_set = load_frf_set(data, file).chosen(file.outputs, file.inputs, str(data))
+    sensors, notes = geometry_of(data, place.geometry, place.length_unit, file.format)
     if sensors is not None and not {c.node for c in (*frf_set.outputs, *frf_set.inputs)} & set(sensors.nodes):
         raise InputError(
             str(place.geometry or data),

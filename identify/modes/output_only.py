@@ -26,7 +26,8 @@ from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes, analyse
 from identify.modal.operational.settings import OperationalSettings
 from identify.modal.settings import ModalSettings
-from identify.modes.evaluate import drawn_diagram, rejected_poles, turned_down
+from identify.modes.doubt import doubts
+from identify.modes.evaluate import doubtful, drawn_diagram, rejected_poles, turned_down
 from identify.modes.export import write_tables
 from identify.modes.said import asked, modal_settings, sources
 from identify.modes.scaling import ScaledBy, loaded, scaled_sentence, scaling_of
@@ -187,6 +188,7 @@ def _modes(found: OperationalModes) -> ModeTable:
         references=tuple(map(str, found.layout.references)),
         participation=found.participation,
         auto_mac=auto_mac(found.shapes),
+        doubt=doubts(found.table, mpc(found.shapes), np.degrees(mpd(found.shapes)), found.settings),
     )
 
 
@@ -224,7 +226,8 @@ def _spectra(found: OperationalModes) -> FrfComparison:
 
 
 def _verdict(m: AnalysedMeasurement) -> tuple[str, ...]:
-    return (" ".join(filter(None, (_found(m), _left_out(m), _harmonics(m), _longer(m), turned_down(m)))),)
+    said = (_found(m), _left_out(m), _harmonics(m), _longer(m), doubtful(m), turned_down(m))
+    return (" ".join(filter(None, said)),)
 
 
 def _found(m: AnalysedMeasurement) -> str:

@@ -15,9 +15,11 @@ from identify.core.threads import one_thread
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
+from identify.modal.alone import disagreement
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.choices import chosen_settings
 from identify.modal.settings import ModalSettings
+from identify.modes.doubt import disagreement_note
 from identify.modes.evaluate import Measured, analysed, verdict
 from identify.modes.export import frf_paths, write_frfs, write_tables
 from identify.modes.job import Job, Place, job_of_file
@@ -64,7 +66,7 @@ def run_modes(
             result = ModesResult(
                 name=job.name,
                 verdict=verdict(kept),
-                notes=tuple(job.notes),
+                notes=(*job.notes, *_disagreements(pairs)),
                 seconds=time.perf_counter() - begun,
                 measurements={one.name: one for one in kept},
                 provenance=job.provenance,
@@ -98,6 +100,12 @@ def _analysed(
         check()
         found.append(analysed(one, settings))
     return found
+
+
+def _disagreements(pairs: Sequence[tuple[ModalAnalysis, AnalysedMeasurement]]) -> list[str]:
+    """A sentence on each measurement whose FRFs do not share their poles."""
+    found = [(kept.name, disagreement(analysis), len(analysis.table)) for analysis, kept in pairs]
+    return [disagreement_note(name, one, modes) for name, one, modes in found if one is not None]
 
 
 def _suffix(one: Measured, all_of_them: Sequence[Measured]) -> str:

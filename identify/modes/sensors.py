@@ -18,12 +18,15 @@ _NODES = (15, 2411)
 
 
 def geometry_of(
-    data: Path, geometry: Path | None, length_unit: str | None
+    data: Path, geometry: Path | None, length_unit: str | None, form: str | None = None
 ) -> tuple[MeasuredGeometry | None, list[str]]:
-    """Where the sensors are, from a file of its own or the data file, and what is to be said about it."""
+    """Where the sensors are, from a file of its own or the data file, and what is to be said about it.
+
+    form: of the data file; without it the suffix decides.
+    """
     if geometry is not None:
         return read_geometry(geometry, length_unit), []
-    is_universal = FORMAT_OF_SUFFIX.get(data.suffix.lower()) == "uff"
+    is_universal = (form or FORMAT_OF_SUFFIX.get(data.suffix.lower())) == "uff"
     if is_universal and any(block.number in _NODES for block in blocks(data)):
         try:
             return read_geometry(data, length_unit), []

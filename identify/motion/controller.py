@@ -27,6 +27,7 @@ CONTROLLERS = Registry(
         "state-feedback": "identify.motion.state_feedback:StateFeedback",
         "two-degree-of-freedom": "identify.motion.two_degree_of_freedom:TwoDegreeOfFreedom",
     },
+    "identify.motion.controller:Controller",
 )
 
 

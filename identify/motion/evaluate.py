@@ -100,7 +100,7 @@ def _result(
         name=study.name,
         seed=study.seed,
         verdict=_verdict(problem, found, trusted, runs / seconds),
-        notes=(*_notes(records), *rivals_said(found)),
+        notes=(*_notes(records), *([] if found is None else found.fit.end_note), *rivals_said(found)),
         effects=_sentences(problem),
         joints=tuple(joint.name for joint in problem.robot.joints),
         step_s=problem.step_s,
@@ -117,6 +117,7 @@ def _result(
         trials=None if found is None else _trials(found),
         records=records,
         provenance=provenance_of_motion(problem),
+        free=sum(parameter.free for parameter in problem.parameters),
     )
 
 

@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
+from identify.measured.records import check_different
 from identify.model.laws.friction import Smoothing
 from identify.model.system import build_site, list_parameters
 from identify.motion.controller import ControlLaw, Twist
@@ -264,6 +265,7 @@ def _loaded(file: MotionFile) -> MotionProblem:
     _check_gears(file, arm)
     rigid = MovingArm(robot)
     records = tuple(read_recording(file, rigid, record) for record in study.records)
+    check_different([(one.settings.name, one.measured.signals) for one in records if one.measured])
     problem = MotionProblem(file, robot, arm, tuple(springs), table, records, study.servo.period_s)
     return replace(problem, step_s=_step(problem))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -18,6 +19,9 @@ from identify.motion.path import joint_path
 from identify.motion.study import MotionFile, RecordSettings, TrackerSettings
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm
+
+_BEGINS = np.radians(0.5)
+"""How far from `start_deg`, which is typed, a recorded command may begin."""
 
 
 @dataclass(frozen=True)
@@ -68,20 +72,25 @@ def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings)
     time = file.study.servo.period_s * np.arange(
         round(settings.duration_s / file.study.servo.period_s) + 1, dtype=float
     )
-    command = _command(file, rigid, settings, time)
-    torque = rigid.inverse_dynamics(command.position, command.velocity, command.acceleration)
     measured = settings.measured
     if measured is None:
-        return PreparedRecord(settings, command, torque, None)
+        command = _command(file, rigid, settings, time, None)
+        return PreparedRecord(settings, command, _torque(rigid, command), None)
     path, joints = file.resolve(measured.file), len(robot.joints)
     read = read_record(path, settings.name, measured.signals, measured.time, joints, np.zeros(joints))
+    command = _command(file, rigid, settings, time, read)
     if read.time_s[-1] > time[-1] + file.study.servo.period_s / 2:
         raise InputError(
             str(path),
             f"a record of {read.time_s[-1]:g} s",
             f"no more than duration_s of {settings.duration_s:g}",
         )
-    return PreparedRecord(settings, command, torque, read, _seen(path, measured.tool, len(read.time_s)))
+    seen = _seen(path, measured.tool, len(read.time_s))
+    return PreparedRecord(settings, command, _torque(rigid, command), read, seen)
+
+
+def _torque(rigid: MovingArm, command: Command) -> Array:
+    return rigid.inverse_dynamics(command.position, command.velocity, command.acceleration)
 
 
 def _seen(path: Path, tracker: TrackerSettings | None, samples: int) -> Array | None:
@@ -99,11 +108,37 @@ def _seen(path: Path, tracker: TrackerSettings | None, samples: int) -> Array | 
     return np.stack(columns, axis=1) * (1e-3 if tracker.unit == "mm" else 1.0)
 
 
-def _command(file: MotionFile, rigid: MovingArm, settings: RecordSettings, time: Array) -> Command:
+def _command(
+    file: MotionFile, rigid: MovingArm, settings: RecordSettings, time: Array, read: MotionRecord | None
+) -> Command:
+    """The path of the tool or the moves that the study gives, else what the controller recorded of its
+    command, else to stand still.
+    """
     start, tool, path = np.radians(settings.start_deg), file.study.tool, settings.path
-    if path is None or tool is None:
-        return moves_command(
-            start, [(rigid.robot.joint_number(move.joint) - 1, move) for move in settings.moves], time
+    if path is not None and tool is not None:
+        places = path.points(rigid.frame_position(start, tool.link, np.array(tool.at_m)), time)
+        return tabulated(joint_path(rigid, tool, start, places, f"record {settings.name}: path"), time[1])
+    recorded = None if read is None else read.signals.get("command_position")
+    if read is not None and recorded is not None and not settings.moves:
+        return _recorded(read, recorded, start, time)
+    moves = [(rigid.robot.joint_number(move.joint) - 1, move) for move in settings.moves]
+    return moves_command(start, moves, time)
+
+
+def _recorded(read: MotionRecord, command: Array, start: Array, time: Array) -> Command:
+    """A recorded command (samples, joints), rad, at ticks; joints of which none was recorded stand still, and
+    all do after its end.  InputError where it does not begin at the start of the study.
+    """
+    told = np.where(np.isnan(command), start, command)
+    apart = np.abs(told[0] - start)
+    if np.max(apart) > _BEGINS:
+        joint = int(np.argmax(apart))
+        raise InputError(
+            f"{read.source}, command_position",
+            f"a command that begins at {np.degrees(told[0, joint]):.4g}° of joint {joint + 1}",
+            f"start_deg, which is {np.degrees(start[joint]):.4g}°",
+            "give start_deg as the command begins, in the angles of the robot file",
         )
-    places = path.points(rigid.frame_position(start, tool.link, np.array(tool.at_m)), time)
-    return tabulated(joint_path(rigid, tool, start, places, f"record {settings.name}: path"), time[1])
+    # Without overshoot where a controller holds its command between samples.
+    between = PchipInterpolator(read.time_s, told)
+    return tabulated(between(np.minimum(time, read.time_s[-1])), time[1])

@@ -75,7 +75,11 @@ class RecordSettings(Settings):
 
     name: str = Field(min_length=1, pattern=r"^[^/\\]+$", description="names it in results")
     start_deg: list[float] = Field(description="joint angles at the start, one per joint")
-    moves: list[Move] = Field([], description="what is commanded, joint by joint; default: stand still")
+    moves: list[Move] = Field(
+        [],
+        description="what is commanded, joint by joint; default: the measured command_position, else stand"
+        " still",
+    )
     path: Circle | None = Field(
         None,
         description="what is commanded of the tool, instead of moves; its paths are then reported and judged",

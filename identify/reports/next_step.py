@@ -7,6 +7,7 @@ from pathlib import Path
 from identify.core.thresholds import MISSING
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.reports.outcome import Result
+from identify.results.motion import MotionResult
 
 
 def next_steps(found: Result, config: Path | None = None) -> list[str]:
@@ -19,9 +20,20 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
         return _after_fit(found, config)
     if data.KIND == "discovery":
         return _after_discovery(found, config)
-    if data.KIND == "motion" and config is not None and not data.starts.cost.size:
-        return [f"identify fit {config}   finds its parameters from records"]
+    if (
+        data.KIND == "motion"
+        and config is not None
+        and data.starts is None
+        and data.free
+        and _has_records(data)
+    ):
+        return [f"identify fit {config}   (finds its free numbers from what was recorded)"]
     return _with_files(found)
+
+
+def _has_records(motion: MotionResult) -> bool:
+    """Whether anything was recorded that a fit would use."""
+    return any(record.use == "fit" and record.comparisons for record in motion.records.values())
 
 
 def _with_files(found: Result) -> list[str]:

@@ -104,7 +104,7 @@ class Result:
 
     def plot(self, figure: str = "") -> Figure:
         """A figure of its report, by default the first; InputError for a name that is not in `figures`."""
-        from identify.reports.kit.figures import style  # noqa: PLC0415  drawing takes time to import
+        from identify.reports.kit.figures import plain_powers, style  # noqa: PLC0415  drawing takes time to import
 
         wanted = figure or self.figures[0]
         if wanted not in self._drawings:
@@ -112,7 +112,7 @@ class Result:
         make = self._drawings[wanted].figure
         assert make is not None
         with style():
-            return make()
+            return plain_powers(make())
 
     @cached_property
     def _drawings(self) -> dict[str, Drawing]:

@@ -27,7 +27,7 @@ class ModeTable:
     *_std: standard deviations, over orders and noise.
 
     mpc (m,); mpd_deg (m,); channels of the shapes (m, channels); participation (m, references); auto_mac (m,
-    m).
+    m); doubt (m,): what of a mode is doubtful, "" where nothing is, empty in results that are older.
     """
 
     frequency_hz: Array
@@ -43,6 +43,7 @@ class ModeTable:
     references: Texts
     participation: Complex
     auto_mac: Array
+    doubt: Texts = ()
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,8 @@ class MotionResult(KeyedHeader):
     """A whole run.  effects: sentences on what the model has; parameters, starts, trials: None where nothing
     was fitted.
 
-    realtime_factor: seconds of motion per second of computing, all records side by side.
+    realtime_factor: seconds of motion per second of computing, all records side by side; free: how many
+    numbers a fit of the study finds.
     """
 
     KIND: ClassVar[str] = "motion"
@@ -102,3 +103,4 @@ class MotionResult(KeyedHeader):
     history: Array | None
     trials: TrialTable | None
     records: dict[str, RecordResult]
+    free: int = 0

@@ -12,11 +12,14 @@ from importlib.metadata import version
 from pathlib import Path
 
 from identify.core.files import sha256_of
+from identify.core.registry import plug_ins
 from identify.core.version import VERSION
 from identify.results import tables
 
 _PACKAGES = ("numpy", "scipy", "mujoco", "h5py", "pymoo", "pyswarms")
-"""What computes: a run resumed with another version of any of these would not be the same run."""
+"""What computes: a run resumed with another version of any of these, or of a plug-in, would not be the same
+run.
+"""
 
 
 def provenance(
@@ -29,7 +32,7 @@ def provenance(
         identify=VERSION,
         python=sys.version.split()[0],
         platform=f"{platform.system()} {platform.machine()}",
-        packages=_versions(),
+        packages=computing()[1:],
         written=datetime.now(UTC).isoformat(timespec="seconds"),
         config_path=name,
         config_sha256=hashlib.sha256(text.encode()).hexdigest(),
@@ -41,8 +44,15 @@ def provenance(
 
 
 @cache
-def _versions() -> tuple[str, ...]:
-    return tuple(f"{package} {version(package)}" for package in _PACKAGES)
+def computing() -> tuple[str, ...]:
+    """What computes in this process, each with its version: identify, packages, plug-ins."""
+    packages = (f"{package} {version(package)}" for package in _PACKAGES)
+    return (f"identify {VERSION}", *packages, *plug_ins())
+
+
+def differing(one: tuple[str, ...], other: tuple[str, ...]) -> str:
+    """What one has that the other has not, in words."""
+    return ", ".join(each for each in one if each not in other) or "nothing else"
 
 
 def sha256(path: Path) -> str:

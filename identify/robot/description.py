@@ -132,6 +132,13 @@ def merge(a: Link, b: Link) -> Link:
     return Link(a.name, mass, centre, inertia)
 
 
+def as_base(link: Link) -> Link:
+    """A base as a file tells it: with an inertia of zero, which files give to what stands still, nothing is
+    known of the body and its mass is 0, so that an effect that moves it is refused.
+    """
+    return link if np.any(link.inertia) or link.mass < 0 else replace(link, mass=0.0)
+
+
 def inertia_fault(link: Link, *, unknown: bool = False) -> str | None:
     """Why no rigid body can have this mass and inertia, or None where one can.
 

@@ -24,6 +24,7 @@ matrix has them. The angles of rpy_deg are about the fixed x, y, z axes in that 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from reprlib import repr as shortened
 from typing import Any
@@ -38,10 +39,11 @@ from identify.robot.dh_table import GROUND, DhRow, DhTable, Key, faults
 from identify.robot.pose import inverse, pose
 
 
-def read_dh(path: Path, *, unknown_bodies: bool = False) -> Robot:
+def read_dh(path: Path, *, unknown_bodies: bool = False, gravity: Sequence[float] | None = None) -> Robot:
     """The arm in a Denavit-Hartenberg file; a base without inertia gets mass 0.
 
-    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known.
+    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known; gravity: in the
+    axes of the ground, m/s^2, in place of that of the file.
 
     Raises InputError for a file that cannot be read and InputErrors with every other fault: key, line, what
     was found and expected.
@@ -62,7 +64,7 @@ def read_dh(path: Path, *, unknown_bodies: bool = False) -> Robot:
     ]
     if found_faults:
         raise InputErrors(found_faults)
-    return _robot(table)
+    return _robot(table if gravity is None else table.model_copy(update={"gravity_m_s2": gravity}))
 
 
 def _robot(table: DhTable) -> Robot:

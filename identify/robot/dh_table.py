@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from identify.core.arrays import Array
-from identify.robot.description import Link, inertia_fault
+from identify.robot.description import Link, as_base, inertia_fault
 from identify.robot.pose import pose
 
 Key = tuple[str | int, ...]
@@ -78,10 +78,11 @@ class BaseTable(_Table):
     inertia_kg_m2: Matrix | None = None
 
     def link(self) -> Link:
-        """The rigid body, of mass 0 where no inertia is given."""
+        """The rigid body, of mass 0 where no inertia or one of zero is given."""
         if self.mass_kg is None or self.centre_m is None or self.inertia_kg_m2 is None:
             return Link(self.name, 0.0, np.zeros(3), np.zeros((3, 3)))
-        return Link(self.name, self.mass_kg, np.array(self.centre_m), np.array(self.inertia_kg_m2))
+        own = Link(self.name, self.mass_kg, np.array(self.centre_m), np.array(self.inertia_kg_m2))
+        return as_base(own)
 
 
 class PoseTable(_Table):
@@ -133,7 +134,7 @@ def faults(table: DhTable, *, unknown_bodies: bool = False) -> list[Fault]:
                 "mass_kg, centre_m and inertia_kg_m2, or none of them",
             )
         )
-    elif all(given) and (fault := inertia_fault(base.link())):
+    elif base.link().mass != 0 and (fault := inertia_fault(base.link())):
         found.append((("base",), fault, _PHYSICAL))
     for number, link in enumerate(table.links):
         if fault := inertia_fault(link.link(), unknown=unknown_bodies):

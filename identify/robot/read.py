@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +18,8 @@ def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = 
     unknown_bodies: links may have no mass or no inertia, because these are what is looked for.
     """
     path = settings.urdf or settings.dh or Path()
-    robot = (read_urdf if settings.urdf else read_dh)(folder / path, unknown_bodies=unknown_bodies)
-    if settings.gravity_m_s2 is not None:
-        robot = replace(robot, gravity=np.array(settings.gravity_m_s2))
+    pull = {} if settings.gravity_m_s2 is None else {"gravity": settings.gravity_m_s2}
+    robot = (read_urdf if settings.urdf else read_dh)(folder / path, unknown_bodies=unknown_bodies, **pull)
     for number, payload in enumerate(settings.payload):
         xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

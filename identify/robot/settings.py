@@ -31,7 +31,9 @@ class RobotSettings(Settings):
     )
     payload: list[Payload] = Field([], description="bodies added to links")
     gravity_m_s2: tuple[float, float, float] | None = Field(
-        None, description="in the base link's axes; default: down z"
+        None,
+        description="in the axes of the ground: the root link of a URDF, or what a DH file puts its base on;"
+        " default: down z, or as the DH file says",
     )
 
     @model_validator(mode="after")

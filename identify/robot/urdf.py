@@ -9,6 +9,7 @@ is 9.81 m/s^2 against the z axis of the file's root link.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,22 +17,24 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.robot.description import Joint, Link, Robot, inertia_fault, merge
+from identify.robot.description import Joint, Link, Robot, as_base, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
 from identify.robot.urdf_elements import MOVING, UrdfJoint, UrdfLink, joints, links, parse
 from identify.robot.visual import visuals
 
 Frames = dict[str, tuple[str, Array]]
 Outgoing = dict[str, list[UrdfJoint]]
-_GRAVITY = np.array([0.0, 0.0, -9.81])
+GRAVITY = (0.0, 0.0, -9.81)
+"""m/s^2, in the axes of the root link."""
 
 
-def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
+def read_urdf(path: Path, *, unknown_bodies: bool = False, gravity: Sequence[float] = GRAVITY) -> Robot:
     """The arm in a URDF file.
 
-    A base without inertia gets mass 0.  Everything that is not one chain of revolute or continuous joints
-    with physical inertias is an InputError that names the file, the line and the element; unknown_bodies:
-    masses and inertias of zero are allowed, of bodies that are not known.
+    A base without inertia, or of zero inertia, gets mass 0.  Everything that is not one chain of revolute or
+    continuous joints with physical inertias is an InputError that names the file, the line and the element;
+    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known; gravity: in the
+    axes of the root link, m/s^2.
     """
     document = parse(path)
     named, jointed = links(document), joints(document)
@@ -40,7 +43,8 @@ def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
     root = next(name for name in named if name not in children)
     carrier, poses, leaving = _base(root, named, outgoing)
     body, frames = _solid(carrier, poses, named)
-    gravity = poses[root][:3, :3] @ _GRAVITY
+    body = as_base(body)
+    pull = poses[root][:3, :3] @ np.array(gravity)
     if body.mass > 0:
         _check(body, named[carrier])
     solids, moving = [body], []
@@ -56,7 +60,7 @@ def read_urdf(path: Path, *, unknown_bodies: bool = False) -> Robot:
     if not moving:
         raise InputError(path.name, "no moving joint", f"a chain of {' or '.join(MOVING)} joints")
     return Robot(
-        document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, gravity, visuals(document)
+        document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, pull, visuals(document)
     )
 
 

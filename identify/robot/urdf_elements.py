@@ -24,8 +24,8 @@ _LOCKED = 'write type="fixed" if the joint is locked'
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint as written: origin (4, 4) in the parent link's frame, axis (3,), unit, in its own; where says
-    the file, line and name.
+    """A joint as written: origin (4, 4) in the parent link's frame, axis (3,), unit, in its own, of no
+    meaning where the joint is fixed; where says the file, line and name.
     """
 
     name: str
@@ -190,7 +190,7 @@ def _joint(document: UrdfDocument, element: ElementTree.Element) -> UrdfJoint:
         parent,
         child,
         document.origin(element, owner),
-        _axis(document, element, owner),
+        np.array([1.0, 0.0, 0.0]) if kind == "fixed" else _axis(document, element, owner),
         lower,
         upper,
         where,

@@ -6,58 +6,42 @@ points, postures, files beside each other, the model at its start values) are he
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
-from identify.core.errors import InputError, InputErrors
+from identify.core.arrays import Array
+from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
-from identify.measured.finding import Finding, listing
+from identify.measured.finding import STUDY, Checked, Finding, kept, listing
 from identify.measured.frf_set import FrfSet
 from identify.measured.quality import check
-from identify.model.modes import undamped_modes
+from identify.model.modes import complex_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.file_geometry import geometry_findings
+from identify.vibration.given import measurement_names, read_frfs
+from identify.vibration.intervals import intervals
 from identify.vibration.link_ends import left_open
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import Problem, load_problem, measurement_names, read_frfs
+from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import MeasurementSettings, StudyFile, read_study
 from identify.vibration.uncertainty import fitted_information
 
-T = TypeVar("T")
-STUDY = "study"
-"""The name under which findings on the study as a whole are listed."""
 _BEYOND, _SLACK_M = 2.0, 0.3
 """A point farther from its link than this many times the link's own extent plus a tool's length is
 doubtful; one farther than the whole arm is long cannot be right."""
+_OF_NOISE = ("no-coherence", "no-averages", "rounded-coherence")
 _ENDS = "the ends of links that bend"
 _FAR = 2.0
 """A first resonance this many times above the band, or modes that all lie below it by as much, are
 doubtful.
 """
-
-
-@dataclass(frozen=True)
-class Checked:
-    """The findings by measurement, those on the study itself under `STUDY`; refused: what a fit would
-    refuse.
-    """
-
-    findings: dict[str, list[Finding]]
-    refused: tuple[InputError, ...] = ()
-
-    @property
-    def failed(self) -> bool:
-        """Whether the data should not be fitted as they are."""
-        return any(finding.level == "fail" for found in self.findings.values() for finding in found)
 
 
 def run_checks(config: Path) -> Checked:
@@ -66,42 +50,37 @@ def run_checks(config: Path) -> Checked:
     Raises InputError or InputErrors where the config itself cannot be read; other refusals are kept beside
     the findings, so that one run says everything.
     """
-    file = read_study(config)
+    return checks_of(read_study(config))
+
+
+def checks_of(file: StudyFile) -> Checked:
+    """The same of a study that was read."""
     refused: list[InputError] = []
-    points = _kept(lambda: read_points(file.resolve(file.study.points)) if file.study.points else {}, refused)
+    points = kept(lambda: read_points(file.resolve(file.study.points)) if file.study.points else {}, refused)
     names = measurement_names(file.study.measurements)
     settings = dict(zip(names, file.study.measurements, strict=True))
     sets = {
-        name: _kept(lambda one=one: read_frfs(file, one), refused)  # type: ignore[misc]
+        name: kept(lambda one=one: read_frfs(file, one), refused)  # type: ignore[misc]
         for name, one in settings.items()
         if one.file is not None
     }
     labels = {node: point.name for node, point in (points or {}).items()}
     known = {name: data for name, data in sets.items() if data is not None}
     findings = {name: _of_set(data, settings[name], labels, file) for name, data in known.items()}
-    problem = None if refused else _kept(lambda: _loaded(file, known), refused)
+    problem = None if refused else kept(lambda: _loaded(file, known), refused)
     found = list(_radians(settings))
     if problem is not None:
         found += [
-            *_duplicates(problem),
+            *_left_out(problem, known),
             *_far_points(problem.robot, problem.points),
             *_limits(problem),
             *_resonances(problem),
             *_uncertain(problem),
             *_without_body(problem.robot),
         ]
+        for name, finding in geometry_findings(problem):
+            findings[name].append(finding)
     return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
-
-
-def _kept(read: Callable[[], T], refused: list[InputError]) -> T | None:
-    """What is read, or None with the refusal kept."""
-    try:
-        return read()
-    except InputErrors as errors:
-        refused.extend(errors.errors)
-    except InputError as error:
-        refused.append(error)
-    return None
 
 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
@@ -118,7 +97,7 @@ def _of_set(
     """The findings on one set; that its noise is not known is none where the study states it."""
     stated = settings.noise != "coherence"
     found = check(data, labels, file.study.band_hz)
-    return [one for one in found if not (stated and one.check in ("no-coherence", "no-averages"))]
+    return [one for one in found if not (stated and one.check in _OF_NOISE)]
 
 
 def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
@@ -133,17 +112,13 @@ def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
         yield Finding("warn", "radians", (), sentence, float(np.abs(angles).max()))
 
 
-def _duplicates(problem: Problem) -> Iterator[Finding]:
-    """The same FRFs, as they are chosen for the fit, under several names."""
-    same = defaultdict(list)
+def _left_out(problem: Problem, known: Mapping[str, FrfSet]) -> Iterator[Finding]:
+    """What a fit would say that it left out, beyond what is said of the files already."""
     for measurement in problem.measurements:
-        data = measurement.given.data
-        if isinstance(data, FrfSet):
-            same[data.outputs, data.inputs, data.frf.tobytes()].append(measurement.name)
-    for names in same.values():
-        if len(names) > 1:
-            sentence = f"Measurements {listed(names)} hold the same data: is one file named twice?"
-            yield Finding("fail", "duplicate-data", (), sentence, len(names))
+        data, name = measurement.given.data, measurement.name
+        for note in data.notes if isinstance(data, FrfSet) else ():
+            if "left out" in note and note not in known[name].notes:
+                yield Finding("warn", "left-out", (), f"{name}: {note}.")
 
 
 def _far_points(robot: Robot, points: Mapping[int, Point]) -> Iterator[Finding]:
@@ -220,12 +195,10 @@ def _uncertain(problem: Problem) -> Iterator[Finding]:
     entries = problem.nuisances.entries
     if not entries:
         return
-    scale = Scale(problem.parameters)
-    covariance = np.linalg.inv(fitted_information(problem, problem.initial))
-    own = np.flatnonzero(scale.free < problem.size)
-    ends = left_open(problem, problem.initial)[scale.free[own], None] ** 2
-    parts = covariance[np.ix_(own, np.arange(len(own), len(scale.free)))] ** 2
-    share = np.mean(np.hstack([parts, ends]) / (np.diag(covariance)[own, None] + ends), axis=0)
+    free = Scale(problem.of_effects).free
+    ends = left_open(problem, problem.initial)[free, None] ** 2
+    parts, variance = _variances(problem, len(free))
+    share = np.mean(np.hstack([parts, ends]) / (variance[:, None] + ends), axis=0)
     kinds = [*(kind_of(one) for one in entries), _ENDS]
     total = {kind: float(share[[one == kind for one in kinds]].sum()) for kind in dict.fromkeys(kinds)}
     most = max(total, key=lambda kind: total[kind])
@@ -237,15 +210,27 @@ def _uncertain(problem: Problem) -> Iterator[Finding]:
     yield Finding("info", "stated-uncertainty", (), sentence, total[most])
 
 
+def _variances(problem: Problem, count: int) -> tuple[Array, Array]:
+    """(f, e) and (f,): what each error makes of the variance of each of the free parameters, of which there
+    are count, and all of it.
+    """
+    if not problem.file.study.cost.likelihood:
+        found = intervals(problem, problem.initial)
+        assert found.joint is not None
+        return found.joint.stated**2, found.std**2
+    covariance = np.asarray(np.linalg.inv(fitted_information(problem, problem.initial)), dtype=np.float64)
+    return covariance[:count, count:] ** 2, np.diag(covariance)[:count]
+
+
 def _resonances(problem: Problem) -> Iterator[Finding]:
     """A model whose start values put its modes far outside of the band."""
     band = problem.file.study.band_hz
     if band is None:
         return
     system, values = problem.measurements[0].at(problem.initial)
-    mass, _, stiffness = system.matrices(values)
-    frequency, _ = undamped_modes(mass, stiffness.real)
-    if frequency[0] <= _FAR * band[1] and frequency[-1] >= band[0] / _FAR:
+    # A servo's coordinate has a negative inertia, so the mass matrix need not be positive definite.
+    frequency = complex_modes(*system.matrices(values)).frequency_hz
+    if not frequency.size or (frequency[0] <= _FAR * band[1] and frequency[-1] >= band[0] / _FAR):
         return
     span = f"{frequency[0]:.3g} to {frequency[-1]:.3g} Hz"
     sentence = (

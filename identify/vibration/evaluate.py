@@ -30,6 +30,8 @@ from identify.robot.visual import Looks, looks
 from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.directions import soft_directions
+from identify.vibration.file_geometry import geometry_notes
+from identify.vibration.intervals import intervals
 from identify.vibration.link_ends import with_link_ends
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
 from identify.vibration.nuisances.stated import stated_uncertainty
@@ -37,7 +39,7 @@ from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
 from identify.vibration.provenance import description_of, provenance_of
 from identify.vibration.record_notes import record_notes
-from identify.vibration.uncertainty import covariance_root, gap, gap_elsewhere, uncertainty
+from identify.vibration.uncertainty import covariance_root, gap, gap_elsewhere
 
 
 def evaluate(
@@ -56,8 +58,8 @@ def evaluate(
     """
     measured = measured_modes(problem) if measured is None else measured
     targets, parameters = problem.targets(), problem.of_effects
-    trusted = uncertainty(targets, Scale(problem.parameters), fit.values)
-    trusted, scale = with_link_ends(problem, trusted, fit.values), Scale(parameters)
+    trusted = with_link_ends(problem, intervals(problem, fit.values), fit.values)
+    scale = Scale(parameters)
     stated = stated_uncertainty(problem, trusted, fit.values)
     names = [parameters[number].name for number in scale.free]
     groups = tuple(", ".join(group) for group in inseparable(trusted, names))
@@ -104,6 +106,7 @@ def evaluate(
 def _notes(problem: Problem, fit: Fit, targets: Targets, trusted: Uncertainty) -> tuple[str, ...]:
     return (
         *_file_notes(problem),
+        *geometry_notes(problem),
         *trusted.notes,
         *_unstated_note(problem, trusted),
         *fault_notes(targets.frf, fit.values),
@@ -179,9 +182,7 @@ def _start_notes(fit: Fit) -> list[str]:
             "only one start found the best minimum, so a better one may exist: more `starts` or a larger"
             " budget would tell"
         )
-    if not fit.best.converged:
-        notes.append(f"the best start did not converge: {fit.best.sentence}")
-    return notes
+    return notes + fit.end_note
 
 
 def _measurement(

@@ -13,7 +13,6 @@ from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.fitting.plan import FitPlan, Stage, make_stages
-from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.eliminated import EliminatedObjective
 from identify.vibration.costs.frf_least_squares import PosteriorObjective
 from identify.vibration.problem import Problem
@@ -38,7 +37,12 @@ def fit_plan(problem: Problem) -> FitPlan:
     The cost of FRF least squares is a gap, so a minimum above noise is not believed early.  Raises InputError
     where a stage names what there is not, or a cost has not the data it compares.
     """
-    study, parameters = problem.file.study, problem.parameters
+    study, likelihood = problem.file.study, problem.file.study.cost.likelihood
+    # Against another cost than the likelihood errors of what was told cannot be weighed: it is fitted as
+    # published, with them held at nothing, and the intervals carry them (`identify.vibration.intervals`).
+    parameters = tuple(
+        p.at(p.initial, free=p.free and (likelihood or not p.nuisance)) for p in problem.parameters
+    )
     objective = study.cost.objective(problem.targets())
 
     def of(stage: VibrationStage) -> Objective:
@@ -47,7 +51,8 @@ def fit_plan(problem: Problem) -> FitPlan:
         return (stage.cost or study.cost).objective(problem.targets(names=stage.measurements))
 
     stages = [make_stages(some, parameters, of) for some in (study.stages, study.last_resort)]
-    if problem.nuisances.entries:
+    with_errors = likelihood and bool(problem.nuisances.entries)
+    if with_errors:
         stages = [_with_errors(some, problem, objective) for some in stages]
     return FitPlan(
         parameters,
@@ -57,9 +62,9 @@ def fit_plan(problem: Problem) -> FitPlan:
         study.starts,
         study.start_factor,
         study.target_cost,
-        QUIET if study.cost == parse_cost("frf-least-squares") else np.inf,
+        QUIET if likelihood else np.inf,
         study.seed,
-        _ALIKE if problem.nuisances.entries else 0.0,
+        _ALIKE if with_errors else 0.0,
     )
 
 

@@ -17,57 +17,25 @@ from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import read_modal_table
-from identify.measured.noise import noise_std, without_bias
-from identify.measured.source import read_source
+from identify.measured.silent import noise_alone
 from identify.model.effects.base import Effect
 from identify.model.effects.form import Form
 from identify.model.effects.pre_trigger import PRE_TRIGGER
-from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
-from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target, record_length
+from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.vibration.given import Given, read_given
+from identify.vibration.left_out import without_noise
 from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, list_nuisances
 from identify.vibration.nuisances.placed import Placed, basis_points, place
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.postures import Built, Postures, stand
 from identify.vibration.reference import Reference, read_reference
-from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
-
-
-@dataclass(frozen=True)
-class Given:
-    """One measurement before a model meets it: its data in the band, with their noise where it is known, and
-    length of record; basis: what errors of what was told change, where they are stated.
-    """
-
-    name: str
-    settings: MeasurementSettings
-    posture: Array
-    data: FrfSet | ModalTable
-    record: float | None = None
-    impact: Impact | None = None
-    basis: Basis | None = None
-
-    @property
-    def noise(self) -> Array | None:
-        """Of its FRFs, where it is known."""
-        return self.data.noise if isinstance(self.data, FrfSet) else None
-
-    @property
-    def outputs(self) -> tuple[Channel, ...]:
-        """Response channels; none of a modal table, whose shapes are not compared with uncertainty."""
-        return self.data.outputs if isinstance(self.data, FrfSet) else ()
-
-    @property
-    def inputs(self) -> tuple[Channel, ...]:
-        """Force channels."""
-        return self.data.inputs if isinstance(self.data, FrfSet) else ()
+from identify.vibration.study import MeasurementSettings, StudyFile
 
 
 @dataclass(frozen=True)
@@ -98,7 +66,7 @@ class Measurement:
         if isinstance(self.target, FrfTarget):
             there, own = self.target.at(values)
             return there.system, own
-        return self.system, values
+        return self.target.at(values)
 
 
 @dataclass(frozen=True)
@@ -192,13 +160,11 @@ def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     robot = read_robot(study.robot, file.path.parent)
     points = read_points(file.resolve(study.points)) if study.points else {}
     check_links(points, robot)
-    postures = collect([partial(_posture, m, robot, n) for n, m in enumerate(study.measurements)])
-    names = measurement_names(study.measurements)
-    tasks = zip(study.measurements, names, postures, strict=True)
-    given = collect([partial(_read, file, m, name, posture, known) for m, name, posture in tasks])
+    given = _connected(file, robot, points, read_given(file, robot, known))
     nuisances = NOTHING
     if study.uncertainty is not None:
-        _check_uncertain(given)
+        if study.cost.likelihood:
+            _check_uncertain(given)
         nuisances, given = _uncertain(study.uncertainty, robot, points, given)
     problem = _assembled(file, robot, points, given, nuisances=nuisances)
     if not any(parameter.free for parameter in problem.of_effects):
@@ -214,6 +180,22 @@ def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     return replace(problem, reference=reference)
 
 
+def _connected(
+    file: StudyFile, robot: Robot, points: dict[int, Point], given: Sequence[Given]
+) -> list[Given]:
+    """The measurements without channels that have nothing but noise where the model moves."""
+    if not any(isinstance(one.data, FrfSet) and any(noise_alone(one.data)) for one in given):
+        return list(given)
+    exact = file.model_copy(update={"study": file.study.model_copy(update={"uncertainty": None})})
+    trial = _assembled(exact, robot, points, given)
+    return [
+        replace(m.given, data=without_noise(m.target, trial.initial))
+        if isinstance(m.target, FrfTarget)
+        else m.given
+        for m in trial.measurements
+    ]
+
+
 def _uncertain(
     settings: UncertaintySettings, robot: Robot, points: dict[int, Point], given: Sequence[Given]
 ) -> tuple[Nuisances, list[Given]]:
@@ -223,10 +205,14 @@ def _uncertain(
 
 
 def _check_uncertain(given: Sequence[Given]) -> None:
-    """Raise an InputError unless all measurements are FRFs with known noise."""
+    """Raise an InputError unless all measurements are FRFs with known noise, as a likelihood needs them."""
     for one in given:
         if not isinstance(one.data, FrfSet):
-            raise InputError("uncertainty", f"{one.name} is a modal table", "FRFs", "leave one of both out")
+            found, fix = (
+                f"{one.name} is a modal table",
+                "leave one of both out, or set `cost: eigenfrequency`",
+            )
+            raise InputError("uncertainty", found, "FRFs for the cost frf-least-squares", fix)
         if one.noise is None:
             raise InputError(
                 "uncertainty",
@@ -290,6 +276,13 @@ def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem
     return _assembled(file, robot, points, given, values, reference, built, nuisances)
 
 
+def with_given(problem: Problem, given: Sequence[Given]) -> Problem:
+    """The same robot, effects and start values with other data of the same measurements."""
+    values = {p.name: p.initial for p in problem.parameters}
+    built, rest = _built(problem, with_sites=True), (problem.reference, problem.nuisances)
+    return _assembled(problem.file, problem.robot, problem.points, given, values, rest[0], built, rest[1])
+
+
 def _built(problem: Problem, *, with_sites: bool) -> Built:
     """The engines of a problem, with its sites where they stay as they are."""
     sites = {stand(m.given.posture, m.settings.detached): m.system.site for m in problem.measurements}
@@ -340,9 +333,9 @@ def _measurement(
     speed = given.settings.speed_deg_per_s
     rates = None if speed is None else np.deg2rad(speed)
     system = postures.system(given.posture, given.settings.detached, rates)
+    uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):
         impact = given.impact and given.impact.begun(_pre_trigger(system, values))
-        uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
         told = (given.name, given.data, system, points, given.noise, given.record)
         return Measurement(given, system, frf_target(*told, impact, uncertain), uncertain)
     out = (
@@ -350,7 +343,8 @@ def _measurement(
         if given.data.shapes is not None
         else None
     )
-    return Measurement(given, system, ModalTarget(given.name, given.data, system, out))
+    placed = None if uncertain is None else uncertain(system, (), ())
+    return Measurement(given, system, ModalTarget(given.name, given.data, system, out, placed), uncertain)
 
 
 def _pre_trigger(system: System, values: Mapping[str, float]) -> float:
@@ -374,110 +368,3 @@ def _placed(
     assert given.basis is not None
     channels = outputs, inputs
     return place(nuisances, given.basis, system, points, given.name, given.posture, channels, forms)
-
-
-def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:
-    for key in ("posture_deg", "speed_deg_per_s"):
-        values = getattr(settings, key)
-        if values is not None and len(values) != len(robot.joints):
-            where, expected = (
-                f"measurements.{number}.{key}",
-                f"{len(robot.joints)}, one per joint of {robot.name!r}",
-            )
-            raise InputError(
-                where, f"{len(values)} angles" if key == "posture_deg" else f"{len(values)} speeds", expected
-            )
-    return np.deg2rad(settings.posture_deg)
-
-
-def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
-    """The given names, or file stems; a number is added where two are the same."""
-    names: list[str] = []
-    for settings in measurements:
-        name = settings.name or settings.source.stem
-        names.append(name if name not in names else f"{name}_{len(names) + 1}")
-    return names
-
-
-def _read(
-    file: StudyFile, settings: MeasurementSettings, name: str, posture: Array, known: Mapping[str, FrfSet]
-) -> Given:
-    if settings.modes is not None:
-        shapes = file.resolve(settings.shapes) if settings.shapes else None
-        return Given(name, settings, posture, read_modal_table(file.resolve(settings.modes), shapes))
-    whole = known[name] if name in known else read_frfs(file, settings)
-    data = _with_noise(_in_band(_select(whole, settings, name), file.study.band_hz, name), settings)
-    return Given(name, settings, posture, data, record_length(data), _impact(data, settings))
-
-
-def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
-    """The impacts as stated, and the length of the records, one over the spacing of lines."""
-    if settings.impact is None or len(data.frequency_hz) < 2:
-        return None
-    return Impact(
-        settings.impact.peak_n, settings.impact.width_ms * 1e-3, 1 / float(np.diff(data.frequency_hz).min())
-    )
-
-
-def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
-    """The FRFs of a measurement as its file and its repeats give them."""
-    return read_source(
-        [file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate
-    )
-
-
-def _select(data: FrfSet, settings: MeasurementSettings, name: str) -> FrfSet:
-    def numbers(wanted: list[str] | None, present: tuple[Channel, ...], key: str) -> list[int]:
-        if wanted is None:
-            return list(range(len(present)))
-        channels = [Channel.parse(text, f"{name} {key}") for text in wanted]
-        for channel in channels:
-            if channel not in present:
-                raise InputError(
-                    f"{name} {key}",
-                    f"channel {channel} is not in the file",
-                    "one of " + ", ".join(map(str, present)),
-                )
-        return [present.index(channel) for channel in channels]
-
-    return data.pairs(
-        numbers(settings.outputs, data.outputs, "outputs"), numbers(settings.inputs, data.inputs, "inputs")
-    )
-
-
-def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
-    first, last = data.frequency_hz[0], data.frequency_hz[-1]
-    inside = data.band(*band) if band else data.lines(data.frequency_hz > 0)
-    if not len(inside.frequency_hz):
-        span = f"[{band[0]:g}, {band[1]:g}] Hz" if band else "above 0 Hz"
-        raise InputError(
-            name,
-            f"no frequency line in the band {span}",
-            f"a band within {first:g} to {last:g} Hz",
-            "change `band_hz`",
-        )
-    partly = np.isnan(inside.frf).any(axis=0) & inside.measured
-    if partly.any():
-        output, entry = np.argwhere(partly)[0]
-        line = inside.frequency_hz[np.isnan(inside.frf[:, output, entry])][0]
-        where = f"{name} FRF {inside.outputs[output]}/{inside.inputs[entry]}"
-        raise InputError(
-            where,
-            f"not a number at {line:g} Hz",
-            "finite values in the band",
-            "repair the file or leave the channel out",
-        )
-    return inside
-
-
-def _with_noise(data: FrfSet, settings: MeasurementSettings) -> FrfSet:
-    """With what is known of their noise; FRFs whose coherence tells it are taken for H1."""
-    if isinstance(settings.noise, RelativeNoise):
-        level = np.sqrt(np.mean(np.abs(data.frf) ** 2, axis=0))
-        noise = np.broadcast_to(settings.noise.relative * level / np.sqrt(2), data.frf.shape).copy()
-        return replace(data, noise=noise)
-    if data.noise is not None or data.coherence is None:
-        return data
-    if settings.estimate is None or settings.estimate.method == "h1":
-        return without_bias(data)
-    return replace(data, noise=noise_std(data))

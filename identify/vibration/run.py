@@ -18,6 +18,7 @@ from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.profile import check_profiled
 from identify.vibration.provenance import provenance_of
+from identify.vibration.records import with_records
 from identify.vibration.study import StudyFile, read_study
 from identify.vibration.write_back import WriteBack
 
@@ -68,7 +69,8 @@ def fit_study(
 
         def compute(part: PartFile) -> results.FitResult:
             progress.journal.part = part
-            result = evaluate(problem, fit(plan, progress), key, profiled)
+            settled, found = with_records(problem, fit(plan, progress), progress.show)
+            result = evaluate(settled, found, key, profiled)
             inputs = came_from.input_sha256  # as they were when they were read
             told = dataclasses.replace(result.provenance, input_sha256=inputs)
             return dataclasses.replace(result, provenance=told)

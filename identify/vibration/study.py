@@ -91,9 +91,21 @@ class MeasurementSettings(FrfFileOptions):
         return self
 
     @model_validator(mode="after")
-    def _frfs_only(self) -> MeasurementSettings:
-        if self.modes is not None and (self.repeats or self.estimate):
-            raise ValueError("`repeats` and `estimate` go with `file`, not with `modes`")
+    def _of_its_kind(self) -> MeasurementSettings:
+        """Keys that would do nothing beside what is measured are refused."""
+        if self.modes is not None:
+            beside, keys = "modes", {*FrfFileOptions.model_fields, "repeats", "estimate", "noise", "impact"}
+        elif self.estimate is not None:
+            beside, keys = "estimate", {"quantity", "unit", "averages", "variables", "channels", "shapes"}
+            if self.estimate.excitation != "impacts":
+                keys.add("window_decay_per_s")
+        else:
+            beside, keys = "file", {"shapes"}
+        idle = sorted(keys & self.model_fields_set)
+        if idle:
+            raise ValueError(f"`{idle[0]}` has no meaning beside `{beside}`: leave it out")
+        if self.shapes is not None and self.modes is not None and self.modes.suffix.lower() != ".csv":
+            raise ValueError("`shapes` goes with `modes` in .csv; those in .yaml bring their own")
         return self
 
     @property
@@ -149,7 +161,8 @@ class Study(Settings):
         None,
         description=(
             "how far masses, places, directions, gains and angles may be from what was told: `typical`,"
-            " `careful`, or what is uncertain by how much; fitted along; default: exactly as told"
+            " `careful`, or what is uncertain by how much; intervals carry it, and the likelihood fits it"
+            " along; default: exactly as told"
         ),
     )
     modal: ModalSettings = Field(
@@ -182,11 +195,6 @@ class Study(Settings):
             )
         if all(measurement.use == "validate" for measurement in self.measurements):
             raise ValueError("measurements: all are for validation; expected at least one with `use: fit`")
-        if self.uncertainty is not None and self.cost != parse_cost("frf-least-squares"):
-            raise ValueError(
-                f"uncertainty: found `cost: {self.cost.kind}`; expected frf-least-squares, the likelihood,"
-                " which stated uncertainty is weighed against"
-            )
         return self
 
     @property
@@ -194,7 +202,7 @@ class Study(Settings):
         """The stages to run, with the default filled in."""
         if self.optimizer:
             return self.optimizer
-        robust = self.cost == parse_cost("frf-least-squares")
+        robust = self.cost.likelihood
         return (
             [VibrationStage.parse(dict(stage)) for stage in _ROBUST_THEN_LIKELY]
             if robust

@@ -14,7 +14,7 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.fitting.jackknife import scatter_of_blocks
 from identify.fitting.uncertainty import Joint, Uncertainty, joint_uncertainty, sandwich
-from identify.model.modes import complex_modes, frequency_and_damping_gradient
+from identify.model.modes import complex_modes
 from identify.vibration.costs.eigenfrequency import pair_all
 from identify.vibration.costs.information import information, information_by_force
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
@@ -54,16 +54,25 @@ def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: 
     """
     if targets.nuisances:
         return _jointly(targets, scale, values, disagreement)
+    found, wider, notes = by_residuals(targets, scale, values, disagreement)
+    return sandwich(found.product, found.variance, found.count, scale, values, notes, wider)
+
+
+def by_residuals(
+    targets: Targets, scale: Scale, values: Array, disagreement: bool = True
+) -> tuple[Information, Array, tuple[str, ...]]:
+    """What residuals say of the parameters where what was told is exact: their information, by how much
+    wider (f,) than that the forces disagree, and words of warning.
+    """
     found = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
     wider = np.ones(len(scale.free))
     if disagreement and len(found.parts) >= FEWEST_BLOCKS:
         wider = _disagreement(found, scale)
-    notes = tuple(_structure(targets, values))
-    return sandwich(found.product, found.variance, found.count, scale, values, notes, wider)
+    return found, wider, tuple(_structure(targets, values))
 
 
 @dataclass(frozen=True)
-class _Information:
+class Information:
     """J'J, the variance of the scores J'e (f, f) each, how many real numbers were measured; of each force of
     each posture its own J'J, parts (b, f, f), and scores (b, f).
     """
@@ -75,7 +84,7 @@ class _Information:
     scores: Array
 
 
-def _disagreement(found: _Information, scale: Scale) -> Array:
+def _disagreement(found: Information, scale: Scale) -> Array:
     """(f,): by how much wider than stated the values scatter when each force is left out in turn, at least 1.
 
     Held askew, a hammer makes an error that all lines and channels of its force have in common: no
@@ -202,7 +211,7 @@ def gap_elsewhere(problem: Problem, trusted: Uncertainty, values: Array) -> floa
     covariance of all unknowns.
     """
     targets = problem.targets("validate")
-    if trusted.joint is None or not targets.frf:
+    if trusted.joint is None or not targets.frf or any(one.noise is None for one in targets.frf):
         return gap(targets, values)
     squares, count = predictive_squares(problem, trusted.joint.information, values)
     return float(np.sqrt(squares / count))
@@ -277,7 +286,7 @@ def covariance_root(problem: Problem, trusted: Uncertainty, values: Array) -> tu
     return scale.free, (trusted.std * slope)[:, None] * directions * np.sqrt(np.maximum(squares, 0.0))
 
 
-def _information(targets: Targets, values: Array, free: Index, slope: Array) -> _Information:
+def _information(targets: Targets, values: Array, free: Index, slope: Array) -> Information:
     """On the search scale, of which slope (f,) is the derivative."""
     product, variance, count = np.zeros((len(free), len(free))), np.zeros((len(free), len(free))), 0
     parts, scores = list[Array](), list[Array]()
@@ -298,7 +307,7 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
         residuals, by_value = _modal_residuals(modal, values, free)
         own = (by_value * slope).T @ (by_value * slope)
         product, variance, count = product + own, variance + own, count + residuals.size
-    return _Information(product, variance, count, np.array(parts), np.array(scores))
+    return Information(product, variance, count, np.array(parts), np.array(scores))
 
 
 def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
@@ -372,9 +381,10 @@ def _modal_residuals(target: ModalTarget, values: Array, free: Index) -> tuple[A
     """Differences of frequency, then of known damping ratios, over their standard deviations; derivatives (r,
     free).
     """
-    modes, data = complex_modes(*target.system.matrices(values)), target.data
+    system, own = target.at(values)
+    modes, data = complex_modes(*system.matrices(own)), target.data
     order = pair_all(target, modes)
-    d_frequency, d_damping = frequency_and_damping_gradient(modes, target.system.factors, len(values))
+    d_frequency, d_damping = target.slopes(modes, values, free)
     frequency_std = (
         data.frequency_hz * FREQUENCY_STD if data.frequency_std_hz is None else data.frequency_std_hz
     )
@@ -383,7 +393,7 @@ def _modal_residuals(target: ModalTarget, values: Array, free: Index) -> tuple[A
     frequency = (modes.frequency_hz[order] - data.frequency_hz) / frequency_std
     damping = ((modes.damping_ratio[order] - data.damping_ratio) / damping_std)[known]
     slopes = [d_frequency[order] / frequency_std[:, None], (d_damping[order] / damping_std[:, None])[known]]
-    return np.concatenate([frequency, damping]), np.concatenate(slopes)[:, free]
+    return np.concatenate([frequency, damping]), np.concatenate(slopes)
 
 
 def _structure(targets: Targets, values: Array) -> list[str]:

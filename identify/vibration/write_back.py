@@ -53,6 +53,9 @@ class WriteBack:
         if study.uncertainty is None:
             found, expected = "nothing is stated uncertain", "`uncertainty:` in the study"
             raise InputError("--write-back", found, expected, "add `uncertainty: typical`")
+        if not study.cost.likelihood:
+            found, expected = f"`cost: {study.cost.kind}`, which fits no errors", "the cost frf-least-squares"
+            raise InputError("--write-back", found, expected, "leave `cost` out, or `--write-back`")
         read = {self.file.path, self.file.resolve(self._described)}
         read |= {self.file.resolve(path) for path in (study.points,) if path is not None}
         inputs = {path.resolve() for path in read}

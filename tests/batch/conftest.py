@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor as Pool
 from concurrent.futures import Future
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 
 from identify.batch import child, run
+from identify.batch.child import perform
 from identify.batch.executor import Executor, open_executor
 from identify.batch.job import JobOutcome, failure
 from identify.map import run as mapping
@@ -50,7 +52,7 @@ def cluster() -> Iterator[str]:
         n_workers=2,
         threads_per_worker=1,
         processes=True,
-        dashboard_address=":0",
+        dashboard_address="127.0.0.1:0",
         silence_logs=silence,
         memory_limit=0,
     ) as made:
@@ -99,7 +101,7 @@ def always(executor: Executor) -> Iterator[None]:
 
 def in_this_process() -> contextlib.AbstractContextManager[None]:
     """Batches and maps run their jobs one after the other, without workers."""
-    return always(Executor(Inline(), lambda: 1, "this process"))
+    return always(Executor(partial(Inline().submit, perform), lambda: 1, "this process"))
 
 
 @pytest.fixture
@@ -114,7 +116,7 @@ def kill_one(executor: Executor, rng: np.random.Generator) -> bool:
     one.
     """
     pids = [one.pid for one in list(child._all)]
-    client = getattr(executor.pool, "_client", None)
+    client = getattr(getattr(executor.begin, "__self__", None), "client", None)
     if client is not None:
         pids = list(client.run(os.getpid).values())
     if pids:

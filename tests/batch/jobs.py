@@ -25,6 +25,13 @@ def slow(seconds: float, attempt: int, mark: str = "") -> dict[str, int]:
     return {"pid": os.getpid()}
 
 
+def held_up(mark: str, attempt: int) -> dict[str, int]:
+    """Leaves its process number in a file, and takes its time."""
+    Path(mark).write_text(str(os.getpid()))
+    time.sleep(600)
+    return {}
+
+
 def endless(attempt: int) -> dict[str, int]:
     """Never returns."""
     while True:

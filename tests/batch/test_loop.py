@@ -8,13 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from identify.batch import executor as executor_module
+from identify.batch import child as child_module
 from identify.batch import index as index_module
+from identify.batch import loop as loop_module
 from identify.batch.executor import Executor, open_executor, processors
 from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job, JobOutcome, failure
 from identify.batch.loop import run_jobs
 from identify.core.errors import InputError
+from identify.core.version import VERSION
+from identify.results.provenance import computing
 from tests.batch.conftest import Opener
 
 LIMIT_S = 20.0
@@ -121,14 +124,27 @@ def test_one_blas_thread_and_one_worker_per_processor() -> None:
         assert told == {"OMP_NUM_THREADS": "1", "own": 1}
 
 
-def test_no_scheduler_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed", reason="Dask is not installed (the extra `cluster`)")
-    monkeypatch.setattr(executor_module, "_CONNECT_S", 0.5)
-    with (
-        pytest.raises(InputError, match=r"--cluster: no scheduler answers at tcp://127\.0\.0\.1:9"),
-        open_executor(cluster="tcp://127.0.0.1:9"),
-    ):
-        pass
+def test_a_result_that_never_arrives_ends_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where the disk is not shared: what is written on the worker is not here."""
+    monkeypatch.setattr(loop_module, "_ARRIVES_S", 0.3)
+    jobs = [_job(f"j{n}", "square", x=n) for n in range(3)]
+    index = BatchIndex(
+        tmp_path / "index.json", {}, {job.name: Entry(result=f"{job.name}.h5") for job in jobs}
+    )
+    with open_executor(1) as executor:
+        with pytest.raises(InputError, match=r"j0 is done, and its result is not there.*same path on every"):
+            run_jobs(jobs, executor, index, LIMIT_S)
+        (tmp_path / "j0.h5").touch()
+        run_jobs(jobs, executor, index, LIMIT_S)
+    assert index.counts()["done"] == 3
+
+
+def test_a_worker_of_other_versions_does_nothing(tmp_path: Path) -> None:
+    other = (f"identify {VERSION}", "numpy 0.1", *computing()[2:])
+    outcome = child_module.perform("tests.batch.jobs:square", {"x": 2.0}, 1, LIMIT_S, "", other)
+    child_module.close_all()
+    assert outcome.ended == "lost"
+    assert outcome.error == (f"a worker has {computing()[1]}; the batch is computed with numpy 0.1")
 
 
 def test_an_error_is_full_only_when_the_disk_is() -> None:

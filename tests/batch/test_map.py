@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.batch.executor import Executor, open_executor
+from identify.batch.executor import open_executor
 from identify.core.errors import InputError
 from identify.map.asked import MapOptions, parse_grid
 from identify.map.posture_map import map_postures
@@ -24,7 +24,7 @@ from identify.results.map import MapPart, MapResult
 from identify.vibration.fitted_model import fitted_model, tool_point
 from identify.vibration.run import run_fit
 from tests.batch import planar
-from tests.batch.conftest import Inline, always
+from tests.batch.conftest import always, in_this_process
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ GRID = MapOptions(grid=((1, -60.0, 60.0, 3), (3, -50.0, 50.0, 21)), lines=40, mo
 @pytest.fixture(scope="module")
 def mapped(model: Path) -> MapResult:
     """A map over a grid of two joints."""
-    with always(Executor(Inline(), lambda: 1, "this process")):
+    with in_this_process():
         result, written = run_map(model, GRID)
     assert [path.name for path in written] == ["fit_map.h5", "fit_map.csv"]
     assert sorted(path.name for path in model.parent.iterdir()) == [

@@ -24,8 +24,9 @@ from identify.model.modes import complex_modes
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.make_target import frf_target
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.given import read_frfs
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import Problem, load_problem, read_frfs
+from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import gap
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
-from identify.discovery.loop import check_cost
+from identify.discovery.loop import with_likelihood
 from identify.discovery.run import run_discover
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.pre_trigger import PreTrigger
@@ -234,19 +234,22 @@ def test_resume_refuses_another_study(tmp_path: Path) -> None:
         run_discover(CONFIG, out, {}, Story(), workers=1, resume=True)
 
 
-def test_data_without_noise_are_refused(tmp_path: Path) -> None:
+def test_modal_tables_alone_are_refused(tmp_path: Path) -> None:
     answer = CliRunner().invoke(
         app, ["discover", str(CONFIG.with_name("umons_tx200.yaml")), "--workers", "1"]
     )
     assert isinstance(answer.exception, InputError)
-    assert "expected frf-least-squares" in str(answer.exception)
+    assert "give the FRFs that the modes were found in" in str(answer.exception)
 
 
-@pytest.mark.parametrize("cost", ["frf-area", {"kind": "frf-least-squares", "residual": "log"}])
-def test_another_cost_than_the_likelihood_is_refused(cost: object) -> None:
-    """It was ignored, and the result gave the likelihood's value for it."""
+@pytest.mark.parametrize(
+    ("cost", "said"),
+    [("frf-area", "study's frf-area:"), ({"kind": "frf-least-squares", "residual": "log"}, "with options:")],
+)
+def test_the_likelihood_takes_the_place_of_another_cost(cost: object, said: str) -> None:
+    """It was ignored, and the result gave the likelihood's value for it; then it was refused."""
     file = read_study(CONFIG.with_name("arm_hammer_test.yaml"))
-    check_cost(file)
+    assert with_likelihood(file) == (file, "")
     study = file.study.model_copy(update={"cost": parse_cost(cost)})
-    with pytest.raises(InputError, match=r"key cost: .*likelihood"):
-        check_cost(file.model_copy(update={"study": study}))
+    changed, note = with_likelihood(file.model_copy(update={"study": study}))
+    assert changed.study == file.study and said in note

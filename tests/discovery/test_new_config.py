@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from identify.discovery.loop import with_likelihood
 from identify.discovery.new_config import config_text
 from identify.discovery.run import spent
 from identify.vibration.study import read_study
@@ -33,6 +34,17 @@ def test_it_is_named_after_the_study(tmp_path: Path, name: str, new: str) -> Non
 def test_a_study_without_a_name_gets_one(tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text(STUDY.format(name=""))
     assert _named(tmp_path) == "study_discovered"
+
+
+def test_the_likelihood_it_was_found_by_takes_the_place_of_a_cost_and_what_was_chosen_for_that(
+    tmp_path: Path,
+) -> None:
+    old = "cost: frf-area\noptimizer: {kind: genetic-algorithm}\ntarget_cost: 0.1\n"
+    (tmp_path / "study.yaml").write_text(STUDY.format(name="") + old)
+    file, _ = with_likelihood(read_study(tmp_path / "study.yaml"))
+    (tmp_path / "new.yaml").write_text(config_text(file, [], {}, tmp_path))
+    new = read_study(tmp_path / "new.yaml").study
+    assert (new.cost.kind, new.optimizer, new.target_cost) == ("frf-least-squares", [], 0.0)
 
 
 def _named(folder: Path) -> str:

@@ -28,7 +28,8 @@ from identify.model.effects.base import Effect, parse_effect
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.spring_to_ground import SpringToGround
-from identify.vibration.problem import Given, Measurement, Problem, load_problem, with_effects
+from identify.vibration.given import Given
+from identify.vibration.problem import Measurement, Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"

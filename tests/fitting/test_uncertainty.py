@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from identify.core.parameters import Parameter, Scale
-from identify.fitting.uncertainty import Uncertainty, inseparable, joint_uncertainty, sandwich, statuses
+from identify.fitting.uncertainty import (
+    Uncertainty,
+    inseparable,
+    joint_uncertainty,
+    propagated_uncertainty,
+    sandwich,
+    statuses,
+)
 
 LOG = Scale((Parameter("k", "N m/rad", 1e5, 1e-3, 1e13),))
 LINE = Scale(tuple(Parameter(name, "", 0.0, -1e4, 1e4, log=False) for name in ("offset", "slope")))
@@ -84,11 +91,12 @@ def test_where_the_data_say_nothing_the_bounds_do(log: bool) -> None:
     assert known.status == ("not determined",)
 
 
-def _jointly(rows: np.ndarray) -> Uncertainty:
-    """Of an offset and a slope beside one error of what was told, with noise as stated."""
+def _jointly(rows: np.ndarray, level: float = 1.0) -> Uncertainty:
+    """Of an offset and a slope beside one error of what was told, with noise `level` times as stated."""
     errors = np.array([False, False, True])
+    variance = level**2 * rows.T @ rows
     return joint_uncertainty(
-        rows.T @ rows, lambda c: c @ rows.T @ rows @ c.T, errors, len(rows), LINE, np.array([1.0, 2.0])
+        rows.T @ rows, lambda c: c @ variance @ c.T, errors, len(rows), LINE, np.array([1.0, 2.0])
     )
 
 
@@ -101,6 +109,38 @@ def test_an_error_that_data_do_not_tell_from_an_offset_widens_it_by_its_own_size
     assert known.joint is not None
     covariance = np.linalg.inv(rows.T @ rows + np.diag([*LINE.prior_information(), 1.0]))
     assert known.joint.root @ known.joint.root.T == pytest.approx(covariance, rel=1e-6, abs=1e-12)
+
+
+def test_what_predictions_are_drawn_from_is_as_wide_as_the_intervals() -> None:
+    """Residuals three times as large as their noise: parameters scatter so, and so must what is predicted."""
+    time = np.linspace(-1, 1, 40)
+    rows = np.column_stack([np.full(40, 30.0), 30.0 * time, 5.0 * time**2])
+    quiet, loud = _jointly(rows), _jointly(rows, 3.0)
+    assert quiet.joint is not None and loud.joint is not None
+    assert np.all(loud.std > 2 * quiet.std)
+    for known in (quiet, loud):
+        assert known.joint is not None
+        root = known.joint.root
+        assert np.sqrt(np.diag(root @ root.T)[:2]) == pytest.approx(known.std, rel=1e-9)
+        assert np.sqrt(np.diag(root @ root.T)[2]) == pytest.approx(known.joint.spread[0], rel=1e-9)
+
+
+def test_an_error_that_was_not_fitted_moves_the_optimum_as_far_as_it_is_large() -> None:
+    """Its part is added to that of noise, and the truth of both goes along with it."""
+    rows = np.column_stack([np.full(40, 30.0), np.linspace(-30, 30, 40)])
+    information, moved = rows.T @ rows, np.array([[0.5, 0.0], [-0.2, 0.1]])
+    given = 40, LINE, np.array([1.0, 2.0])
+    plain = sandwich(information, 4 * information, *given)
+    found = propagated_uncertainty(information, 4 * information, moved, *given)
+    assert found.std == pytest.approx(np.hypot(plain.std, np.linalg.norm(moved, axis=1)), rel=1e-9)
+    assert found.joint is not None
+    assert found.joint.stated == pytest.approx(moved)
+    assert found.joint.spread == pytest.approx([1.0, 1.0])
+    root = found.joint.root
+    assert np.linalg.norm(root[:2], axis=1) == pytest.approx(found.std)
+    bare = propagated_uncertainty(information, information, moved, *given).joint
+    assert bare is not None
+    assert bare.information @ bare.root @ bare.root.T == pytest.approx(np.eye(4), abs=1e-8)
 
 
 def test_what_only_rounding_tells_apart_is_known_as_far_as_bounds_say() -> None:

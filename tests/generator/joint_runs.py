@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -250,9 +251,11 @@ def _loaded(body: Any, disks: float) -> Any:
     return body[0] + disks, tuple(body[0] / (body[0] + disks) * np.array(body[1])), body[2]
 
 
-def excitation(seed: int, duration: float = 10.0, rate: float = 100.0) -> dict[str, Array]:
-    """Motor angle and motor torque (samples, 3) along random Fourier series of five harmonics: rigid links,
-    rotors, friction.
+def excitation(
+    seed: int, duration: float = 10.0, rate: float = 100.0, moving: Sequence[int] = range(3)
+) -> dict[str, Array]:
+    """Motor angle and motor torque (samples, 3) along random Fourier series of five harmonics of the joints
+    (from 0) that move: rigid links, rotors, friction.
     """
     rng, model = np.random.default_rng([7, seed]), arm()
     data, time = model.createData(), np.arange(round(duration * rate) + 1) / rate
@@ -263,7 +266,7 @@ def excitation(seed: int, duration: float = 10.0, rate: float = 100.0) -> dict[s
         for harmonic in range(1, 6):
             phase, size, w = (
                 rng.uniform(0, 2 * np.pi),
-                reach * rng.uniform(0.4, 1.0) / harmonic**1.2,
+                (joint in moving) * reach * rng.uniform(0.4, 1.0) / harmonic**1.2,
                 base * harmonic,
             )
             q[:, joint] += size * np.sin(w * time + phase)

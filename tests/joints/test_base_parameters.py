@@ -10,7 +10,8 @@ import pinocchio
 import pytest
 from ruamel.yaml import YAML
 
-from identify.core.errors import InputErrors
+from identify.core.config import read_settings
+from identify.core.errors import InputError, InputErrors
 from identify.joints.base import parse_curve
 from identify.joints.base_set import of_robot
 from identify.joints.study import JointFile, JointStudy, bench_of
@@ -98,6 +99,45 @@ def test_bodies_that_are_not_known_are_found_all_the_same(tmp_path: Path, robot:
         assert np.isnan(found.expected).all()
         with pytest.raises(InputErrors, match=r"positive"):
             described(tmp_path, bodies)
+
+
+@pytest.mark.parametrize("moving", [[1], [1, 2], [0]])
+def test_what_stands_still_tells_nothing(robot: Robot, moving: list[int]) -> None:
+    """As many values as Pinocchio's regressor has rank where the other joints stand; all hold the truth."""
+    clean = joint_runs.excitation(1, moving=moving)
+    read = joint_runs.sensed(clean, joint_runs.RATIO, np.random.default_rng(3))
+    settings = {"kind": "base-parameters", "files": ["a"], "joints": [joint + 1 for joint in moving]}
+    known = {**settings, "rotor_inertia_kg_m2": joint_runs.ROTOR.tolist()}
+    v = parse_curve(known).identify(bench({"a": (0, read)}, robot)).values
+    model, rng = joint_runs.arm(), np.random.default_rng(5)
+    data, states = model.createData(), rng.uniform(-2, 2, (60, 3, 3))
+    still = [joint for joint in range(3) if joint not in moving]
+    states[:, :, still] = 0.0
+    states[:, 0, still] = clean["motor_rad"][0, still]
+    rows = [pinocchio.computeJointTorqueRegressor(model, data, *one)[moving].copy() for one in states]
+    inertial = np.array([name.startswith("link") for name in v.name])
+    assert inertial.sum() == np.linalg.matrix_rank(np.vstack(rows), tol=1e-8)
+    off = np.abs(v.value - v.expected)[inertial] / ((v.high_95 - v.low_95) / 2)[inertial]
+    assert np.all(off < 2.5)
+
+
+def test_one_run_under_two_names_is_refused(robot: Robot) -> None:
+    read = joint_runs.sensed(joint_runs.excitation(1), joint_runs.RATIO, np.random.default_rng(3))
+    fewer = {name: np.round(values, 5) for name, values in read.items()}
+    curve = parse_curve({"kind": "base-parameters", "files": ["a"], "judge": ["b"]})
+    with pytest.raises(InputError, match=r"b: what was measured is that of a; .* judge itself"):
+        curve.identify(bench({"a": (0, read), "b": (0, fewer)}, robot))
+
+
+def test_the_reported_run_of_one_joint_gives_three_combinations_and_its_friction(tmp_path: Path) -> None:
+    config = shared("reported", "one_joint.yaml")
+    file = JointFile.of(config, *read_settings(config, JointStudy, "identify-joints/1"))
+    v = file.study.curves[0].identify(bench_of(file)).values
+    assert sum(name.startswith("l") for name in v.name) == 3
+    for name, true in (("joint2.fv", 8.0), ("joint2.fc", 12.0)):
+        row = v.name.index(name)
+        assert v.low_95[row] < true < v.high_95[row]
+        assert v.status[row] == "determined"
 
 
 def test_a_wrong_drawing_is_seen_and_an_unseen_run_foretold(tmp_path: Path) -> None:

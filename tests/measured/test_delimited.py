@@ -83,8 +83,16 @@ def test_what_is_written_is_read_bit_by_bit(
             "2,0,12:+Z,1:+X,3,-1,0.8",
             r"line 5: 7 cells, 6 in the header.* decimal point",
         ),
-        ("2.0,12:+Z,1:+X,3,-1,0.8\n", "", r"line 6: 2 frequency values, 1 in .*line 5"),
-        ("1.0,12:-Y", "1.5,12:-Y", r"line 7: a frequency axis that differs"),
+        (
+            "2.0,12:+Z,1:+X,3,-1,0.8\n",
+            "",
+            r"line 5: 1 line from 1 to 1 Hz, beside 2 lines from 1 to 2 Hz in .*line 6",
+        ),
+        (
+            "1.0,12:-Y",
+            "1.5,12:-Y",
+            r"line 7: 2 lines from 1.5 to 2 Hz, beside 2 lines from 1 to 2 Hz in .*line 5",
+        ),
         (
             "1.0,12:-Y,1:+X,0.5,0,",
             "2.0,12:-Y,1:+X,0.5,0,",
@@ -185,3 +193,24 @@ def test_a_set_without_averages_or_coherence_is_written_and_read(tmp_path: Path)
     read = load_frf_set(tmp_path / "x.csv")
     assert_same(read, plain)
     assert read.averages is None and read.window_decay_per_s == 0
+
+
+@pytest.mark.parametrize("cell", ["nan", "inf", ""])
+def test_an_frf_that_is_no_number_at_0_hz_loses_that_line(tmp_path: Path, cell: str) -> None:
+    """As of a receptance made from an acceleration; elsewhere it is an error with its line."""
+    long = (
+        "# unit: m/N\nfrequency_hz,output,input,real,imag\n"
+        f"0,1:+Z,1:+Z,{cell},{cell}\n1,1:+Z,1:+Z,2,3\n2,1:+Z,1:+Z,4,5\n"
+    )
+    wide = f"# unit: m/N\nfrequency_hz,1:+Z/1:+Z real,1:+Z/1:+Z imag\n0,{cell},{cell}\n1,2,3\n2,4,5\n"
+    for text in (long, wide):
+        (tmp_path / "x.csv").write_text(text)
+        read = load_frf_set(tmp_path / "x.csv")
+        assert read.frequency_hz.tolist() == [1, 2]
+        assert read.frf[:, 0, 0].tolist() == [2 + 3j, 4 + 5j]
+        assert read.notes == ("the line at 0 Hz was left out: not all FRFs are numbers there",)
+        (tmp_path / "x.csv").write_text(
+            text.replace("1,2,3", f"1,{cell},3").replace("1:+Z,2,3", f"1:+Z,{cell},3")
+        )
+        with pytest.raises(InputError, match=r"line \d: '.*' in column '.*real'"):
+            load_frf_set(tmp_path / "x.csv")

@@ -204,7 +204,9 @@ def test_pairs_that_were_not_measured_have_no_noise_and_do_not_disturb_the_other
 
 
 def test_a_coherence_printed_as_one_stands_for_almost_one() -> None:
-    whole = some_set(lines=30, coherence=np.ones((30, 3, 2)))
+    coherence = np.ones((30, 3, 2))
+    coherence[0, 0, 0] = 0.999999
+    whole = some_set(lines=30, coherence=coherence)
     std = noise_std(whole) / np.abs(whole.frf)
     assert np.all(std > 1e-5) and np.all(std < 1e-3)
 
@@ -214,6 +216,26 @@ def test_rounding_of_coherence_to_six_digits_hardly_changes_the_noise() -> None:
     rounded = replace(exact, coherence=np.round(np.asarray(exact.coherence), 6))
     assert np.mean(rounded.coherence == 1) > 0.1
     assert np.median(np.abs(noise_std(rounded) / noise_std(exact) - 1)) < 0.05
+
+
+@pytest.mark.parametrize("decimals", [0, 1, 2, 3, 4])
+def test_a_coherence_that_is_rounded_further_leaves_the_noise_to_the_scatter_between_lines(
+    decimals: int,
+) -> None:
+    exact = hammer(3, NOISE["of both"])[0]
+    coherence = np.round(np.asarray(exact.coherence), decimals)
+    rounded = replace(exact, coherence=coherence if decimals else np.ones_like(coherence))
+    ratio = noise_std(rounded) / noise_std(exact)
+    assert 0.85 < np.median(ratio) < 1.15
+    assert np.sqrt(np.mean(ratio**-2)) < 1.25  # what the gap of a right model would be
+    said = [note for note in without_bias(rounded).notes if "scatter between neighbouring lines" in note]
+    assert len(said) == (np.median(1 - np.asarray(exact.coherence)) < 10 * 10.0**-decimals)
+
+
+def test_a_coherence_of_one_at_too_few_lines_for_their_scatter_is_refused() -> None:
+    few = some_set(lines=8, coherence=np.ones((8, 3, 2)))
+    with pytest.raises(InputError, match=r"a coherence is 1 at every line.* too few or uneven.*noise:"):
+        noise_std(few)
 
 
 @pytest.mark.parametrize("lines", [1, 2, 3])

@@ -29,7 +29,7 @@ def clean(quantity: Quantity = "accelerance") -> FrfSet:
     s = DECAY + 2j * np.pi * frequency
     frf = random_structure(4, 9).receptance(s)[:, :, 6:] * s[:, None, None] ** POWER[quantity]
     channels = tuple(Channel(node, axis) for node in POINTS for axis in (1, 2, 3))
-    coherence = np.full(frf.shape, 0.99)
+    coherence = np.random.default_rng(1).uniform(0.985, 0.995, frf.shape)
     return FrfSet(
         frequency,
         0.1 * frf,
@@ -65,6 +65,17 @@ def scaled(
 def test_clean_data_raise_nothing(quantity: Quantity) -> None:
     assert check(clean(quantity), POINTS) == []
     assert check(clean(quantity), POINTS, (10, 70)) == []
+
+
+@pytest.mark.parametrize(("decimals", "said"), [(0, "is 1 at every line"), (2, "is rounded to 0.01:")])
+def test_a_coherence_that_does_not_tell_the_noise_is_named(decimals: int, said: str) -> None:
+    whole = clean()
+    coarse = replace(whole, coherence=np.round(np.asarray(whole.coherence), decimals))
+    [finding] = check(coarse, POINTS)
+    assert (finding.check, finding.level) == ("rounded-coherence", "warn")
+    assert said in finding.sentence
+    low = replace(whole, coherence=np.round(np.asarray(whole.coherence) - 0.11, 2))
+    assert named(check(low, POINTS), "rounded-coherence") == []
 
 
 def with_signs(frf_set: FrfSet, output: int, input_: int) -> FrfSet:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 from pathlib import Path
 
@@ -150,10 +151,100 @@ def test_a_pair_that_comes_twice_must_be_the_same_twice(tmp_path: Path) -> None:
 def test_records_on_different_frequencies_are_refused(tmp_path: Path) -> None:
     for other in (
         Dataset58(some_frf(), response=(11, 1), step=0.626),
-        Dataset58(some_frf(lines=4), response=(11, 1)),
+        Dataset58(some_frf(lines=2), response=(11, 1)),
     ):
-        with pytest.raises(InputError, match=r"dataset 2, line 18: .* one axis for all"):
+        with pytest.raises(InputError, match=r"dataset 2, line 18: .* the same lines for all FRFs, or most"):
             load(tmp_path, text([Dataset58(some_frf()), other]))
+
+
+def test_a_record_that_ends_earlier_leaves_the_lines_that_all_have(tmp_path: Path) -> None:
+    values = some_frf()
+    records = [
+        Dataset58(values),
+        Dataset58(values[1:4], response=(11, 1), start=2.5 + 0.625),
+        Dataset58(values[:4], response=(13, 1)),
+        coherence(np.linspace(0.5, 0.9, 5)),
+    ]
+    read = load(tmp_path, text(records))
+    np.testing.assert_allclose(read.frequency_hz, 2.5 + 0.625 * np.arange(1, 4))
+    np.testing.assert_array_equal(read.frf[:, 0, 0], read.frf[:, 1, 0])
+    np.testing.assert_array_equal(read.frf[:, 0, 0], read.frf[:, 2, 0])
+    assert read.coherence is not None
+    np.testing.assert_allclose(read.coherence[:, 0, 0], [0.6, 0.7, 0.8])
+    assert "of 5 lines the 3 were taken that all FRFs have, for 2 of 4 records have fewer" in read.notes[0]
+    assert "dataset 2" in read.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("odd", "said"),
+    [
+        ({"response": (99, 0), "ordinate": (15, "Pa")}, "unit 'Pa' is neither a motion nor a force"),
+        ({"ordinate": (15, "NONE")}, "type code 15 (pressure), which is neither"),
+        ({"denominator": (0, "V")}, "unit 'V' is neither a motion nor a force"),
+        ({"ordinate": (12, "Pa/N"), "denominator": (0, "NONE")}, "'Pa/N' is"),
+        ({"denominator": (12, "m/s2")}, "an FRF of acceleration over acceleration"),
+        ({"response": (-1, 3)}, "node -1 with direction 3"),
+    ],
+)
+def test_what_is_no_frf_of_the_structure_is_left_out_beside_those_that_are(
+    tmp_path: Path, odd: dict[str, object], said: str
+) -> None:
+    other = replace(Dataset58(some_frf(), response=(11, 1)), **odd)  # type: ignore[arg-type]
+    read = load(tmp_path, text([Dataset58(some_frf()), other]))
+    assert list(map(str, read.outputs)) == ["12:+Z"]
+    assert said in read.notes[0] and "dataset 2" in read.notes[0]
+    with pytest.raises(InputError):
+        load(tmp_path, text([other]))
+
+
+def test_a_time_record_at_no_node_is_passed_over(tmp_path: Path) -> None:
+    sound = Dataset58(np.arange(12.0), function=1, response=(-1, 0), reference=(-1, 0), abscissa=(17, "s"))
+    read = load(tmp_path, text([Dataset58(some_frf()), sound]))
+    assert read.frf.shape == (5, 1, 1)
+    assert read.notes == (
+        "1 function of type 1 (time response) was not read: neither an FRF (4) nor a coherence (6)",
+    )
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("even", [False, True])
+def test_an_frf_that_is_no_number_at_0_hz_loses_that_line(tmp_path: Path, binary: bool, even: bool) -> None:
+    frequency = np.linspace(0, 12, 7) if even else np.array([0, 1, 2, 4, 7, 11, 16.0])
+    data = FrfSet(
+        frequency, np.exp(1j * frequency)[:, None, None], (Channel(1, 3),), (Channel(1, 3),), "receptance"
+    )
+    write_uff58(tmp_path / "a.uff", data, binary)
+    whole = (tmp_path / "a.uff").read_bytes()
+    if binary:
+        one = np.array([1.0, 0.0]).tobytes()
+        assert whole.count(one) == 1
+        holed = whole.replace(one, np.array([np.nan, np.inf]).tobytes())
+    else:
+        one = f"{1:20.12E}{0:20.12E}".encode()
+        assert whole.count(one) == 1
+        holed = whole.replace(one, f"{np.nan:20.12E}{np.inf:20.12E}".encode())
+    (tmp_path / "a.uff").write_bytes(holed)
+    read = load_frf_set(tmp_path / "a.uff")
+    np.testing.assert_allclose(read.frequency_hz, frequency[1:], atol=1e-9)
+    np.testing.assert_allclose(read.frf[:, 0, 0], data.frf[1:, 0, 0], atol=1e-9)
+    assert read.notes == ("the line at 0 Hz was left out: not all FRFs are numbers there",)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # it leaves its file open
+@pytest.mark.parametrize("kind", [4, 6])
+def test_uneven_binary_data_are_read_as_pyuff_writes_them(tmp_path: Path, kind: int) -> None:
+    """It announces the bytes of one number for every point."""
+    x = np.geomspace(5, 55, 40)
+    values = np.exp(1j * x) if kind == 6 else np.sin(x)
+    head = {"type": 58, "binary": 1, "func_type": 4 if kind == 6 else 6, "abscissa_spacing": 0}
+    ends = {"rsp_node": 2, "rsp_dir": 3, "ref_node": 1, "ref_dir": 3}
+    codes = {"abscissa_spec_data_type": 18, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13}
+    values_58 = {"ord_data_type": kind, "x": x, "data": values}
+    pyuff.UFF(str(tmp_path / "a.uff")).write_sets({**head, **ends, **codes, **values_58}, "add")
+    gc.collect()
+    found = read_records(tmp_path / "a.uff").records[0]
+    np.testing.assert_array_equal(found.x, x)
+    np.testing.assert_array_equal(found.values, values)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])

@@ -270,7 +270,7 @@ def node(number: int, definition: int = 0, displacement: int = 0) -> str:
         (dataset(15, node(1)) + dataset(82, integers(1, 2, 1), "x", integers(1, 8)), "m", "through node 8"),
         (
             dataset(18, integers(3, 1, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
-            + dataset(15, node(1)),
+            + dataset(15, node(1, 3)),
             "m",
             "kind 1",
         ),
@@ -294,6 +294,29 @@ def test_geometry_that_cannot_be_read(path: Path, text: str, unit: str | None, m
     path.write_text(text)
     with pytest.raises(InputError, match=message):
         read_geometry(path, unit)
+
+
+def test_a_curved_system_that_no_node_uses_is_no_matter(path: Path) -> None:
+    curved = dataset(18, integers(3, 1, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
+    path.write_text(curved + dataset(15, node(1)))
+    assert read_geometry(path, "m").nodes == (1,)
+
+
+def test_rigid_motion_at_0_hz_is_left_out_with_a_note(path: Path) -> None:
+    rigid = normal_mode().replace(narrow(10.0, 1.0, 0.0, 0.0), narrow(0.0, 1.0, 0.0, 0.0))
+    path.write_text(rigid + normal_mode() + rigid)
+    found = read_shapes(path)
+    assert found.frequency_hz.tolist() == [10.0]
+    assert found.notes == ("2 modes at 0 Hz (rigid motion) were left out",)
+    path.write_text(rigid)
+    with pytest.raises(InputError, match="1 mode at 0 Hz alone; expected modes above 0 Hz"):
+        read_shapes(path)
+
+
+def test_reported_rigid_modes() -> None:
+    found = read_shapes(shared("reported", "fe_free_zero_hz.unv"))
+    np.testing.assert_allclose(found.frequency_hz, [11.2, 23.5, 41.9])
+    assert found.notes == ("3 modes at 0 Hz (rigid motion) were left out",)
 
 
 def test_a_missing_file_is_an_input_error(path: Path) -> None:

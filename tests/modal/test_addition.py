@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy
 
-from identify.modal.addition import missing
+from identify.modal.addition import _by_chance, _gains, missing
 from identify.modal.analysis import analyse
 from identify.modal.bands import _whole
 from identify.modal.growth import _is_better
@@ -14,7 +15,7 @@ from identify.modal.refine import FULL, Equations, Fit, fit, minimise
 from identify.modal.selection import Candidate
 from identify.modal.settings import ModalSettings
 from identify.modal.state import State
-from identify.modal.weights import reweighted
+from identify.modal.weights import CHANCE, reweighted
 from tests.benchmarks.modal_exam import examine
 from tests.benchmarks.modal_structures import draw
 from tests.modal.systems import System, chain, measure
@@ -49,6 +50,20 @@ def test_a_mode_that_a_fit_lacks_is_seen(gone: int) -> None:
 
 def test_a_fit_that_lacks_nothing_is_left() -> None:
     assert len(missing(fitted(PAIR, []), NOBODY, 4).poles) == 0
+
+
+def test_chance_is_what_noise_alone_explains() -> None:
+    """Of noise a pole explains a sum of squares over its residues: chi-squared, two for each response."""
+    start = fitted(PAIR, [])
+    band = 2 * np.pi * np.linspace(15, 75, 300)
+    places = -2.0 + 1j * band[np.min(np.abs(band[:, None] - PAIR.poles.imag), axis=1) > 20]
+    gain = _gains(start, places)[0]
+    freedom = 2 * start.residual.shape[1]
+    share = scipy.special.chdtri(freedom, CHANCE) / freedom
+    assert np.mean(_by_chance(start, places) / np.mean(gain)) == pytest.approx(share, rel=0.15)
+    # What noise explains at one place in ten, it does at one in ten of these.
+    often = _by_chance(start, places) * scipy.special.chdtri(freedom, 0.1) / (share * freedom)
+    assert 0.05 < np.mean(gain > often) < 0.16
 
 
 def test_a_place_that_is_barred_is_left() -> None:

@@ -110,3 +110,14 @@ def test_eigenvalues_are_the_same_in_however_many_threads(
     for values, shapes in found[1:]:
         assert np.array_equal(values, found[0][0])
         assert np.array_equal(shapes, found[0][1])
+
+
+def test_a_model_that_is_not_finite_has_no_modes_and_spoils_no_other() -> None:
+    mass, damping = np.tile(np.eye(2), (3, 1, 1)), np.zeros((3, 2, 2))
+    stiffness = np.array([np.diag([1.0, 4.0])] * 3)
+    stiffness[1, 0, 0] = np.inf
+    values, shapes = state_eigen(mass, damping, stiffness)
+    assert np.isnan(values[1]).all() and np.isnan(shapes[1]).all()
+    for alone in (0, 2):
+        assert sorted(values[alone].imag) == pytest.approx([-2, -1, 1, 2])
+    assert not complex_modes(mass[1], damping[1], stiffness[1]).eigenvalues.size

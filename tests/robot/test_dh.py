@@ -157,6 +157,15 @@ def test_a_base_without_inertia_is_allowed(tmp_path: Path) -> None:
     assert read_dh(write_table(tmp_path, table)).links[0].name == "base"
 
 
+def test_a_base_of_zero_inertia_is_one_that_is_not_known(tmp_path: Path) -> None:
+    table = random_table(2, "modified")
+    table["base"] = {"name": "foot", "mass_kg": 90, "centre_m": [0, 0, 0.1], "inertia_kg_m2": [0] * 6}
+    assert read_dh(write_table(tmp_path, table)).links[0].mass == 0.0
+    table["base"]["mass_kg"] = -1
+    with pytest.raises(InputErrors):
+        read_dh(write_table(tmp_path, table))
+
+
 def test_six_numbers_are_the_same_inertia_as_the_matrix(tmp_path: Path) -> None:
     table = random_table(3, "standard")
     matrix = np.array(table["links"][0]["inertia_kg_m2"])

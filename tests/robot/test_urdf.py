@@ -166,6 +166,33 @@ def test_a_base_without_inertia_has_mass_zero(tmp_path: Path) -> None:
     assert Engine(at_posture(arm, np.zeros(1))).mass_matrix().shape == (6, 6)
 
 
+def test_a_base_of_zero_inertia_is_one_that_is_not_known(tmp_path: Path) -> None:
+    """Public robots write it so: the base does not move, and an effect that moves it is refused."""
+    arm = read_urdf(write(tmp_path, robot(BASE.replace('="1"', '="0"'), ARM, HINGE)))
+    assert (arm.links[0].mass, arm.links[1].mass) == (0, 2)
+    assert Engine(at_posture(arm, np.zeros(1))).mass_matrix().shape == (6, 6)
+
+
+def test_a_fixed_joint_needs_no_axis(tmp_path: Path) -> None:
+    """Exporters write 0 0 0 there, which the format does not forbid."""
+    held = fixed("arm", "tip", '<axis xyz="0 0 0"/>')
+    arm = read_urdf(write(tmp_path, robot(BASE, ARM, '<link name="tip"/>', HINGE, held)))
+    assert set(arm.frames) == {"tip"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "fixed_axis_000.urdf",
+        "robots/fixed_joint_with_zero_axis.urdf",
+        "robots/base_with_zero_inertia.urdf",
+        "robots/good.urdf",
+    ],
+)
+def test_reported_robots_are_read(name: str) -> None:
+    assert len(read_urdf(shared("reported", *name.split("/"))).joints) >= 2
+
+
 def test_massless_frames_with_a_zero_inertial_are_frames(tmp_path: Path) -> None:
     tip = (
         '<link name="tip"><inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0"'

@@ -11,7 +11,8 @@ import pytest
 from identify.core.parameters import Scale
 from identify.core.thresholds import SIGMAS_95
 from identify.fitting.uncertainty import Uncertainty
-from identify.vibration.check import STUDY, run_checks
+from identify.measured.finding import STUDY
+from identify.vibration.check import run_checks
 from identify.vibration.link_ends import left_open, with_link_ends
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study

@@ -12,13 +12,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identify.core.parameters import Scale
+from identify.core.parameters import Parameter, Scale
+from identify.fitting.uncertainty import joint_uncertainty
 from identify.measured.modal_table import ModalTable
 from identify.model.effects.base import parse_effect
 from identify.model.modes import complex_modes
 from identify.model.system import assemble, build_site, list_parameters
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
-from identify.vibration.uncertainty import score_variance, uncertainty
+from identify.vibration.uncertainty import _joint_disagreement, _wider, score_variance, uncertainty
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture
 from tests.targets import targets
@@ -154,3 +155,54 @@ def test_noise_on_the_force_is_told_from_noise_of_responses() -> None:
     assert said == pytest.approx(scatter, rel=0.25)
     independent = np.einsum("lof,lof->f", np.conj(j), j).real
     assert said[0] > 5 * independent[0], "negative control: counted as independent it is far too little"
+
+
+def test_what_few_forces_say_of_one_value_is_weighed_with_what_they_say_of_all() -> None:
+    """Half of each: a few forces agree about one value, or disagree, by chance."""
+    ratio, known = np.array([9.0, 1.0, 0.2, 50.0]), np.array([True, True, True, False])
+    of_all = 10.2 / 3
+    expected = [(9 + of_all) / 2, (1 + of_all) / 2, (0.2 + of_all) / 2, of_all]
+    assert _wider(ratio, known) == pytest.approx(np.sqrt(expected))
+    assert _wider(np.full(4, 0.3), known) == pytest.approx(1.0), "nothing is narrowed"
+
+
+FORCES, NUMBERS, ERRORS = 4, 30, 24
+
+
+def _widened(seed: int, shared: float, correlated: float = 1.0) -> np.ndarray:
+    """By how much the two parameters of a linear problem of four forces are widened, beside many errors of
+    what was told: each force has an error of its own in common, residuals vary by so much more than as if
+    they were independent.
+    """
+    rng = np.random.default_rng(seed)
+    own = Scale(tuple(Parameter(name, "", 0.0, -1e4, 1e4, log=False) for name in "ab"))
+    errors = tuple(
+        Parameter(f"e{n}", "", 0.0, -np.inf, np.inf, log=False, nuisance=True) for n in range(ERRORS)
+    )
+    scale = Scale((*own.parameters, *errors))
+    size = 2 + ERRORS
+    rows = rng.normal(size=(FORCES, NUMBERS, size)) * np.array([30.0, 20.0, *[3.0] * ERRORS])
+    truth = np.concatenate([np.zeros(2), rng.normal(size=ERRORS)])
+    data = rows @ truth + rng.normal(size=(FORCES, NUMBERS))
+    data += shared * rng.normal(size=(FORCES, 1)) * rows[..., 0] / 30
+    flat, prior = rows.reshape(-1, size), scale.prior_information()
+    information = flat.T @ flat
+    value = np.linalg.solve(information + np.diag(prior), flat.T @ data.ravel())
+    parts = np.einsum("bni,bnj->bij", rows, rows)
+    scores = np.einsum("bni,bn->bi", rows, rows @ value - data)
+    mask = np.arange(size) >= 2
+    noise = correlated * information
+    plain = joint_uncertainty(information, lambda c: c @ noise @ c.T, mask, flat.size, own, value[:2])
+    assert plain.joint is not None
+    return _joint_disagreement(plain, plain.joint, list(zip(parts, scores, strict=True)), scale, own)
+
+
+def test_forces_that_do_not_disagree_are_not_said_to_where_much_is_left_open() -> None:
+    """Leaving one of four out moves a value far beside so many errors, and noise alone does that."""
+    assert np.mean([_widened(seed, 0.0) for seed in range(60)]) < 1.15
+    assert np.mean([_widened(seed, 4.0) for seed in range(60)]) > 1.5
+
+
+def test_noise_that_is_too_small_by_chance_makes_no_disagreement() -> None:
+    """The variance of the scores may come out as next to nothing: independent residuals have more."""
+    assert np.mean([_widened(seed, 0.0, correlated=0.01) for seed in range(30)]) < 1.15

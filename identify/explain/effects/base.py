@@ -54,6 +54,7 @@ MOTION_EFFECTS = Registry(
             ("viscous-friction", "friction", "ViscousFriction"),
         )
     },
+    "identify.explain.effects.base:MotionEffect",
 )
 
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -19,6 +19,7 @@ class ArtificialBeeColony(PopulationOptimizer):
     stops at its budget.
     """
 
+    ENDS_AT_BUDGET: ClassVar[bool] = True
     kind: Literal["artificial-bee-colony"] = "artificial-bee-colony"
     limit: int | None = Field(
         None,

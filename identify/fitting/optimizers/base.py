@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from identify.core.arrays import Array
 from identify.core.interruption import check
 from identify.core.parameters import Scale
+from identify.core.plugin import PluginError, name_of
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective, compressed
@@ -36,6 +37,7 @@ OPTIMIZERS = Registry(
         "nelder-mead": "identify.fitting.optimizers.nelder_mead:NelderMead",
         "particle-swarm": "identify.fitting.optimizers.particle_swarm:ParticleSwarm",
     },
+    "identify.fitting.optimizers.base:Optimizer",
 )
 _ASIDE = 0.1
 """How far along a step residuals are looked at to tell how they bend."""
@@ -53,10 +55,11 @@ class Ended(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a stage ended: whether the optimizer is content, and why, in a sentence."""
+    """How a stage ended: whether the optimizer is content, and why, in a sentence; spent: with its budget."""
 
     converged: bool
     sentence: str
+    spent: bool = False
 
 
 @dataclass
@@ -95,6 +98,9 @@ class Search:
         check()
         if self.evaluations >= self.budget:
             raise Ended(f"the budget of {self.budget} evaluations is spent", reached=False)
+        if not np.isfinite(x).all():
+            raise ValueError("it asks for the cost of what is no number")
+        x = np.clip(x, self.lower, self.upper)
         costs = self._evaluate(x) if self.whole is None else self.whole.costs(x)
         self.evaluations += len(x)
         best = int(np.argmin(costs))
@@ -157,12 +163,25 @@ class Optimizer(BaseModel, ABC):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    ENDS_AT_BUDGET: ClassVar[bool] = False
+    """Whether it has no other end than its budget: then a spent budget is the end that was asked for."""
     kind: str = Field(description="which optimizer")
     evaluations: int = Field(1000, ge=1, description="budget of cost evaluations of this stage, per start")
 
     @abstractmethod
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
         """Search from x = start (free,); the best point is left in `search`.  All chance comes from `rng`."""
+
+
+def minimized(optimizer: Optimizer, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
+    """How an optimizer ended; PluginError where one of a third party does not say it."""
+    try:
+        outcome = optimizer.minimize(search, start, rng)
+    except Ended as end:
+        return Outcome(end.reached or optimizer.ENDS_AT_BUDGET, end.reason, spent=not end.reached)
+    if not isinstance(outcome, Outcome):
+        raise PluginError(name_of(optimizer), f"`minimize` gives {outcome!r}", "an Outcome")
+    return outcome
 
 
 def parse_optimizer(data: Any) -> Optimizer:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from identify.fitting.optimizers.population import PopulationOptimizer, drive
 class DifferentialEvolution(PopulationOptimizer):
     """Mutation by scaled differences of candidates; few settings, hard to lead astray."""
 
+    ENDS_AT_BUDGET: ClassVar[bool] = True
     kind: Literal["differential-evolution"] = "differential-evolution"
     variant: Literal["DE/rand/1/bin", "DE/best/1/bin"] = Field(
         "DE/best/1/bin", description="whether differences are added to any or the best"

@@ -4,7 +4,7 @@ uses one, section 4.1).
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from identify.fitting.optimizers.population import PopulationOptimizer, drive
 class GeneticAlgorithm(PopulationOptimizer):
     """Real-coded genetic algorithm; it stops only at its budget or the target cost."""
 
+    ENDS_AT_BUDGET: ClassVar[bool] = True
     kind: Literal["genetic-algorithm"] = "genetic-algorithm"
     population: int = Field(100, ge=4, description="candidates per generation")
 

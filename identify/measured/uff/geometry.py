@@ -8,6 +8,7 @@ channels in the displacement system.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,11 +29,12 @@ LENGTH_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048}
 @dataclass
 class _Found:
     """What the datasets said so far: node -> (definition, displacement, coordinates); system -> (reference,
-    axes, origin).
+    axes, origin); curved: system -> kind, of those that are not Cartesian.
     """
 
     nodes: dict[int, tuple[int, int, Array]] = field(default_factory=dict)
     systems: dict[int, tuple[int, Array, Array]] = field(default_factory=dict)
+    curved: dict[int, int] = field(default_factory=dict)
     lines: list[tuple[int, ...]] = field(default_factory=list)
     length: float | None = None
 
@@ -41,21 +43,10 @@ def read_geometry(path: Path, length_unit: str | None = None) -> MeasuredGeometr
     """Nodes, channel directions and trace lines of a universal file, in m.
 
     length_unit (m, mm, cm, in, ft) is for files without dataset 164.  InputError where there are no nodes, no
-    unit, or one too many, a system that is missing or not Cartesian, or a line to a node that is not there; a
-    node is taken once.
+    unit, or one too many, a system of a node that is missing or not Cartesian, or a line to a node that is
+    not there; a node is taken once.
     """
-    found = _Found()
-    readers = {
-        15: _nodes15,
-        2411: _nodes2411,
-        18: _systems18,
-        2420: _systems2420,
-        82: _lines82,
-        164: _units164,
-    }
-    for block in blocks(path):
-        if block.number in readers:
-            readers[block.number](block, found)
+    found = _found(path)
     if not found.nodes:
         raise InputError(str(path), "no nodes (dataset 15 or 2411)", "measurement points")
     scale = _scale(str(path), found.length, length_unit)
@@ -72,6 +63,37 @@ def read_geometry(path: Path, length_unit: str | None = None) -> MeasuredGeometr
                 str(path), f"a trace line (dataset 82) through node {node}", "a node of dataset 15 or 2411"
             )
     return MeasuredGeometry(nodes, position, axes, tuple(found.lines))
+
+
+def channel_axes(path: Path, nodes: Collection[int]) -> dict[int, Array]:
+    """Of those of the nodes that the file defines: the directions of their channels X, Y and Z in the common
+    frame, rows of (3, 3); none without datasets 15 and 2411.
+
+    InputError for a displacement system that is missing or not Cartesian.
+    """
+    found = _found(path)
+    return {
+        node: _global(displacement, found, str(path), ())[0]
+        for node, (_, displacement, _) in found.nodes.items()
+        if node in nodes
+    }
+
+
+def _found(path: Path) -> _Found:
+    """What the datasets of a file say of its geometry."""
+    found = _Found()
+    readers = {
+        15: _nodes15,
+        2411: _nodes2411,
+        18: _systems18,
+        2420: _systems2420,
+        82: _lines82,
+        164: _units164,
+    }
+    for block in blocks(path):
+        if block.number in readers:
+            readers[block.number](block, found)
+    return found
 
 
 def _scale(name: str, length: float | None, unit: str | None) -> float:
@@ -94,6 +116,13 @@ def _global(number: int, found: _Found, name: str, seen: tuple[int, ...]) -> Sys
     """Axes (rows) and origin of a coordinate system in the common frame; 0 and 1 are that frame where not
     defined.
     """
+    if number in found.curved:
+        raise InputError(
+            name,
+            f"coordinate system {number}, which nodes use, is of kind {found.curved[number]}",
+            "0, Cartesian",
+            "export Cartesian systems",
+        )
     if number not in found.systems:
         if number in (0, 1):
             return np.eye(3), np.zeros(3)
@@ -136,7 +165,9 @@ def _systems18(block: Block, found: _Found) -> None:
         number, kind, reference = block.integers(3)[:3]
         block.line()
         values = block.reals(9).reshape(3, 3)
-        _cartesian(block, number, kind)
+        if kind != 0:
+            found.curved[number] = kind
+            continue
         x, across = values[1] - values[0], values[2] - values[0]
         y = np.cross(across, x)
         if min(np.linalg.norm(x), np.linalg.norm(y)) <= 1e-9 * max(float(np.abs(values).max()), 1e-300):
@@ -157,7 +188,9 @@ def _systems2420(block: Block, found: _Found) -> None:
         number, kind = block.integers(2)[:2]
         block.line()
         rows = block.reals(12, 25).reshape(4, 3)
-        _cartesian(block, number, kind)
+        if kind != 0:
+            found.curved[number] = kind
+            continue
         if not np.allclose(rows[:3] @ rows[:3].T, np.eye(3), atol=1e-4):
             raise InputError(
                 block.where,
@@ -165,16 +198,6 @@ def _systems2420(block: Block, found: _Found) -> None:
                 fix=EXPORT,
             )
         found.systems[number] = (0, rows[:3], rows[3])
-
-
-def _cartesian(block: Block, number: int, kind: int) -> None:
-    if kind != 0:
-        raise InputError(
-            block.where,
-            f"coordinate system {number} is of kind {kind}",
-            "0, Cartesian",
-            "export Cartesian systems",
-        )
 
 
 def _lines82(block: Block, found: _Found) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -18,12 +19,14 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.text import count
 from identify.measured.channel import Channel
-from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, common_axis
+from identify.measured.common_lines import common_axis, common_lines
+from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, check_named
 from identify.measured.frf_set import Quantity
 from identify.measured.time_history import Signal, Units, asked_unit, sample_rate
 from identify.measured.uff.records import Axis, Record58, UffFile, read_records
 from identify.measured.units import (
     QUANTITY_OF_KIND,
+    Foreign,
     FrfUnit,
     Kind,
     SignalUnit,
@@ -40,6 +43,7 @@ _KIND_OF_CODE: dict[int, Kind] = {
     12: "acceleration",
     13: "force",
 }
+_OTHER_CODES = {2: "stress", 3: "strain", 5: "temperature", 6: "heat flux", 15: "pressure"}
 _FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 9: "power spectrum"}
 _ELSEWHERE = (15, 18, 55, 82, 151, 164, 2411, 2412, 2414, 2420)
 """Datasets of headers, units, geometry and shapes, which other commands read."""
@@ -48,26 +52,52 @@ _SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3}
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
-    """The FRFs and coherences of a universal file; InputError as `read_records`, and where axes differ or an
-    FRF is not complex.
+    """The FRFs and coherences of a universal file; InputError as `read_records`, where axes differ, and where
+    an FRF is not complex.
+
+    Functions between a motion and a force at places of the structure; others, such as those of a microphone,
+    are left out with a note, and lines that not all have, too.
     """
-    del options  # a universal file names its channels and variables itself
+    check_named(options, str(path))
     file = read_records(path)
-    chosen = [record for record in file.records if record.function in (_FRF, _COHERENCE)]
-    if not any(record.function == _FRF for record in chosen):
+    if not any(record.function == _FRF for record in file.records):
         types = sorted({record.function for record in file.records})
         raise InputError(
             str(path), f"no FRF among the function types {types} of its datasets 58", "function type 4"
         )
-    frequency_hz = common_axis(
-        ((record.where, _abscissa(record, 18, _HERTZ, "frequency")) for record in chosen), "frequency"
+    own, foreign = _own(file)
+    frequency_hz, slices, notes = common_lines(
+        [(record.where, _abscissa(record, 18, _HERTZ, "frequency")) for record in own]
     )
-    coherences = _coherences(chosen)
-    records = [_frf_record(record, file, coherences) for record in chosen if record.function == _FRF]
-    return FrfRecords(frequency_hz, records, notes=_left_out(file))
+    own = [
+        replace(record, x=record.x[some], values=record.values[some])
+        for record, some in zip(own, slices, strict=True)
+    ]
+    coherences = _coherences(own)
+    records = [_frf_record(record, file, coherences) for record in own if record.function == _FRF]
+    return FrfRecords(frequency_hz, records, notes=(*foreign, *notes, *_left_out(file, own)))
 
 
-def _left_out(file: UffFile) -> tuple[str, ...]:
+def _own(file: UffFile) -> tuple[list[Record58], tuple[str, ...]]:
+    """The FRFs and coherences of motion over force at places of a structure, and a sentence on each FRF that
+    is something else; InputError where all are.
+    """
+    own: list[Record58] = []
+    foreign: list[Foreign] = []
+    for record in file.records:
+        try:
+            if record.function == _FRF:
+                _unit(record, file)
+            if record.function in (_FRF, _COHERENCE) and record.response and record.reference:
+                own.append(record)
+        except Foreign as error:
+            foreign.append(error)
+    if not any(record.function == _FRF for record in own):
+        raise foreign[0]
+    return own, tuple(f"{error.where.split(', ', 1)[-1]} was left out: {error.found}" for error in foreign)
+
+
+def _left_out(file: UffFile, own: list[Record58]) -> tuple[str, ...]:
     """What of a file is no FRF and was passed over, in sentences."""
     functions = Counter(r.function for r in file.records if r.function not in (_FRF, _COHERENCE))
     datasets = Counter(number for number in file.others if number not in _ELSEWHERE)
@@ -77,8 +107,8 @@ def _left_out(file: UffFile) -> tuple[str, ...]:
         for kind, many in functions.items()
     ]
     said += [f"{count(many, 'dataset')} of type {kind} was not read" for kind, many in datasets.items()]
-    pairs = {(r.response, r.reference) for r in file.records if r.function == _FRF}
-    alone = [r for r in file.records if r.function == _COHERENCE and (r.response, r.reference) not in pairs]
+    pairs = {r.ends for r in own if r.function == _FRF}
+    alone = [r for r in own if r.function == _COHERENCE and r.ends not in pairs]
     said += [f"the coherence {r.response}/{r.reference} has no FRF and was not read" for r in alone]
     return tuple(said)
 
@@ -99,7 +129,9 @@ def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
             "function type 1",
         )
     time_s = common_axis(
-        ((record.where, _abscissa(record, 17, _SECONDS, "time")) for record in chosen), "time"
+        ((record.where, _abscissa(record, 17, _SECONDS, "time")) for record in chosen),
+        "time",
+        "export records of the same length, or leave this one out",
     )
     return sample_rate(time_s, str(path)), [_signal(record, file, units) for record in chosen]
 
@@ -209,6 +241,9 @@ def _signal_unit(axis: Axis, channel: Channel, file: UffFile, where: str) -> Sig
     if axis.unit:
         return parse_signal_unit(axis.unit, where)
     kind = _KIND_OF_CODE.get(axis.code)
+    if axis.code in _OTHER_CODES:
+        found = f"type code {axis.code} ({_OTHER_CODES[axis.code]}), which is neither a motion nor a force"
+        raise Foreign(where, found, "an FRF of a motion over a force")
     if kind is None or file.length is None or file.force is None:
         return None
     rotation = abs(channel.direction) > 3

@@ -21,6 +21,7 @@ from identify.core.files import read_bytes
 from identify.measured.channel import Channel
 from identify.measured.uff.cursor import EXPORT, Cursor
 from identify.measured.uff.values import Form, ascii_values, binary_values, numbers
+from identify.measured.units import Foreign
 
 _INTEGER = re.compile(r" *-?\d+")
 _HEADER_LINES = 11
@@ -39,19 +40,28 @@ class Axis:
 @dataclass(frozen=True)
 class Record58:
     """One function at nodal degrees of freedom in the file's units: x (n,), values (n,) real or complex;
-    where names it in the file.
+    where names it in the file; ends: node and direction code of response and reference, as they stand there.
     """
 
     where: str
     function: int
-    response: Channel
-    reference: Channel
+    ends: tuple[int, int, int, int]
     x: Array
     even: bool
     values: Array | Complex
     abscissa: Axis
     ordinate: Axis
     denominator: Axis
+
+    @property
+    def response(self) -> Channel:
+        """Where the response was measured; InputError for a place that no structure has."""
+        return _channel(*self.ends[:2], self.where)
+
+    @property
+    def reference(self) -> Channel:
+        """Where the force acted; InputError as `response`."""
+        return _channel(*self.ends[2:], self.where)
 
 
 @dataclass(frozen=True)
@@ -130,7 +140,7 @@ def _record58(cursor: Cursor, binary_head: str) -> Record58:
     """
     where = cursor.where
     header = [cursor.text() for _ in range(_HEADER_LINES)]
-    function, response, reference = _dofs(header[5], where)
+    function, ends = _dofs(header[5], where)
     form = _form(header[6], where)
     if binary_head:
         table = binary_values(cursor, form, binary_head)
@@ -148,11 +158,12 @@ def _record58(cursor: Cursor, binary_head: str) -> Record58:
         x: Array = start + step * np.arange(form.count, dtype=np.float64)
     else:
         x, table = table[:, 0].copy(), table[:, 1:]
+    if not np.isfinite(table[0]).all() and (x[0] != 0 or function == 1):
+        raise InputError(where, "value 1 is not finite", "a number", EXPORT)
     return Record58(
         where=where,
         function=function,
-        response=response,
-        reference=reference,
+        ends=ends,
         x=x,
         even=form.even,
         values=table[:, 0] + 1j * table[:, 1] if form.complex else table[:, 0].copy(),
@@ -194,9 +205,9 @@ def _integer(field: str, where: str, width: int) -> int:
     return int(field)
 
 
-def _dofs(line: str, where: str) -> tuple[int, Channel, Channel]:
-    """Function type, response and reference of record 6, 2(I5,I10),2(1X,10A1,I10,I4); names beyond ten
-    letters shift what follows.
+def _dofs(line: str, where: str) -> tuple[int, tuple[int, int, int, int]]:
+    """Function type, node and direction of response and reference of record 6, 2(I5,I10),2(1X,10A1,I10,I4);
+    names beyond ten letters shift what follows.
     """
     line = line.rstrip()
     extra = len(line) - 80
@@ -210,19 +221,18 @@ def _dofs(line: str, where: str) -> tuple[int, Channel, Channel]:
             and fields[4] == fields[8] == " "
             and all(_INTEGER.fullmatch(field) for field in integers)
         ):
-            return int(integers[0]), _channel(integers[4:6], where), _channel(integers[6:], where)
+            node, direction, reference, along = map(int, integers[4:])
+            return int(integers[0]), (node, direction, reference, along)
     raise InputError(where, f"record 6 {line!r} is not in its columns", "2(I5,I10),2(1X,10A1,I10,I4)", EXPORT)
 
 
-def _channel(fields: list[str], where: str) -> Channel:
-    """Node and direction code."""
-    node, direction = (int(field) for field in fields)
-    if node < 0 or abs(direction) > 6:
-        raise InputError(
-            where,
-            f"node {node} with direction {direction}",
-            "a node of 0 or more and a direction from -6 to 6",
-        )
+def _channel(node: int, direction: int, where: str) -> Channel:
+    """Node and direction code; Foreign for a node below 0, which exporters give to what stands elsewhere."""
+    found = f"node {node} with direction {direction}"
+    if abs(direction) > 6:
+        raise InputError(where, found, "a direction from -6 to 6")
+    if node < 0:
+        raise Foreign(where, found, "a node of 0 or more", "number its place, or export without it")
     return Channel(node, direction)
 
 

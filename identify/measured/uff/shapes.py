@@ -17,16 +17,17 @@ import numpy as np
 from identify.core.arrays import Complex
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
+from identify.core.text import count
 from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry
 from identify.measured.modal_table import ModalTable
 from identify.measured.uff.blocks import Block, blocks
-from identify.measured.uff.cursor import EXPORT
 from identify.measured.uff.geometry import geometry_text, reals_text
 
 _NORMAL, _COMPLEX = (2,), (3, 7)
 _VALUES = {(1, 1): 1, (2, 3): 3, (3, 6): 6}
 _POWER = {8: 0, 11: 1, 12: 2}
+_EXPORT = "export the shapes again (dataset 55 or 2414)"
 
 
 @dataclass(frozen=True)
@@ -44,12 +45,17 @@ class _Mode:
 def read_shapes(path: Path) -> ModalTable:
     """The modes of a universal file, by frequency, with their shapes; damping NaN where the file gives none.
 
-    Shapes stored as velocity or acceleration become displacement.  InputError for a file without modes, for
-    modes at different nodes, and for anything out of its columns, with the line.
+    Shapes stored as velocity or acceleration become displacement; rigid motion, which a free structure has at
+    0 Hz, is left out, and `notes` says so.  InputError for a file without modes, for modes at different
+    nodes, and for anything out of its columns, with the line.
     """
-    modes = [
+    found = [
         mode for block in blocks(path) if block.number in (55, 2414) and (mode := _mode(block)) is not None
     ]
+    modes = [mode for mode in found if mode.frequency_hz > 0]
+    rigid = len(found) - len(modes)
+    if found and not modes:
+        raise InputError(str(path), f"{count(rigid, 'mode')} at 0 Hz alone", "modes above 0 Hz")
     if not modes:
         raise InputError(str(path), "no mode shapes", "datasets 55 or 2414 with analysis type 2, 3 or 7")
     modes.sort(key=lambda mode: mode.frequency_hz)
@@ -62,7 +68,7 @@ def read_shapes(path: Path) -> ModalTable:
                 mode.where,
                 "a shape at other nodes or with other directions than the first",
                 "the same for all modes",
-                EXPORT,
+                _EXPORT,
             )
     nodes = sorted(modes[0].values)
     shapes = np.array([[mode.values[node] for node in nodes] for mode in modes]).reshape(len(modes), -1)
@@ -75,6 +81,9 @@ def read_shapes(path: Path) -> ModalTable:
         shapes=shapes[:, measured],
         source=str(path),
         sha256=sha256_of(path, "a universal file"),
+        notes=(f"{count(rigid, 'mode')} at 0 Hz (rigid motion) {'was' if rigid == 1 else 'were'} left out",)
+        if rigid
+        else (),
     )
 
 
@@ -94,11 +103,12 @@ def _mode(block: Block) -> _Mode | None:
     size = _VALUES.get((characteristic, per_node))
     if size is None or kind not in (2, 4, 5, 6):
         found = f"data characteristic {characteristic} with {per_node} values a node of type {kind}"
-        raise InputError(where, found, "1 scalar, 3 or 6 translations and rotations, type 2 or 5", EXPORT)
+        raise InputError(where, found, "1 scalar, 3 or 6 translations and rotations, type 2 or 5", _EXPORT)
     frequency, damping, pole = _pole55(block, analysis) if block.number == 55 else _pole2414(block, analysis)
-    if not frequency > 0:
-        raise InputError(where, f"a mode at {frequency:g} Hz", "a positive frequency", EXPORT)
-    factor = pole ** -_POWER.get(quantity, 0)
+    if not frequency >= 0:
+        raise InputError(where, f"a mode at {frequency:g} Hz", "a frequency of 0 or more", _EXPORT)
+    # What moves at 0 Hz has no velocity to be turned into a displacement, and is left out.
+    factor = pole ** -_POWER.get(quantity, 0) if frequency > 0 else 1.0
     return _Mode(
         frequency,
         damping,
@@ -116,7 +126,7 @@ def _pole55(block: Block, analysis: int) -> tuple[float, float, complex]:
             block.where,
             f"{len(values)} numbers in record 8",
             "frequency, mass and damping, or an eigenvalue",
-            EXPORT,
+            _EXPORT,
         )
     if analysis in _NORMAL:
         return _normal(values[0], values[2], values[3] if len(values) > 3 else 0.0)
@@ -154,13 +164,16 @@ def _values(block: Block, size: int, is_complex: bool) -> dict[int, Complex]:
         node = block.integers(1)[0]
         numbers = block.reals(size * (1 + is_complex))
         if node in values:
-            raise InputError(block.where, f"node {node} a second time", "each node once", EXPORT)
+            raise InputError(block.where, f"node {node} a second time", "each node once", _EXPORT)
         values[node] = numbers[0::2] + 1j * numbers[1::2] if is_complex else numbers.astype(complex)
     return values
 
 
 def write_shapes(path: Path, table: ModalTable, geometry: MeasuredGeometry | None = None) -> None:
     """Write shapes (complex, dataset 55 with analysis type 3) after their geometry; values keep 6 digits.
+
+    Modal A is 2j omega_d times the modal mass of the shape as it stands, so that a residue is the product of
+    two components over it; 0 where no modal mass is known.
 
     InputError where the table has no shapes or unknown damping, which the format cannot say.
     """

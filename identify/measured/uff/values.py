@@ -19,6 +19,7 @@ from identify.measured.uff.cursor import EXPORT, Cursor
 
 _BINARY_END = re.compile(rb"(\r\n|\r|\n)?    -1 *(?:\r\n|\r|\n|\Z)")
 _ALLOWED = np.isin(np.arange(256), np.frombuffer(b" 0123456789+-.eEdD", np.uint8))
+_NO_NUMBER = re.compile(rb" *[+-]?(nan|inf)(?![a-z])", re.IGNORECASE)
 _EXPONENT = bytes.maketrans(b"Dd", b"Ee")
 
 
@@ -62,8 +63,8 @@ class Form:
 def binary_values(cursor: Cursor, form: Form, head: str) -> Array:
     """The values behind a 58b header as (count, columns); head is its dataset line.
 
-    The number of bytes is computed and compared with the one announced, of which some writers state half for
-    a complex record, or count a line end behind it. Which of several layouts it is shows by where the closing
+    The number of bytes is computed and compared with the one announced, of which some writers count one
+    number for every point, or a line end behind it. Which of several layouts it is shows by where the closing
     -1 stands; InputError where it stands nowhere, and where a line end in front of it may be data or not.
     """
     fields = head[7:].split()[:3]
@@ -80,11 +81,13 @@ def binary_values(cursor: Cursor, form: Form, head: str) -> Array:
             with np.errstate(invalid="ignore"):  # of a signalling NaN, which is refused like any other
                 table = np.stack([raw[name].astype(float) for name in dtype.names or ()], axis=1)
             good = np.isfinite(table).all(axis=1)
+            good[:1] |= form.even or np.isfinite(table[0, 0])  # an FRF may be no number at 0 Hz
             if not good.all():
                 raise InputError(
                     cursor.where, f"value {int(np.argmin(good)) + 1} is not finite", "a number", EXPORT
                 )
             cursor.skip_binary(end.end())
+            table[0, ~np.isfinite(table[0])] = np.nan
             return table
     found = f"{form.count} binary values are not followed by -1"
     raise InputError(
@@ -107,7 +110,7 @@ def _check_length(cursor: Cursor, form: Form, head: str, found: tuple[int, bytes
         length + len(line_end),
         length + 1,
         length + 2,
-        *[length // 2] * form.complex,
+        form.count * (8 if form.double else 4),
     ):
         wrong = f"{fields[3:4]} bytes announced, {length} in the record"
         raise InputError(cursor.where, wrong, "the same number", EXPORT)
@@ -123,7 +126,7 @@ def _check_length(cursor: Cursor, form: Form, head: str, found: tuple[int, bytes
 
 def ascii_values(cursor: Cursor, form: Form) -> Array:
     """The values of record 12 as (count, columns); InputError naming the line where they are not in their
-    columns.
+    columns; the first point may be no number, as an FRF at 0 Hz, and is NaN then.
     """
     total, first_line = form.count * form.columns, cursor.line + 1
     start = cursor.at
@@ -131,6 +134,9 @@ def ascii_values(cursor: Cursor, form: Form) -> Array:
     layout = next(
         (widths for widths in form.layouts() if sum(widths[:total]) == len(first)), form.layouts()[0]
     )
+    point = slice(0 if form.even else layout[0], sum(layout[: form.columns]))
+    no_number = _NO_NUMBER.search(first[point]) is not None
+    first = first[: point.start] + _NO_NUMBER.sub(_zero, first[point]) + first[point.stop :]
     rows = -(-total // len(layout))
     most = cursor.alike(start, rows - 2) if rows > 2 else []
     lines = [first, *most, *(cursor.next().rstrip() for _ in range(rows - 1 - len(most)))]
@@ -145,7 +151,15 @@ def ascii_values(cursor: Cursor, form: Form) -> Array:
             raise InputError(_at(cursor, first_line + i), found, f"{expected} columns", EXPORT)
     lines[-1] = lines[-1].ljust(sum(layout))
     block = np.frombuffer(b"".join(lines), np.uint8).reshape(rows, -1)
-    return _table(cursor, block, layout, (total, first_line)).reshape(form.count, form.columns)
+    table = _table(cursor, block, layout, (total, first_line)).reshape(form.count, form.columns)
+    if no_number:
+        table[0, 1 - form.even :] = np.nan
+    return table
+
+
+def _zero(found: re.Match[bytes]) -> bytes:
+    """A 0 in the columns of what is no number."""
+    return b"0".rjust(len(found[0]))
 
 
 def _table(

@@ -55,6 +55,7 @@ EFFECTS = Registry(
         "pre-trigger": "identify.model.effects.pre_trigger:PreTrigger",
         "window-decay": "identify.model.effects.window_decay:WindowDecay",
     },
+    "identify.model.effects.base:Effect",
 )
 
 

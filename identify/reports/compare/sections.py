@@ -59,7 +59,7 @@ def report(comparison: Comparison) -> Report:
     opening = [
         Tabular(
             tables.run_table(comparison),
-            terminal=("Run", "Cost kind", "Cost", "Gap", "Gap, validation", "Converged"),
+            terminal=("Run", "Cost kind", "Cost", "Gap", "Gap, validation", "Ended as it should"),
             on=EVERYWHERE,
         ),
         Tabular(tables.effect_table(comparison), heading=True, on=EVERYWHERE),

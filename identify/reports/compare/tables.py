@@ -36,7 +36,7 @@ def run_table(comparison: Comparison) -> Table:
         Column("Starts"),
         Column("Evaluations"),
         Column("Time", "s"),
-        words("Converged"),
+        words("Ended as it should"),
     )
     rows = [
         (label, run.cost_kind, *map(number, (run.cost, run.gap, run.gap_validation)), *_effort(run))

@@ -19,7 +19,7 @@ def tiles(result: FitResult) -> tuple[tuple[str, str, str], ...]:
     """The few numbers that are read first: (what, value, what it means)."""
     status = [s for s, free in zip(result.parameters.status, result.parameters.free, strict=True) if free]
     determined = sum(s == "determined" for s in status)
-    ended = "the best start converged" if result.converged else "the best start did not converge"
+    ended = "the best start ended as it should" if result.converged else "the best start did not converge"
     return (
         ("Gap, fitted data", number(result.gap), "residual over noise; 1 is perfect"),
         ("Gap, validation", number(result.gap_validation), "the same on data that were not fitted"),
@@ -168,7 +168,7 @@ def start_table(result: FitResult) -> Table:
         Column("Cost"),
         Column("Evaluations"),
         Column("Time", "s"),
-        words("Converged"),
+        words("Ended as it should"),
         words("Why it ended"),
     )
     s = result.starts

@@ -40,8 +40,9 @@ def error_table(stated: StatedUncertainty) -> Table:
         Column("Left of ±", "%"),
     )
     note = (
-        "Fitted along with the parameters, with what was stated as their standard deviation. Beyond 3 the"
-        " statement was too small, or something is missing from the model; 100 % left: the data say nothing."
+        "Fitted along with the parameters where the cost is the likelihood, with what was stated as their"
+        " standard deviation. Beyond 3 the statement was too small, or something is missing from the model;"
+        " 100 % left: the data say nothing."
     )
     return Table("Errors of what was told", columns, tuple(rows), note)
 

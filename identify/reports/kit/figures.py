@@ -45,7 +45,7 @@ _WIDE = 10.0
 """Ratio from which a logarithmic axis pays."""
 _STYLE: Any = {
     "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
+    "text.parse_math": False,  # names may hold what begins a formula
     "font.size": 8.0,
     "axes.linewidth": 0.5,
     "axes.edgecolor": MUTED,
@@ -89,8 +89,18 @@ def outlined(figure: Figure) -> bytes:
         return svg(figure)
 
 
+def plain_powers(figure: Figure) -> Figure:
+    """The same figure with plain numbers on its logarithmic axes: no text is read as a formula."""
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if isinstance(axis.get_major_formatter(), mpl.ticker.LogFormatter):
+            axis.set_major_formatter(mpl.ticker.FormatStrFormatter("%g"))
+            axis.set_minor_formatter(mpl.ticker.NullFormatter())
+    return figure
+
+
 def svg(figure: Figure) -> bytes:
     """The figure as SVG without date or random names, for readers that have `fonts`."""
+    plain_powers(figure)
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)

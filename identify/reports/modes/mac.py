@@ -21,12 +21,14 @@ _PICTURES = (".png", ".svg", ".pdf")
 
 
 def show(found: ShapeComparison) -> None:
-    """Print the tables."""
+    """Print the tables and the notes."""
     console = Console()
     for table in tables(found):
         print_table(console, table)
         if table.note:
             console.print(table.note, highlight=False)
+    for note in found.notes:
+        console.print(f"note: {note}", highlight=False, markup=False)
 
 
 def tables(found: ShapeComparison) -> list[Table]:
@@ -111,6 +113,6 @@ def write_picture(found: ShapeComparison, path: Path) -> None:
     """The MAC matrix as .png, .svg or .pdf; InputError for another suffix, or where it cannot be written."""
     if path.suffix.lower() not in _PICTURES:
         raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(_PICTURES))
-    figure = picture(found)
-    save = partial(figure.savefig, format=path.suffix[1:].lower(), dpi=200)
-    write_atomically(path, save)
+    with figures.style():
+        save = partial(picture(found).savefig, format=path.suffix[1:].lower(), dpi=200)
+        write_atomically(path, save)

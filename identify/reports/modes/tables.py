@@ -89,6 +89,7 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         *([Column("Seen through window", "%")] if m.frf.window_decay_per_s else []),
         Column("MPC"),
         Column("MPD", "°"),
+        *([words("Doubtful")] if any(m.modes.doubt) else []),
     )
     t = m.modes
     rows = [
@@ -101,6 +102,7 @@ def mode_table(m: AnalysedMeasurement) -> Table:
             *([percent(t.seen_damping_ratio[i])] if m.frf.window_decay_per_s else []),
             number(t.mpc[i]),
             number(t.mpd_deg[i], 3),
+            *([t.doubt[i]] if any(t.doubt) else []),
         )
         for i in range(len(t.frequency_hz))
     ]
@@ -125,6 +127,11 @@ def mode_table(m: AnalysedMeasurement) -> Table:
         f"± 95 %: half a 95 % interval, {scatter}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
         " mean phase deviation, 0 for a real shape."
     )
+    if any(t.doubt):
+        note += (
+            " Doubtful: a frequency whose interval is wider than the resonance, a damping whose interval"
+            " holds 0, a shape more complex than those of candidates may be."
+        )
     return Table(f"Modes, {m.name}", columns, tuple(rows), note)
 
 

@@ -25,6 +25,7 @@ COSTS = Registry(
         "frf-least-squares": "identify.vibration.costs.frf_least_squares:FrfLeastSquares",
         "normalized-response": "identify.vibration.costs.normalized_response:NormalizedResponse",
     },
+    "identify.vibration.costs.base:Cost",
 )
 
 
@@ -37,6 +38,11 @@ class Cost(BaseModel, ABC):
     @abstractmethod
     def objective(self, targets: Targets) -> Objective:
         """The cost for these data; raises InputError where the data are not of its kind."""
+
+    @property
+    def likelihood(self) -> bool:
+        """Whether errors of what was told can be weighed against it, and so are fitted along."""
+        return False
 
 
 CostOfFrf = TypeVar("CostOfFrf", bound=Cost)

@@ -14,7 +14,7 @@ from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.modal.mac import macx
-from identify.model.modes import ComplexModes, complex_modes, frequency_and_damping_gradient
+from identify.model.modes import ComplexModes, complex_modes
 from identify.vibration.costs.base import Cost
 from identify.vibration.costs.target import ModalTarget, Targets
 
@@ -75,18 +75,17 @@ class EigenfrequencyObjective(Objective):
         return np.concatenate([r for r, _ in parts]), np.concatenate([j for _, j in parts])
 
     def _one(self, target: ModalTarget, values: Array, free: Index) -> tuple[Array, Array]:
-        matrices = target.system.matrices(values)
+        system, own = target.at(values)
+        matrices = system.matrices(own)
         needed = max([len(target.data), *(condition.mode for condition in self.cost.conditions)])
         modes = complex_modes(*matrices) if all(np.isfinite(matrix).all() for matrix in matrices) else None
         if modes is None or len(modes.eigenvalues) < needed:
             rows = len(target.data) * (2 if self.cost.damping else 1) + len(self.cost.conditions)
             return np.full(rows, np.inf), np.zeros((rows, len(free)))
-        # Costs alone, which most methods ask for, need no slopes.
-        parameters = len(values) if len(free) else 0
-        slopes = frequency_and_damping_gradient(modes, target.system.factors, parameters)
+        slopes = target.slopes(modes, values, free)
         residual, slope = self._differences(target, modes, slopes)
         missing, missing_slope = self._missing(modes, slopes[0])
-        return np.concatenate([residual, missing]), np.concatenate([slope, missing_slope])[:, free]
+        return np.concatenate([residual, missing]), np.concatenate([slope, missing_slope])
 
     def _differences(
         self, target: ModalTarget, modes: ComplexModes, slopes: tuple[Array, Array]

@@ -41,6 +41,11 @@ class FrfLeastSquares(Cost):
             return PosteriorObjective(self, targets)
         return FrfLeastSquaresObjective(self, targets)
 
+    @property
+    def likelihood(self) -> bool:
+        """The complex form, with Gaussian noise."""
+        return self.residual == "complex"
+
 
 class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
     """RMS over all real and imaginary parts of all measurements.

@@ -78,10 +78,3 @@ def channel_rows(
             turned[channel.node] = np.concatenate([point.axes @ motion[:3], point.axes @ motion[3:]])
         rows.append(channel.sign * turned[channel.node][channel.axis])
     return np.array(rows)
-
-
-def record_length(data: FrfSet) -> float | None:
-    """One over the spacing of lines where an exponential window says that the FRFs are those of impacts."""
-    if data.window_decay_per_s <= 0 or len(data.frequency_hz) < 2:
-        return None
-    return float(1 / np.diff(data.frequency_hz).min())

@@ -217,7 +217,8 @@ def _of_points(
 def _of_channels(settings: UncertaintySettings, tested: Sequence[Tested]) -> Iterator[Nuisance]:
     for channel in sorted({unsigned(channel) for one in tested for channel in one.outputs}):
         yield Nuisance("channel", channel, "gain", settings.of("channels", channel, "gain"), "1")
-    yield Nuisance("channel", FORCE, "gain", settings.std("channels", "force_gain"), "1")
+    if any(one.inputs for one in tested):
+        yield Nuisance("channel", FORCE, "gain", settings.std("channels", "force_gain"), "1")
 
 
 def unsigned(channel: Channel) -> str:
@@ -248,4 +249,5 @@ def _of_measurements(settings: UncertaintySettings, tested: Sequence[Tested]) ->
             for axis in sorted({0, 1, 2} - {channel.axis % 3}):
                 place = f"{one.name} {channel}"
                 yield Nuisance("impact", place, f"r{'xyz'[axis]}", std, "rad", lasting=False)
-        yield Nuisance("set", one.name, "delay", settings.std("sets", "delay_s"), "s", lasting=False)
+        if one.inputs:
+            yield Nuisance("set", one.name, "delay", settings.std("sets", "delay_s"), "s", lasting=False)

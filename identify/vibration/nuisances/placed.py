@@ -84,8 +84,8 @@ def place(
     changes = (change for form in uncertain for change in _changes(form, system, own))
     return Placed(
         replace(there, geometry=(*there.geometry, *changes)),
-        np.array([system.jacobian(point.link, point.position) for point in own]),
-        np.array([point.axes for point in own]),
+        np.array([system.jacobian(p.link, p.position) for p in own]).reshape(len(own), 6, len(system.free)),
+        np.array([point.axes for point in own]).reshape(len(own), 3, 3),
         outputs,
         inputs,
         nuisances.slot(

@@ -18,6 +18,10 @@ from identify.vibration.nuisances.nuisance import Nuisance
 from identify.vibration.nuisances.sentences import kind_of, sentence
 from identify.vibration.problem import Problem
 
+_HELD = (
+    "The cost is no likelihood, so errors of what was told were not fitted: the intervals carry them as far"
+    " as they move its optimum."
+)
 _NOTABLE, _FEW = 0.01, 6
 """Chance below which an error stands out; how many are told in words at most."""
 _TOO_SMALL, _SURE, _SEEN = 1.3, 0.001, 0.5
@@ -39,6 +43,7 @@ def stated_uncertainty(problem: Problem, trusted: Uncertainty, values: Array) ->
     for column, name in enumerate(kinds):
         own = np.array([one == name for one in kind])
         parts[free, column] = np.sum(joint.stated[:, own] ** 2, axis=1) / trusted.std**2
+    found = (*_outstanding(entries, shift), *_too_small(entries, shift, joint.spread))
     return StatedUncertainty(
         kind=tuple(kind),
         place=tuple(one.place for one in entries),
@@ -47,7 +52,7 @@ def stated_uncertainty(problem: Problem, trusted: Uncertainty, values: Array) ->
         stated=np.array([one.std for one in entries]),
         shift=shift,
         spread=joint.spread,
-        sentences=(*_outstanding(entries, shift), *_too_small(entries, shift, joint.spread)),
+        sentences=found if problem.file.study.cost.likelihood else (_HELD,),
         kinds=tuple(kinds),
         parts=parts,
         root=joint.root,

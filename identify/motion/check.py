@@ -1,0 +1,49 @@
+"""`identify check` of a study of motion: all that a simulation or a fit would load is looked at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from identify.core.errors import InputError
+from identify.measured.finding import STUDY, Checked, Finding, kept
+from identify.measured.quality_records import check_records
+from identify.motion.plan import motion_plan
+from identify.motion.problem import MotionProblem, fastest_mode, load_motion
+from identify.motion.study import read_motion_study
+
+
+def run_checks(config: Path) -> Checked:
+    """Load all that a simulation or a fit would load of a study and look at it.
+
+    Raises InputError or InputErrors where the config itself cannot be read; other refusals are kept.
+    """
+    file, refused = read_motion_study(config), list[InputError]()
+    problem = kept(lambda: load_motion(file), refused)
+    if problem is None:
+        return Checked({STUDY: []}, tuple(refused), "simulate")
+    study, fitted = file.study, _is_fitted(problem)
+    if fitted:
+        kept(lambda: motion_plan(problem, study.optimizer, study.starts), refused)
+    found = check_records([r.measured for r in problem.records if r.measured is not None])
+    found[STUDY].append(_of_model(problem))
+    return Checked(found, tuple(map(file.at_its_line, refused)), "fit" if fitted else "simulate")
+
+
+def _is_fitted(problem: MotionProblem) -> bool:
+    """Whether a fit would have something to find, and something to find it in."""
+    recorded = any(r.measured is not None and r.settings.use == "fit" for r in problem.records)
+    return recorded and any(parameter.free for parameter in problem.parameters)
+
+
+def _of_model(problem: MotionProblem) -> Finding:
+    free = sum(parameter.free for parameter in problem.parameters)
+    mode = fastest_mode(problem) / (2 * np.pi)
+    fastest = f"its fastest mode, {mode:.3g} Hz" if mode > 0 else "no mode: all of it is rigid"
+    recorded = sum(record.measured is not None for record in problem.records)
+    sentence = (
+        f"{recorded} of {len(problem.records)} motions recorded; {free} numbers are free; the model has"
+        f" {fastest}, and is simulated in steps of {1e3 * problem.step_s:.3g} ms."
+    )
+    return Finding("info", "model", (), sentence, mode)

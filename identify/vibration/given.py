@@ -1,0 +1,169 @@
+"""What was measured, before a model meets it: one measurement of a study with its posture, data in the band
+and their noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.core.collect import collect
+from identify.core.errors import InputError, InputErrors
+from identify.measured.channel import Channel
+from identify.measured.frf_set import FrfSet
+from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import read_modal_table
+from identify.measured.noise import with_noise, with_relative_noise, without_bias
+from identify.measured.record_length import record_length, shortest_record
+from identify.measured.silent import dead, noise_alone, without
+from identify.measured.source import read_source
+from identify.model.impact import Impact
+from identify.model.nuisances.basis import Basis
+from identify.robot.description import Robot
+from identify.vibration.same_data import doubles
+from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
+
+
+@dataclass(frozen=True)
+class Given:
+    """One measurement before a model meets it: its data in the band, with their noise where it is known, and
+    length of record; basis: what errors of what was told change, where they are stated.
+    """
+
+    name: str
+    settings: MeasurementSettings
+    posture: Array
+    data: FrfSet | ModalTable
+    record: float | None = None
+    impact: Impact | None = None
+    basis: Basis | None = None
+
+    @property
+    def noise(self) -> Array | None:
+        """Of its FRFs, where it is known."""
+        return self.data.noise if isinstance(self.data, FrfSet) else None
+
+    @property
+    def outputs(self) -> tuple[Channel, ...]:
+        """Response channels; none of a modal table, whose shapes are not compared with uncertainty."""
+        return self.data.outputs if isinstance(self.data, FrfSet) else ()
+
+    @property
+    def inputs(self) -> tuple[Channel, ...]:
+        """Force channels."""
+        return self.data.inputs if isinstance(self.data, FrfSet) else ()
+
+
+def read_given(file: StudyFile, robot: Robot, known: Mapping[str, FrfSet]) -> list[Given]:
+    """Every measurement of a study; known: FRFs that `read_frfs` has read already, by names of measurements.
+
+    Raises InputError or InputErrors, also where one measurement stands there twice.
+    """
+    settings = file.study.measurements
+    postures = collect([partial(_posture, m, robot, n) for n, m in enumerate(settings)])
+    names = measurement_names(settings)
+    tasks = zip(settings, names, strict=True)
+    chosen = collect([partial(_chosen, file, m, name, known) for m, name in tasks])
+    if errors := list(doubles(list(zip(names, chosen, strict=True)))):
+        raise InputErrors(errors)
+    told = zip(settings, names, postures, chosen, strict=True)
+    return collect([partial(_given, *one) for one in told])
+
+
+def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:
+    for key in ("posture_deg", "speed_deg_per_s"):
+        values = getattr(settings, key)
+        if values is not None and len(values) != len(robot.joints):
+            where, expected = (
+                f"measurements.{number}.{key}",
+                f"{len(robot.joints)}, one per joint of {robot.name!r}",
+            )
+            raise InputError(
+                where, f"{len(values)} angles" if key == "posture_deg" else f"{len(values)} speeds", expected
+            )
+    return np.deg2rad(settings.posture_deg)
+
+
+def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
+    """The given names, or file stems; a number is added where two are the same."""
+    names: list[str] = []
+    for settings in measurements:
+        name = settings.name or settings.source.stem
+        names.append(name if name not in names else f"{name}_{len(names) + 1}")
+    return names
+
+
+def _chosen(
+    file: StudyFile, settings: MeasurementSettings, name: str, known: Mapping[str, FrfSet]
+) -> FrfSet | ModalTable:
+    """The data of a measurement as they were recorded, of the channels and lines that are used."""
+    if settings.modes is not None:
+        shapes = file.resolve(settings.shapes) if settings.shapes else None
+        return read_modal_table(file.resolve(settings.modes), shapes)
+    whole = known[name] if name in known else read_frfs(file, settings)
+    return _in_band(whole.chosen(settings.outputs, settings.inputs, name), file.study.band_hz, name)
+
+
+def _given(settings: MeasurementSettings, name: str, posture: Array, chosen: FrfSet | ModalTable) -> Given:
+    if isinstance(chosen, ModalTable):
+        return Given(name, settings, posture, chosen)
+    data = without(chosen, *dead(chosen), "is zero or constant at every line, as of an open cable")
+    if isinstance(settings.noise, RelativeNoise):
+        data = without(data, *noise_alone(data), "is nothing but noise")
+    data = _with_noise(data, settings)
+    return Given(name, settings, posture, data, record_length(data), _impact(data, settings))
+
+
+def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
+    """The impacts as stated, and the length of the records."""
+    record = data.record_s or shortest_record(data)
+    if settings.impact is None or record is None:
+        return None
+    return Impact(settings.impact.peak_n, settings.impact.width_ms * 1e-3, record)
+
+
+def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
+    """The FRFs of a measurement as its file and its repeats give them."""
+    return read_source(
+        [file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate
+    )
+
+
+def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
+    first, last = data.frequency_hz[0], data.frequency_hz[-1]
+    inside = data.band(*band) if band else data.lines(data.frequency_hz > 0)
+    if not len(inside.frequency_hz):
+        span = f"[{band[0]:g}, {band[1]:g}] Hz" if band else "above 0 Hz"
+        raise InputError(
+            name,
+            f"no frequency line in the band {span}",
+            f"a band within {first:g} to {last:g} Hz",
+            "change `band_hz`",
+        )
+    partly = np.isnan(inside.frf).any(axis=0) & inside.measured
+    if partly.any():
+        output, entry = np.argwhere(partly)[0]
+        line = inside.frequency_hz[np.isnan(inside.frf[:, output, entry])][0]
+        where = f"{name} FRF {inside.outputs[output]}/{inside.inputs[entry]}"
+        raise InputError(
+            where,
+            f"not a number at {line:g} Hz",
+            "finite values in the band",
+            "repair the file or leave the channel out",
+        )
+    return inside
+
+
+def _with_noise(data: FrfSet, settings: MeasurementSettings) -> FrfSet:
+    """With what is known of their noise; FRFs whose coherence tells it are taken for H1."""
+    if isinstance(settings.noise, RelativeNoise):
+        return with_relative_noise(data, settings.noise.relative)
+    if data.noise is not None or data.coherence is None:
+        return data
+    if settings.estimate is None or settings.estimate.method == "h1":
+        return without_bias(data)
+    return with_noise(data)

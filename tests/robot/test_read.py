@@ -1,0 +1,35 @@
+"""What a config says of the robot, whichever file describes it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.robot.read import read_robot
+from identify.robot.settings import RobotSettings
+from tests.robot.dh_arms import random_table, write_table
+from tests.robot.random_arm import write
+from tests.robot.test_urdf import ARM, BASE, HINGE, fixed, robot
+
+DOWN_X = (9.81, 0.0, 0.0)
+
+
+def test_gravity_is_told_in_the_axes_of_the_ground_in_config_and_files_alike(tmp_path: Path) -> None:
+    """The base stands on its side: what pulls along the ground's x pulls along its z."""
+    stand = fixed("world", "base", '<origin xyz="0 0 2" rpy="0 1.5707963267948966 0"/>')
+    urdf = write(tmp_path, robot('<link name="world"/>', BASE, ARM, stand, HINGE))
+    table = random_table(2, "modified")
+    table["base_pose"], table["gravity_m_s2"] = {"rpy_deg": [0, 90, 0]}, [0, 0, -9.81]
+    dh, folder = write_table(tmp_path, table), tmp_path / "told"
+    folder.mkdir()
+    told = write_table(folder, {**table, "gravity_m_s2": list(DOWN_X)})
+    for settings in (
+        RobotSettings(urdf=urdf, gravity_m_s2=DOWN_X),
+        RobotSettings(dh=dh, gravity_m_s2=DOWN_X),
+        RobotSettings(dh=told),
+    ):
+        assert read_robot(settings, tmp_path).gravity == pytest.approx([0, 0, 9.81])
+    down = [read_robot(one, tmp_path).gravity for one in (RobotSettings(urdf=urdf), RobotSettings(dh=dh))]
+    np.testing.assert_allclose(*down, atol=1e-12)
