@@ -66,8 +66,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     bench.go_on_from(first)
     together = at_once(bench, first, story)
     if together is not None and closed(together.final):
-        places = ([],) * len(story.steps)
-        return Discovery(bench.problem, first, together.final, together.options, tuple(story.steps), places)
+        nowhere = tuple(list[PlaceFit]() for _ in story.steps)
+        return Discovery(bench.problem, first, together.final, together.options, tuple(story.steps), nowhere)
     steps, story.steps = story.steps, []
     found, named = _selected(bench, story)
     if together is not None and _likelier(bench, together.final, found.final):
@@ -85,8 +85,12 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
 
 
 def _likelier(bench: ImpactWorkbench, one: Trial, other: Trial) -> bool:
-    """Whether the data, those that were not fitted too, prefer one of two models that may both leave something open."""
-    criterion = EvidenceCriterion(variance_inflation(bench.problem, min(one, other, key=lambda trial: trial.gap)))
+    """Whether the data, those that were not fitted too, prefer one of two models that may both leave
+    something open.
+    """
+    criterion = EvidenceCriterion(
+        variance_inflation(bench.problem, min(one, other, key=lambda trial: trial.gap))
+    )
     return criterion.log_odds(other, one) > 0
 
 

@@ -1,4 +1,6 @@
-"""Springs that a model has by compliance, which is zero where a joint is rigid (`identify.model.compliant`)."""
+"""Springs that a model has by compliance, which is zero where a joint is rigid
+(`identify.model.compliant`).
+"""
 
 from __future__ import annotations
 
@@ -12,8 +14,8 @@ from identify.core.arrays import Array, Index
 
 @dataclass(frozen=True)
 class Compliances:
-    """Springs given by compliance: columns (n, r) of motions q per root of compliance, each owned by one spring;
-    compliance, retardation (springs,): numbers of their parameters.
+    """Springs given by compliance: columns (n, r) of motions q per root of compliance, each owned by one
+    spring; compliance, retardation (springs,): numbers of their parameters.
     """
 
     columns: Array

@@ -1,17 +1,18 @@
 """Springs by their compliance: a rigid joint is a compliance of zero, an ordinary point with finite slopes.
 
-A Kelvin-Voigt spring moves by z = d(s) times the force f that it carries, d = c / (1 + tau s), with compliance
-c >= 0 and retardation time tau (damping over stiffness).  With Z the dynamic stiffness of all else,
+A Kelvin-Voigt spring moves by z = d(s) times the force f that it carries, d = c / (1 + tau s), with
+compliance c >= 0 and retardation time tau (damping over stiffness).  With Z the dynamic stiffness of all
+else,
 
     G = D (I + Z D)^-1,   H = s^p S G B,   dH/dd_j = s^p (S - S G Z)_j (B - Z G B)_j:
 
 what a unit of the released motion does to the sensors times the force that the spring carries.  Nothing is
-divided by c: rigid coordinates are left out of the solve, soft ones are scaled by the root of c,
-(A s^2 + (C + diag tau) s + K + I) y, so that any mixture of soft and stiff keeps its digits.
+divided by c: rigid coordinates are left out of the solve, soft ones are scaled by the root of c, (A s^2 +
+(C + diag tau) s + K + I) y, so that any mixture of soft and stiff keeps its digits.
 
-What records that end after T seconds lack is a sum over the slow poles, whose residues and slopes (second order
-poles of dG = L dD L') follow from the constant term G_0 of G at each pole, by a bordered solve (Nelson, AIAA J. 14
-(1976) 1201-1205).
+What records that end after T seconds lack is a sum over the slow poles, whose residues and slopes (second
+order poles of dG = L dD L') follow from the constant term G_0 of G at each pole, by a bordered solve
+(Nelson, AIAA J. 14 (1976) 1201-1205).
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ from identify.model.truncation import left_at_end
 
 
 class Pole(NamedTuple):
-    """A slow pole: eigenvalue, shape (a,), what it has in outputs (o,) and inputs (i,), its norm, and S G_0 (o, a),
-    G_0 B (a, i).
+    """A slow pole: eigenvalue, shape (a,), what it has in outputs (o,) and inputs (i,), its norm, and S
+    G_0 (o, a), G_0 B (a, i).
     """
 
     eigenvalue: complex
@@ -46,9 +47,9 @@ class Pole(NamedTuple):
 class Response:
     """A model with such springs under unit forces.
 
-    All in the basis (n, n) of springs (first r) and other coordinates; moved (lines, n, i), transfer (lines, o, n):
-    G B and S G; force (lines, r, i), out (lines, o, r): what springs carry, and what their release does; poles that
-    outlast the record.
+    All in the basis (n, n) of springs (first r) and other coordinates; moved (lines, n, i), transfer
+    (lines, o, n): G B and S G; force (lines, r, i), out (lines, o, r): what springs carry, and what their
+    release does; poles that outlast the record.
     """
 
     basis: Array
@@ -82,8 +83,9 @@ class Response:
         return np.asarray(eigenvalues**own * np.exp(-away * (self.record or 0.0)) / away)
 
     def summed(self, parts: Complex, lines: Callable[[Complex], Complex]) -> Complex:
-        """Sum over poles, conjugate ones too, of parts (poles, ...) times what `lines` makes of eigenvalues, (lines,
-        poles): real products, because a x + b conj(x) = (a + b) Re x + j (a - b) Im x.
+        """Sum over poles, conjugate ones too, of parts (poles, ...) times what `lines` makes of
+        eigenvalues, (lines, poles): real products, because a x + b conj(x) = (a + b) Re x + j (a - b) Im
+        x.
         """
         here, there = lines(self.eigenvalues), lines(np.conj(self.eigenvalues))
         there = there * (self.eigenvalues.imag > 0)
@@ -135,7 +137,10 @@ def respond(
     root = np.concatenate([np.sqrt(compliance), np.ones(size - count)])
     active = np.flatnonzero(root)
     of_spring = (active < count).astype(float)
-    scaled = [root[active, None] * matrix[np.ix_(active, active)] * root[active] for matrix in (mass, damping, stiffness)]
+    scaled = [
+        root[active, None] * matrix[np.ix_(active, active)] * root[active]
+        for matrix in (mass, damping, stiffness)
+    ]
     scaled[1] = scaled[1] + np.diag(of_spring * np.append(tau, np.zeros(size - count))[active])
     scaled[2] = scaled[2] + np.diag(of_spring)
     ends = out @ basis, basis.T @ force
@@ -150,12 +155,14 @@ def respond(
     moved[:, active], transfer[:, :, active] = solved[..., :inputs], np.swapaxes(solved[..., inputs:], 1, 2)
     poles = () if record is None else _poles(scaled, s, seen, load, record)
     every = (mass, damping, stiffness)
-    return Response(basis, root, every, s, power, record, ends, moved, transfer, springs, compliance, tau, poles)
+    return Response(
+        basis, root, every, s, power, record, ends, moved, transfer, springs, compliance, tau, poles
+    )
 
 
 def _poles(scaled: list[Array], s: Complex, seen: Array, load: Array, record: float) -> tuple[Pole, ...]:
-    """Those that outlast the record as the window lets it see them: by the inverse of the eigenvalues, whose largest
-    are theirs, so that a mass of nothing does no harm.
+    """Those that outlast the record as the window lets it see them: by the inverse of the eigenvalues,
+    whose largest are theirs, so that a mass of nothing does no harm.
     """
     mass, damping, stiffness = scaled
     size = len(mass)
@@ -185,14 +192,20 @@ def _pole(eigenvalue: complex, shape: Complex, scaled: list[Array], seen: Array,
     found -= np.outer(shape, (shape @ slope @ found + 0.5 * (shape @ curve @ residue)) / norm)
     inputs = load.shape[1]
     return Pole(
-        complex(eigenvalue), shape, seen @ shape, shape @ load, complex(norm), found[:, inputs:].T, found[:, :inputs]
+        complex(eigenvalue),
+        shape,
+        seen @ shape,
+        shape @ load,
+        complex(norm),
+        found[:, inputs:].T,
+        found[:, :inputs],
     )
 
 
 class Slopes(NamedTuple):
-    """Change of G by some scalars: factor (lines, k) and, at each pole, its value and derivative (poles, k, 2); and
-    what stands to its left (lines, o, k) and right (lines, k, i), with the same at each pole: residues (poles, o, k),
-    (poles, k, i) and constant terms.
+    """Change of G by some scalars: factor (lines, k) and, at each pole, its value and derivative (poles,
+    k, 2); and what stands to its left (lines, o, k) and right (lines, k, i), with the same at each pole:
+    residues (poles, o, k), (poles, k, i) and constant terms.
     """
 
     factor: Complex
@@ -221,7 +234,9 @@ def by_columns(model: Response, vectors: Array, power: Index, weight: Array | Co
     left, right = -(model.transfer @ own), own.T @ model.moved
     factor = weight * model.s[:, None] ** power
     values = model.eigenvalues.reshape(-1, 1)
-    at_poles = np.stack([weight * values**power, weight * power * values ** np.maximum(power - 1, 0)], axis=-1)
+    at_poles = np.stack(
+        [weight * values**power, weight * power * values ** np.maximum(power - 1, 0)], axis=-1
+    )
     active = model.active
     scaled = own[active] * model.root[active, None]
     part = [scaled.T @ pole.shape / pole.norm for pole in model.poles]
@@ -245,7 +260,8 @@ def by_springs(model: Response) -> tuple[Slopes, Slopes]:
     right = model.ends[1][:count] - z @ model.moved[:, active]
     left = model.ends[0][:, :count] - model.transfer[:, :, active] @ np.swapaxes(z, 1, 2)
     scale = model.root[active]
-    lefts, rights = ([], []), ([], [])
+    lefts: tuple[list[Complex], list[Complex]] = ([], [])
+    rights: tuple[list[Complex], list[Complex]] = ([], [])
     for pole in model.poles:
         here, value = pole.eigenvalue, np.asarray
         own = (stiffness + here * damping + here**2 * mass) * scale
@@ -275,7 +291,9 @@ def _stack(parts: list[Complex]) -> Complex:
 
 
 def gradient(model: Response, slopes: Slopes, owner: Index, count: int) -> Complex:
-    """dH (lines, outputs, inputs, count) of columns (k,) summed by owner; one whose owner is negative is left out."""
+    """dH (lines, outputs, inputs, count) of columns (k,) summed by owner; one whose owner is negative is
+    left out.
+    """
     kept = owner >= 0
     own, owner = slopes.of(kept), owner[kept]
     left = (model.s**model.power)[:, None, None] * own.left * own.factor[:, None]
@@ -291,10 +309,12 @@ def gradient(model: Response, slopes: Slopes, owner: Index, count: int) -> Compl
 
 
 def by_matrices(model: Response, changes: dict[int, Array]) -> Complex:
-    """dH (lines, outputs, inputs, k) of dZ = sum over powers of s^power times matrices (k, n, n) over the coordinates q:
-    for what has many columns, such as the moments of a body.
+    """dH (lines, outputs, inputs, k) of dZ = sum over powers of s^power times matrices (k, n, n) over the
+    coordinates q: for what has many columns, such as the moments of a body.
     """
-    own = {power: model.basis.T @ matrices @ model.basis for power, matrices in changes.items() if matrices.any()}
+    own = {
+        power: model.basis.T @ matrices @ model.basis for power, matrices in changes.items() if matrices.any()
+    }
     count = len(next(iter(changes.values())))
     lines, size, inputs = model.moved.shape
     load = np.zeros((lines, count * size, inputs), dtype=complex)

@@ -282,7 +282,11 @@ def _compliant(terms: Sequence[Term], free: Index) -> Compliances | None:
         columns.append((directions[:, kept] * np.sqrt(amount[kept])).T)
         owner += [spring] * int(kept.sum())
     springs = np.array(numbers, dtype=int)
-    return Compliances(np.concatenate(columns).T, np.array(owner, int), springs, springs + 1) if numbers else None
+    return (
+        Compliances(np.concatenate(columns).T, np.array(owner, int), springs, springs + 1)
+        if numbers
+        else None
+    )
 
 
 def _placed(terms: Sequence[Term]) -> tuple[PlacedLaw, ...]:

@@ -1,1 +1,3 @@
-"""Everything that may be missing in the model from the start, at amplitude zero; one penalised fit finds which is not."""
+"""Everything that may be missing in the model from the start, at amplitude zero; one penalised fit finds
+which is not.
+"""

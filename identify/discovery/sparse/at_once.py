@@ -1,4 +1,6 @@
-"""What is missing, found at once: the dense fits, and what they name refitted exactly and told in the order of evidence."""
+"""What is missing, found at once: the dense fits, and what they name refitted exactly and told in the
+order of evidence.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +23,8 @@ Found = Selection[Effect, Trial]
 
 
 def at_once(bench: ImpactWorkbench, first: Trial, story: Story) -> Found | None:
-    """What a dense model names beyond the first, refitted; None where nothing is open, where amplitude matters, which no
-    linear model has, or where nothing has evidence.
+    """What a dense model names beyond the first, refitted; None where nothing is open, where amplitude
+    matters, which no linear model has, or where nothing has evidence.
     """
     if closed(first) or level_gap(bench.problem) > CLOSED:
         return None
@@ -41,7 +43,9 @@ def _from_the_study(problem: Problem, study: Problem) -> Problem:
     return with_effects(problem, problem.file.study.effects, told)
 
 
-def _refitted(bench: ImpactWorkbench, first: Trial, named: Sequence[Named], values: dict[str, float]) -> Trial:
+def _refitted(
+    bench: ImpactWorkbench, first: Trial, named: Sequence[Named], values: dict[str, float]
+) -> Trial:
     """The model with all that was named, on all lines, from the values that the dense fit ended with."""
     own = {name: value for one in named for name, value in one.values.items()}
     new = tuple(one.effect for one in named)

@@ -10,8 +10,8 @@ _PASSES = 100
 
 
 def bounded_step(curvature: Array, slope: Array, lower: Array, upper: Array) -> Array:
-    """(f,), by an active set: what leaves its bounds is held there, and let go, one at a time, where the slope points
-    inside (Nocedal and Wright, Numerical Optimization, 2006, section 16.7).
+    """(f,), by an active set: what leaves its bounds is held there, and let go, one at a time, where the
+    slope points inside (Nocedal and Wright, Numerical Optimization, 2006, section 16.7).
     """
     side = np.zeros(len(slope), dtype=int)
     change = np.zeros(len(slope))

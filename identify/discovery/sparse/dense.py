@@ -1,5 +1,5 @@
-"""The dense model: what a study has and, at amplitude zero, every spring, sensor matrix, gain, delay and body that may be
-missing from it.
+"""The dense model: what a study has and, at amplitude zero, every spring, sensor matrix, gain, delay and
+body that may be missing from it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ def springs_and_instruments(problem: Problem) -> list[Effect]:
 
 
 def springs_and_bodies(problem: Problem) -> list[Effect]:
-    """Every spring, and a body on every moving link: not beside free sensors, which take up any scale of the masses."""
+    """Every spring, and a body on every moving link: not beside free sensors, which take up any scale of
+    the masses.
+    """
     return [*_springs(problem), *_bodies(problem)]
 
 
@@ -37,7 +39,9 @@ def with_more(problem: Problem, effects: Sequence[Effect], values: Mapping[str, 
 
 
 def _springs(problem: Problem) -> list[Effect]:
-    """Of every axis of every joint and of the base that the study holds, and of every link that it does not bend."""
+    """Of every axis of every joint and of the base that the study holds, and of every link that it does
+    not bend.
+    """
     robot, free = problem.robot, free_coordinates(problem.robot, problem.file.study.effects)
     found: list[Effect] = []
     for number in range(1, len(robot.joints) + 1):
@@ -63,7 +67,9 @@ def _of_measurement(problem: Problem) -> list[Effect]:
     """A matrix of every sensor, a gain of every force, a delay, where the study has none."""
     data = [m.given for m in problem.measurements]
     nodes = sorted({channel.node for one in data for channel in one.outputs if abs(channel.direction) <= 3})
-    forces = sorted({str(Channel(channel.node, abs(channel.direction))) for one in data for channel in one.inputs})
+    forces = sorted(
+        {str(Channel(channel.node, abs(channel.direction))) for one in data for channel in one.inputs}
+    )
     kinds = {effect.kind for effect in problem.file.study.effects}
     wanted: list[Effect] = [SensorMatrix(points=list(nodes))]
     wanted += [FrfGain(force=force) for force in forces]
@@ -75,6 +81,4 @@ def _bodies(problem: Problem) -> list[Effect]:
     """A body on every moving link that the study adds none to, of nothing to begin with."""
     taken = {getattr(effect, "link", "") for effect in problem.file.study.effects}
     bodies = [one for one in AddedMass.instances(problem.robot, problem.points) if one.link not in taken]
-    return [
-        one.model_copy(update={"mass": one.mass.model_copy(update={"initial": 0.0})}) for one in bodies
-    ]
+    return [one.model_copy(update={"mass": one.mass.model_copy(update={"initial": 0.0})}) for one in bodies]

@@ -19,8 +19,8 @@ _MISREAD, _LATE_S = 0.005, 1e-5
 
 
 def inflation(problem: Problem, values: Array) -> float:
-    """How many times the variance of the parameters is that of independent residuals: for those that the data determine,
-    on average (`identify.fitting.uncertainty`).
+    """How many times the variance of the parameters is that of independent residuals: for those that the
+    data determine, on average (`identify.fitting.uncertainty`).
     """
     found = uncertainty(problem.targets(), Scale(problem.parameters), values, disagreement=False)
     ratio = (found.std / found.independent_std) ** 2
@@ -29,8 +29,8 @@ def inflation(problem: Problem, values: Array) -> float:
 
 
 class Support(NamedTuple):
-    """log_odds: natural logarithm of the odds that a unit is there, all others staying; fall: what it takes off the
-    gap.
+    """log_odds: natural logarithm of the odds that a unit is there, all others staying; fall: what it
+    takes off the gap.
     """
 
     log_odds: float
@@ -44,8 +44,8 @@ class Support(NamedTuple):
 def supports(fit: Penalised, x: Array, inflated: float) -> dict[str, Support]:
     """Of each unit (Laplace, unit information).
 
-    Half of a' S a less half ln(N / c) for each unknown, S the information about the amplitudes a with all else
-    eliminated, c the inflation of the variance; without the unit, the squares are larger by a' S a.
+    Half of a' S a less half ln(N / c) for each unknown, S the information about the amplitudes a with all
+    else eliminated, c the inflation of the variance; without the unit, the squares are larger by a' S a.
     """
     product = fit.product(x)
     scale = max(product[-1, -1] / fit.count, 1.0) * inflated
@@ -74,8 +74,8 @@ def floor_of(unit: Unit) -> float:
 
 
 def eliminated(information: Array, own: Index, floor: float = 0.0) -> Array:
-    """Information about some unknowns with all others free: the inverse of their block of the covariance, in which
-    `floor` is the standard deviation of what does not count.
+    """Information about some unknowns with all others free: the inverse of their block of the covariance,
+    in which `floor` is the standard deviation of what does not count.
     """
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scaled = information / np.outer(size, size) + 1e-12 * np.eye(len(size))

@@ -41,7 +41,9 @@ class Named:
 
 
 def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
-    """A unit of springs, such as joint2.tilt, as an ordinary effect with stiffnesses; rigid axes are left out."""
+    """A unit of springs, such as joint2.tilt, as an ordinary effect with stiffnesses; rigid axes are left
+    out.
+    """
     body, _, kind = name.partition(".")
     if isinstance(effect, LinkFlexibility):
         places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
@@ -97,8 +99,8 @@ def of_force(force: str, gain: float) -> tuple[Effect, dict[str, float]]:
 def of_sensor(
     node: int, error: Array, information: Array, price: float
 ) -> tuple[Effect, dict[str, float], Array]:
-    """The simplest thing that says what a sensor's matrix I + E (3, 3) says, by how far it is from it in the information
-    (9, 9) of the data, and `price` for each number; and the matrix error it stands for.
+    """The simplest thing that says what a sensor's matrix I + E (3, 3) says, by how far it is from it in
+    the information (9, 9) of the data, and `price` for each number; and the matrix error it stands for.
     """
 
     def cost(form: tuple[Effect, dict[str, float], Array]) -> float:
@@ -124,7 +126,9 @@ def _forms(node: int, error: Array, information: Array) -> Iterator[tuple[Effect
         swapped = np.eye(3)
         swapped[[a, b]] = swapped[[b, a]]
         yield ChannelSwap(point=node, axes=(_AXES[a], _AXES[b])), {}, swapped - np.eye(3)
-        angle = float(np.arctan2(matrix[a, b] - matrix[b, a], matrix[a, a] + matrix[b, b])) * (1 if number != 1 else -1)
+        angle = float(np.arctan2(matrix[a, b] - matrix[b, a], matrix[a, a] + matrix[b, b])) * (
+            1 if number != 1 else -1
+        )
         turned = scipy.spatial.transform.Rotation.from_rotvec(angle * axis).as_matrix().T
         rotation = SensorRotation(point=node, axis=_AXES[number])
         yield rotation, {f"{node}.r{_AXES[number]}.angle": angle}, turned - np.eye(3)

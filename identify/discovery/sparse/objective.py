@@ -2,10 +2,11 @@
 
     N/2 ln(r'r / N) + lambda sum_j w_j u_j + e'P e / 2,    u_j = |J_j a_j| / g,  g^2 = max(r'r / N, 1)
 
-u_j is by how many units of what is left an amplitude a_j (of one spring, or of a group) moves the FRFs: the square-root
-lasso (Belloni, Chernozhukov and Wang, Biometrika 98 (2011) 791-806), in which no noise level has to be known.  Once g is
-small, w = 1 / (1 + u / lambda^2): what is large is no longer shrunk (majorise-minimise of a logarithmic price: Candes,
-Wakin and Boyd, J. Fourier Anal. Appl. 14 (2008) 877-905).
+u_j is by how many units of what is left an amplitude a_j (of one spring, or of a group) moves the FRFs:
+the square-root lasso (Belloni, Chernozhukov and Wang, Biometrika 98 (2011) 791-806), in which no noise
+level has to be known.  Once g is small, w = 1 / (1 + u / lambda^2): what is large is no longer shrunk
+(majorise-minimise of a logarithmic price: Candes, Wakin and Boyd, J. Fourier Anal. Appl. 14 (2008)
+877-905).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.discovery.sparse.bounded import bounded_step
-from identify.discovery.sparse.unknowns import Unit, Unknowns
+from identify.discovery.sparse.unknowns import Unknowns
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.information import each_set, rows_of
 
@@ -30,13 +31,16 @@ _SETTLED = 0.05
 """Fall of the objective, in natural units of log odds, below which it is done."""
 _TRIALS, _MOST_DAMPED = 8, 1e8
 _INNER, _SPARSE, _NOTHING = 4, 0.7, 1e-12
-"""Steps of what is present alone between two of all unknowns, where that is less than so much of them; an amplitude that
-is none."""
+"""Steps of what is present alone between two of all unknowns, where that is less than so much of them; an
+amplitude that is none.
+"""
 
 
 @dataclass(frozen=True)
 class Point:
-    """Where a fit is: x (f,) on the search scale, damping of the next step, steps taken; settled: no step lowers it."""
+    """Where a fit is: x (f,) on the search scale, damping of the next step, steps taken; settled: no step
+    lowers it.
+    """
 
     x: Array
     damping: float = 1e-2
@@ -46,7 +50,9 @@ class Point:
 
 @dataclass(frozen=True)
 class Local:
-    """The objective about a point: product (f + 1, f + 1) of [J r], scale g, weights (springs as f, groups in order)."""
+    """The objective about a point: product (f + 1, f + 1) of [J r], scale g, weights (springs as f,
+    groups in order).
+    """
 
     product: Array
     gap: float
@@ -55,8 +61,8 @@ class Local:
 
 
 class Penalised:
-    """The objective of a dense problem; logarithmic: residuals are logarithms, for the first steps; price: lambda, 0
-    where nothing is shrunk.
+    """The objective of a dense problem; logarithmic: residuals are logarithms, for the first steps;
+    price: lambda, 0 where nothing is shrunk.
     """
 
     def __init__(self, unknowns: Unknowns, *, logarithmic: bool = False, price: float = PRICE) -> None:
@@ -79,7 +85,9 @@ class Penalised:
         values, numbers = self.unknowns.to_values(x), self.unknowns.free
         some = np.flatnonzero(np.ones(len(numbers), dtype=bool) if moving is None else moving)
         free = numbers[some]
-        parts = each_set(lambda t: rows_of(t, values, free, self._likelihood.residuals_of).product(free), self.targets)
+        parts = each_set(
+            lambda t: rows_of(t, values, free, self._likelihood.residuals_of).product(free), self.targets
+        )
         slope = np.append(np.where(self.unknowns.log, values[numbers], 1.0)[some], 1.0)
         found, place = np.zeros((len(numbers) + 1,) * 2), np.append(some, len(numbers))
         found[np.ix_(place, place)] = sum(parts) * np.outer(slope, slope)
@@ -95,26 +103,25 @@ class Penalised:
             return 1 / (1 + units / self.price**2) if near else np.ones_like(units)
 
         of_springs = np.sqrt(np.diag(product)[:-1]) * np.abs(x) / gap
-        of_groups = np.array([self._units(unit, x, product, gap) for unit in self.groups])
-        return Local(product, gap, np.where(self.unknowns.springs, weights(of_springs), 0.0), weights(of_groups))
-
-    def _units(self, unit: Unit, x: Array, product: Array, gap: float) -> float:
-        """By how many units of what is left a group moves the FRFs."""
-        amplitude = (x - self.unknowns.reference)[unit.amplitudes]
-        return float(np.sqrt(max(amplitude @ product[np.ix_(unit.amplitudes, unit.amplitudes)] @ amplitude, 0.0))) / gap
+        of_groups = np.array([self.unknowns.moved(unit, x, product) / gap for unit in self.groups])
+        return Local(
+            product, gap, np.where(self.unknowns.springs, weights(of_springs), 0.0), weights(of_groups)
+        )
 
     def value(self, squares: float, x: Array, local: Local) -> float:
         """The objective at x, with the prices of the point that `local` is about."""
         mean = squares / self.count
         fit = 0.5 * self.count * (np.log(mean) if mean > 1 else mean - 1)
         each = local.spring_weights * np.sqrt(np.diag(local.product)[:-1]) * np.abs(x) / local.gap
-        groups = [self._units(unit, x, local.product, local.gap) for unit in self.groups]
+        groups = [self.unknowns.moved(unit, x, local.product) / local.gap for unit in self.groups]
         away = x - self.unknowns.reference
         prices = self.price * (each.sum() + local.group_weights @ np.array(groups))
         return float(fit + prices + 0.5 * self.unknowns.precision @ away**2)
 
     def quadratic(self, x: Array, local: Local) -> tuple[Array, Array]:
-        """Curvature (f, f) and downhill slope (f,) of the objective; groups by the quadratic that touches their price."""
+        """Curvature (f, f) and downhill slope (f,) of the objective; groups by the quadratic that touches
+        their price.
+        """
         away, scale = x - self.unknowns.reference, local.gap**2
         curvature, slope = local.product[:-1, :-1] / scale, -local.product[:-1, -1] / scale
         curvature = curvature + np.diag(self.unknowns.precision)
@@ -122,15 +129,15 @@ class Penalised:
         slope -= self.price * local.spring_weights * np.sqrt(np.diag(local.product)[:-1]) / local.gap
         for unit, weight in zip(self.groups, local.group_weights, strict=True):
             own = np.ix_(unit.amplitudes, unit.amplitudes)
-            units = self._units(unit, x, local.product, local.gap)
+            units = self.unknowns.moved(unit, x, local.product) / local.gap
             pull = self.price * weight / max(units, 1.0) * local.product[own] / scale
             curvature[own] += pull
             slope[unit.amplitudes] -= pull @ away[unit.amplitudes]
         return curvature, slope
 
     def minimise(self, point: Point, steps: int) -> Point:
-        """So many steps at most: of all unknowns, and between those a few of what is present alone, which cost far less
-        where most is absent.
+        """So many steps at most: of all unknowns, and between those a few of what is present alone, which
+        cost far less where most is absent.
         """
         while not point.settled and point.steps < steps:
             point = self.step(point)
@@ -142,7 +149,9 @@ class Penalised:
         return point
 
     def _present(self, x: Array) -> Mask:
-        """(f,): all but compliances of zero with their retardation times, and groups that move next to nothing."""
+        """(f,): all but compliances of zero with their retardation times, and groups that move next to
+        nothing.
+        """
         moving = np.ones(len(x), dtype=bool)
         for unit in self.unknowns.units:
             away = (x - self.unknowns.reference)[unit.amplitudes]

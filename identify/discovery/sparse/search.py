@@ -1,4 +1,6 @@
-"""From a present model to what is missing: dense fits, units without evidence taken out, what remains by name."""
+"""From a present model to what is missing: dense fits, units without evidence taken out, what remains by
+name.
+"""
 
 from __future__ import annotations
 
@@ -24,16 +26,22 @@ from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.vibration.problem import Problem
 
 _LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 6
-"""Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and after units left."""
+"""Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and
+after units left.
+"""
 _STIFFER, _ARM = 10.0, 0.15
-"""A bearing that is about as stiff as they are: ten times its drive in rotation, and that on a lever of 0.15 m."""
+"""A bearing that is about as stiff as they are: ten times its drive in rotation, and that on a lever of
+0.15 m.
+"""
 _SEEN = 1.0
 """Units of what is left that an amplitude must move to be kept for a look at its evidence."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A dense fit: its problem and unknowns, where it ended, and its gap; effects: what it has beyond the study."""
+    """A dense fit: its problem and unknowns, where it ended, and its gap; effects: what it has beyond the
+    study.
+    """
 
     problem: Problem
     unknowns: Unknowns
@@ -52,8 +60,8 @@ Say = Callable[[str], None]
 
 
 def explain(problem: Problem, say: Say = lambda sentence: None) -> tuple[list[Named], dict[str, float]]:
-    """What is missing from the model of a problem (few lines suffice), the most important first, and the values of all
-    else by name.
+    """What is missing from the model of a problem (few lines suffice), the most important first, and the
+    values of all else by name.
     """
     best = dense_fit(problem, tuple(springs_and_instruments(problem)))
     if best.gap >= CLOSED:
@@ -95,12 +103,13 @@ def _usual(unknowns: Unknowns) -> Array:
 
 
 def pruned(problem: Problem, found: Found, say: Say) -> tuple[Found, dict[str, Support], float]:
-    """The fit without units that the data do not ask for, its prices gone; log odds of those that stay, by unit; how
-    much the residuals' correlation inflates variances.
+    """The fit without units that the data do not ask for, its prices gone; log odds of those that stay,
+    by unit; how much the residuals' correlation inflates variances.
     """
     fit = Penalised(found.unknowns)
     local = fit.local(found.x)
-    seen = [unit for unit in found.unknowns.units if _moved(unit, found, local.product) > _SEEN * local.gap]
+    asked, x = found.unknowns, found.x
+    seen = [one for one in asked.units if asked.moved(one, x, local.product) > _SEEN * local.gap]
     inflated = 1.0
     while seen:
         found = refitted(problem, found, seen)
@@ -108,19 +117,15 @@ def pruned(problem: Problem, found: Found, say: Say) -> tuple[Found, dict[str, S
         if inflated == 1.0:
             inflated = inflation(found.problem, found.unknowns.to_values(found.x))
         support = supports(fit, found.x, inflated)
-        loose = sorted((value.log_odds, name) for name, value in support.items() if not value.holds(found.gap))
+        loose = sorted(
+            (value.log_odds, name) for name, value in support.items() if not value.holds(found.gap)
+        )
         if not loose:
             return found, support, inflated
         gone = {name for odds, name in loose if odds < 0} or {loose[0][1]}
         say(f"Without evidence: {', '.join(sorted(gone))}.")
         seen = [unit for unit in found.unknowns.units if unit.name not in gone]
     return refitted(problem, found, []), {}, inflated
-
-
-def _moved(unit: Unit, found: Found, product: Array) -> float:
-    """By how many units of noise a unit moves the FRFs."""
-    amplitude, own = (found.x - found.unknowns.reference)[unit.amplitudes], np.ix_(unit.amplitudes, unit.amplitudes)
-    return float(np.sqrt(max(amplitude @ product[own] @ amplitude, 0.0)))
 
 
 def refitted(problem: Problem, found: Found, units: Sequence[Unit]) -> Found:
@@ -142,7 +147,10 @@ def _of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
         own = [unit for unit in units if unit.effect == effect]
         if isinstance(effect, JointCompliance | BaseCompliance):
             soft = [
-                found.unknowns.names[n].split(".")[1] for unit in own for n in unit.amplitudes if found.x[n] > 0
+                found.unknowns.names[n].split(".")[1]
+                for unit in own
+                for n in unit.amplitudes
+                if found.x[n] > 0
             ]
             axes = [axis for axis in effect.axes if axis in soft]
             if axes:

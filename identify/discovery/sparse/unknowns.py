@@ -1,4 +1,6 @@
-"""The unknowns of a dense model: which are amplitudes, in which groups, and what is known of them before any data."""
+"""The unknowns of a dense model: which are amplitudes, in which groups, and what is known of them before
+any data.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +19,15 @@ from identify.vibration.problem import Problem
 _RETARDATION_STD = float(np.log(1.6))
 """Of the logarithm of a retardation time about that of 3 % damping at 20 Hz."""
 _MEASURED_STD = 1.0
-"""Of an entry of a sensor's matrix, the logarithm of a gain: errors of more than a factor of three are rare."""
+"""Of an entry of a sensor's matrix, the logarithm of a gain: errors of more than a factor of three are
+rare.
+"""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """What is present or absent as a whole: numbers of its amplitudes among the free unknowns, and of all that goes with
-    it, such as retardation times.
+    """What is present or absent as a whole: numbers of its amplitudes among the free unknowns, and of all
+    that goes with it, such as retardation times.
     """
 
     effect: Effect
@@ -34,7 +38,9 @@ class Unit:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Free unknowns (f,) of a problem; known: how many effects the study itself has, which are not asked for."""
+    """Free unknowns (f,) of a problem; known: how many effects the study itself has, which are not asked
+    for.
+    """
 
     problem: Problem
     known: int
@@ -102,6 +108,12 @@ class Unknowns:
                 scale = 1e-3 if unit.effect.kind == "time-delay" else _MEASURED_STD
                 found[unit.amplitudes] = scale**-2
         return found
+
+    def moved(self, unit: Unit, x: Array, product: Array) -> float:
+        """By how many units of noise a unit moves the FRFs at x (f,), with product (f + 1, f + 1) of [J r]."""
+        away = (x - self.reference)[unit.amplitudes]
+        squares = float(away @ product[np.ix_(unit.amplitudes, unit.amplitudes)] @ away)
+        return float(np.sqrt(max(squares, 0.0)))
 
     def to_x(self, values: Array) -> Array:
         """(f,) on the search scale, of values of all unknowns."""

@@ -71,11 +71,12 @@ class Torque:
 class Term:
     """A parameter and what one unit of it adds to the model at a site.
 
-    stiffness, damping, mass (n, n): symmetric, over all coordinates of the site, or None; hysteretic is the
-    imaginary part of the stiffness: damping that does not grow with frequency.  torque: the nonlinear torque
-    that it is a parameter of; those of one torque follow each other in the order of its law.  compliance:
-    symmetric, positive semidefinite; the parameter c is the compliance of a spring with stiffness pinv(c * compliance),
-    and the next term's parameter is its retardation time, damping over stiffness, s (`identify.model.compliant`).
+    stiffness, damping, mass (n, n): symmetric, over all coordinates of the site, or None; hysteretic is
+    the imaginary part of the stiffness: damping that does not grow with frequency.  torque: the nonlinear
+    torque that it is a parameter of; those of one torque follow each other in the order of its law.
+    compliance: symmetric, positive semidefinite; the parameter c is the compliance of a spring with
+    stiffness pinv(c * compliance), and the next term's parameter is its retardation time, damping over
+    stiffness, s (`identify.model.compliant`).
     """
 
     parameter: Parameter

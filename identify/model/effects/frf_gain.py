@@ -1,5 +1,5 @@
-"""All FRFs, or those of one force, are too large or too small by one factor: a wrong sensitivity of the hammer, g taken
-for m/s^2.
+"""All FRFs, or those of one force, are too large or too small by one factor: a wrong sensitivity of the
+hammer, g taken for m/s^2.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ class FrfGain(MeasurementEffect):
     """One factor on all FRFs, or on those of one force."""
 
     kind: Literal["frf-gain"] = "frf-gain"
-    force: str | None = Field(None, description="force channel such as 12:+X, whichever its sign; default: all")
+    force: str | None = Field(
+        None, description="force channel such as 12:+X, whichever its sign; default: all"
+    )
     gain: Values = Field(Values(initial=1.0, bounds=(1e-5, 1e5)), description="recorded over true")
 
     def sentence(self) -> str:

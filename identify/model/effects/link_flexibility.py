@@ -217,8 +217,8 @@ class LinkFlexibility(Effect):
     def _by_part(
         self, parts: Array, moved: Array, bending: tuple[str, str], torsion: tuple[str, str]
     ) -> list[Term]:
-        """A compliance 1/EI and a retardation time of each part of a nonuniform link (3, parts, n, n), one behind the
-        other: a part adds K^-1 K_part K^-1 to the compliance of the end, K of all parts.
+        """A compliance 1/EI and a retardation time of each part of a nonuniform link (3, parts, n, n),
+        one behind the other: a part adds K^-1 K_part K^-1 to the compliance of the end, K of all parts.
         """
         found, keys = list[Term](), (bending, bending, torsion)
         values = (self.bending, self.bending, self.torsion)
@@ -226,7 +226,11 @@ class LinkFlexibility(Effect):
         for plane, (name, own) in enumerate(zip(_STIFFNESSES, parts, strict=True)):
             whole = np.linalg.pinv(own.sum(axis=0), hermitian=True)
             for number, part in enumerate(own, start=1):
-                place = (f"{self.link}.{name}.part_{number}", "N m^2", np.linalg.pinv(whole @ part @ whole, hermitian=True))
+                place = (
+                    f"{self.link}.{name}.part_{number}",
+                    "N m^2",
+                    np.linalg.pinv(whole @ part @ whole, hermitian=True),
+                )
                 found += compliance_terms([place], moved[[plane]], values[plane], dampers[plane], keys[plane])
         return found
 

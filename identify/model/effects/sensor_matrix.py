@@ -1,5 +1,5 @@
-"""A sensor that reads any combination of its axes: wrong or exchanged sensitivities, polarity, a turned cube, cross-axis
-sensitivity, all at once.
+"""A sensor that reads any combination of its axes: wrong or exchanged sensitivities, polarity, a turned
+cube, cross-axis sensitivity, all at once.
 """
 
 from __future__ import annotations
@@ -35,13 +35,15 @@ _WHERE = "effects.sensor-matrix.points"
 class SensorMatrix(MeasurementEffect):
     """What is recorded is (I + E) v, with v the motion in the sensor's nominal axes and E (3, 3) free.
 
-    E = 0 is a sensor as stated, E = I one that reads twice as much; that of a turned or exchanged one is its rotation or
-    permutation less I.
+    E = 0 is a sensor as stated, E = I one that reads twice as much; that of a turned or exchanged one is
+    its rotation or permutation less I.
     """
 
     kind: Literal["sensor-matrix"] = "sensor-matrix"
     points: list[str | int] = Field(min_length=1, description="node numbers or names")
-    error: Values = Field(Values(initial=0.0, bounds=(-20.0, 20.0)), description="each of the nine entries of E")
+    error: Values = Field(
+        Values(initial=0.0, bounds=(-20.0, 20.0)), description="each of the nine entries of E"
+    )
 
     def sentence(self) -> str:
         """For example: sensitivity matrix of the sensor at point 12."""
@@ -88,7 +90,9 @@ class _Mixed(Reading):
 
     def apply(self, h: Complex, own: Array, s: Complex) -> Complex:
         mixed = h.copy()
-        for (numbers, slopes), entries in zip(self.sensors, np.split(own, len(self.sensors), axis=-1), strict=True):
+        for (numbers, slopes), entries in zip(
+            self.sensors, np.split(own, len(self.sensors), axis=-1), strict=True
+        ):
             error = np.tensordot(entries, slopes, axes=([-1], [2]))
             mixed[..., numbers, :] += error[..., None, :, :] @ h[..., numbers, :]
         return mixed

@@ -45,8 +45,8 @@ class Springs(Effect):
     shrink: bool = Field(
         False,
         description=(
-            "true: its parameters are compliances, zero unless the data ask for more, so that a rigid joint is inside"
-            " the space; in `stiffness`, only `bounds` and `initial` count"
+            "true: its parameters are compliances, zero unless the data ask for more, so that a rigid joint"
+            " is inside the space; of `stiffness`, only `bounds` count"
         ),
     )
     coupled: bool = Field(
@@ -145,8 +145,8 @@ def compliance_terms(
     keys: tuple[str, str],
     start_hz: float = START_HZ,
 ) -> list[Term]:
-    """The same springs by compliance and retardation time (damping over stiffness), rigid to begin with: a compliance
-    from zero up to that of the least stiffness.
+    """The same springs by compliance and retardation time (damping over stiffness), rigid to begin with:
+    a compliance from zero up to that of the least stiffness.
     """
     k = spread(stiffness, inertia * (2 * np.pi * start_hz) ** 2, keys[0])
     terms = []
@@ -157,8 +157,10 @@ def compliance_terms(
         most = 1 / (stiffness.bounds[0] if stiffness.bounds else spring / _SOFTEST)
         compliance = Parameter(f"{name}.compliance", per, 0.0, 0.0, most, log=False, free=not stiffness.fixed)
         tau = 2 * damping.damping_ratio * np.sqrt(moved / spring)
-        retardation = Parameter(f"{name}.retardation_time", "s", tau, tau / _SPAN, tau * _SPAN, free=not damping.fixed)
-        terms.append(Term(compliance, compliance=np.linalg.pinv(matrix, hermitian=True)))
+        retardation = Parameter(
+            f"{name}.retardation_time", "s", tau, tau / _SPAN, tau * _SPAN, free=not damping.fixed
+        )
+        terms.append(Term(compliance, compliance=np.asarray(np.linalg.pinv(matrix, hermitian=True))))
         terms.append(Term(retardation))
     return terms
 

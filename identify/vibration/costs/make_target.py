@@ -41,7 +41,9 @@ def frf_target(
         (effect, numbers) for effect, numbers in system.effects if isinstance(effect, MeasurementEffect)
     ]
     channels = needed_channels(data, system, points)
-    readings = tuple((effect.reading_of(channels, data.inputs, points), numbers) for effect, numbers in measuring)
+    readings = tuple(
+        (effect.reading_of(channels, data.inputs, points), numbers) for effect, numbers in measuring
+    )
     out, force = channel_rows(system, points, channels, name), channel_rows(system, points, data.inputs, name)
     simulated = simulated_impact(name, data, system, force.T, impact)
     placed = None if uncertain is None else uncertain(system, channels, data.inputs)

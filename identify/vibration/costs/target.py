@@ -273,7 +273,9 @@ class FrfTarget:
         place[free] = np.arange(len(free))
         broad = free[np.bincount(factors.owner, minlength=len(values))[free] > _FEW_COLUMNS]
         columns = factors.columns(np.setdiff1d(free, broad))
-        slopes = by_columns(model, factors.vectors[:, columns], factors.power[columns], factors.weight[columns])
+        slopes = by_columns(
+            model, factors.vectors[:, columns], factors.power[columns], factors.weight[columns]
+        )
         found = model_gradient(model, slopes, place[factors.owner[columns]], len(free))
         if len(broad):
             roles = ("stiffness", "damping", "mass")

@@ -35,9 +35,9 @@ def nuisance_blocks(
     power: int,
     end: TruncationCorrection | Response | float | None,
 ) -> list[Block]:
-    """Of all nuisances but the delay, for what the model itself does; end: the length of the records, or what
-    is known of the motion after them, which is then taken as it is, or the whole response of a model with springs
-    given by compliance.
+    """Of all nuisances but the delay, for what the model itself does; end: the length of the records, or
+    what is known of the motion after them, which is then taken as it is, or the whole response of a model
+    with springs given by compliance.
     """
     mass, stiffness, numbers = structural_changes(placed, at)
     if isinstance(end, Response):
