@@ -110,7 +110,7 @@ class Unknowns:
         return found
 
     def moved(self, unit: Unit, x: Array, product: Array) -> float:
-        """By how many units of noise a unit moves the FRFs at x (f,), with product (f + 1, f + 1) of [J r]."""
+        """Units of noise by which a unit moves the FRFs at x (f,); product (f + 1, f + 1) of [J r]."""
         away = (x - self.reference)[unit.amplitudes]
         squares = float(away @ product[np.ix_(unit.amplitudes, unit.amplitudes)] @ away)
         return float(np.sqrt(max(squares, 0.0)))
