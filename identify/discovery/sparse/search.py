@@ -39,8 +39,8 @@ _SEEN = 1.0
 
 @dataclass(frozen=True)
 class Found:
-    """A dense fit: its problem and unknowns, where it ended, and its gap; effects: what it has beyond the
-    study.
+    """A dense fit: its problem and unknowns, where it ended, its gap and objective; effects: what it has
+    beyond the study.
     """
 
     problem: Problem
@@ -48,6 +48,7 @@ class Found:
     effects: tuple[Effect, ...]
     x: Array
     gap: float
+    objective: float
 
     @property
     def values(self) -> dict[str, float]:
@@ -63,19 +64,26 @@ def explain(problem: Problem, say: Say = lambda sentence: None) -> tuple[list[Na
     """What is missing from the model of a problem (few lines suffice), the most important first, and the
     values of all else by name.
     """
-    best = dense_fit(problem, tuple(springs_and_instruments(problem)))
+    instruments, bodies = tuple(springs_and_instruments(problem)), tuple(springs_and_bodies(problem))
+    best = min((dense_fit(problem, instruments, usual=usual) for usual in (False, True)), key=_objective)
     if best.gap >= CLOSED:
-        best = min(best, dense_fit(problem, tuple(springs_and_bodies(problem))), key=lambda fit: fit.gap)
+        best = min(best, dense_fit(problem, bodies, usual=True), key=_objective)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
     kept, evidence, inflated = pruned(problem, best, say)
     return named(kept, evidence, inflated), kept.values
 
 
-def dense_fit(problem: Problem, effects: tuple[Effect, ...]) -> Found:
-    """From bearings as stiff as they usually are, dense to sparse."""
+def _objective(fit: Found) -> float:
+    return fit.objective
+
+
+def dense_fit(problem: Problem, effects: tuple[Effect, ...], *, usual: bool) -> Found:
+    """From bearings that are rigid, which is near where one thing is missing, or as stiff as they usually
+    are, where all give way a little: small ones hide each other on the way from rigid.
+    """
     model = with_more(problem, effects, {})
     unknowns = Unknowns(model, len(problem.file.study.effects))
-    x = _usual(unknowns)
+    x = _usual(unknowns) if usual else unknowns.reference
     x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
     x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
     return _settled(model, unknowns, effects, x, Penalised(unknowns), _STEPS)
@@ -85,7 +93,10 @@ def _settled(
     model: Problem, unknowns: Unknowns, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int
 ) -> Found:
     x = fit.minimise(Point(x), steps).x
-    return Found(model, unknowns, effects, x, float(np.sqrt(fit.squares(x) / fit.count)))
+    squares = fit.squares(x)
+    return Found(
+        model, unknowns, effects, x, float(np.sqrt(squares / fit.count)), fit.value(squares, x, fit.local(x))
+    )
 
 
 def _usual(unknowns: Unknowns) -> Array:

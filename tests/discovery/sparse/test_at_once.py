@@ -1,0 +1,65 @@
+"""Several effects at once, a whole sensor, and nothing, in hammer tests simulated by a generator that shares
+no code with the fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.core.threads import one_thread
+from identify.discovery.records import timed
+from identify.discovery.sparse.search import explain
+from identify.discovery.thinned import thinned
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+from tests.generator.cases import hide
+from tests.generator.generate import generate
+from tests.generator.makes import MAKES
+from tests.generator.spec import TestSpec
+from tests.hidden import config_of
+
+NODES = [5, 9, 12, 14]
+
+
+def problem_of(folder: Path, case: str, seed: int, doubled: int = 0) -> Problem:
+    """A small hammer test, two postures fitted; the sensor at the point `doubled` reads twice as much."""
+    spec = TestSpec(
+        MAKES["compact"](seed).at_points(NODES), seed=seed, averages=2, binary=True, oversampling=8
+    )
+    generate(replace(hide(spec, case), case="test"), folder / "test")
+    problem = thinned(timed(load_problem(read_study(config_of(folder / "test", folder)))))
+    return replace(problem, measurements=tuple(_read_twice(m, doubled) for m in problem.measurements))
+
+
+def _read_twice(measurement: Any, node: int) -> Any:
+    data = measurement.given.data
+    gain = np.array([2.0 if channel.node == node else 1.0 for channel in data.outputs])
+    noise = measurement.target.noise * gain[:, None]
+    told = replace(data, frf=data.frf * gain[:, None], noise=noise)
+    target = replace(measurement.target, data=told, noise=noise)
+    return replace(measurement, given=replace(measurement.given, data=told), target=target)
+
+
+def test_three_effects_are_found_together(tmp_path: Path) -> None:
+    with one_thread():
+        named, _ = explain(problem_of(tmp_path, "base_rocking+tilt_j2+radial_j3", 5))
+    assert {one.effect.sentence() for one in named} == {
+        "compliance of the base (rx, ry)",
+        "tilt compliance of joint 2 (rx, ry)",
+        "radial compliance of joint 3 (tx, ty)",
+    }
+    assert all(one.evidence > 20 for one in named)
+
+
+@pytest.mark.parametrize(("doubled", "said"), [(9, {"gain of channel 9"}), (0, set())])
+def test_a_whole_sensor_is_named_and_a_right_one_is_not(tmp_path: Path, doubled: int, said: set[str]) -> None:
+    with one_thread():
+        named, _ = explain(problem_of(tmp_path, "none", 4, doubled))
+    assert {one.effect.sentence() for one in named} == said
+    for one in named:
+        assert list(one.values.values()) == pytest.approx([2.0], rel=0.01)

@@ -1,0 +1,69 @@
+"""A sensor's matrix is said as the simplest thing that it is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy
+
+from identify.core.arrays import Array
+from identify.discovery.sparse.names import of_sensor, of_springs
+from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.link_flexibility import LinkFlexibility
+
+INFORMATION, PRICE = 1e6 * np.eye(9), 5.0
+NOISE = 1e-4 * np.random.default_rng(0).normal(size=(3, 3))
+
+
+def turned(axis: int, angle: float) -> Array:
+    """What a sensor reads that was turned by an angle: the old motion in its new axes."""
+    return scipy.spatial.transform.Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix().T
+
+
+@pytest.mark.parametrize(
+    ("matrix", "sentence", "values"),
+    [
+        (2 * np.eye(3), "gain of channel 7", [2.0]),
+        (np.diag([1.0, 1.3, 1.0]), "gain of channel 7:+Y", [1.3]),
+        (np.diag([1.0, 1.0, -1.0]), "reversed polarity of channel 7:+Z", []),
+        (-np.eye(3), "reversed polarity of channel 7", []),
+        (np.eye(3)[[1, 0, 2]], "exchanged axes x and y of the sensor at point 7", []),
+        (turned(2, np.pi / 2), "sensor at point 7 turned about its z axis", [np.pi / 2]),
+        (turned(0, 0.2), "sensor at point 7 turned about its x axis", [0.2]),
+        (turned(1, -0.4), "sensor at point 7 turned about its y axis", [-0.4]),
+        (
+            np.array([[2, 0.4, 0], [0, 1, 0.7], [0.1, 0, 1]]),
+            "sensitivity matrix of the sensor at point 7",
+            None,
+        ),
+    ],
+)
+def test_the_simplest_form_is_named(matrix: Array, sentence: str, values: list[float] | None) -> None:
+    effect, found, _ = of_sensor(7, matrix - np.eye(3) + NOISE, INFORMATION, PRICE)
+    said = effect.sentence()
+    if "exchanged" in sentence:
+        assert effect.kind == "channel-swap", said
+    else:
+        assert said == sentence
+    if values is not None:
+        assert list(found.values()) == pytest.approx(values, abs=1e-3)
+
+
+def test_a_rigid_axis_of_a_bearing_is_left_out() -> None:
+    values = {"joint3.rx.compliance": 2e-7, "joint3.rx.retardation_time": 1e-3}
+    values |= {"joint3.ry.compliance": 0.0, "joint3.ry.retardation_time": 1e-3}
+    dense = JointCompliance(joints=[3], axes=["rx", "ry", "tx", "ty", "tz"], shrink=True)
+    effect, found = of_springs(dense, "joint3.tilt", values)
+    assert effect.sentence() == "tilt compliance of joint 3 (rx)"
+    assert found == pytest.approx({"joint3.rx.stiffness": 5e6, "joint3.rx.damping": 5e3})
+
+
+def test_a_link_bends_in_all_its_planes_however_stiff_one_is() -> None:
+    values = {f"link2.{what}.compliance": 1e-6 for what in ("bending_1", "torsion")}
+    values |= {"link2.bending_2.compliance": 0.0}
+    values |= {f"link2.{what}.retardation_time": 1e-3 for what in ("bending_1", "bending_2", "torsion")}
+    effect, found = of_springs(LinkFlexibility(link="link2", shrink=True), "link2", values)
+    assert isinstance(effect, LinkFlexibility)
+    assert not effect.shrink
+    assert found["link2.bending_1.stiffness"] == pytest.approx(1e6)
+    assert found["link2.bending_2.stiffness"] > 1e8
