@@ -64,10 +64,14 @@ def explain(problem: Problem, say: Say = lambda sentence: None) -> tuple[list[Na
     """What is missing from the model of a problem (few lines suffice), the most important first, and the
     values of all else by name.
     """
-    instruments, bodies = tuple(springs_and_instruments(problem)), tuple(springs_and_bodies(problem))
-    best = min((dense_fit(problem, instruments, usual=usual) for usual in (False, True)), key=_objective)
-    if best.gap >= CLOSED:
-        best = min(best, dense_fit(problem, bodies, usual=True), key=_objective)
+    told = bool(problem.nuisances.entries)  # masses may be off by what was stated, and move with all else
+    instruments = tuple(springs_and_instruments(problem))
+    best = min(
+        (dense_fit(problem, instruments, usual=usual) for usual in (True, *(() if told else (False,)))),
+        key=_objective,
+    )
+    if best.gap >= CLOSED and not told:
+        best = min(best, dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True), key=_objective)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
     kept, evidence, inflated = pruned(problem, best, say)
     return named(kept, evidence, inflated), kept.values

@@ -83,14 +83,19 @@ def structural_changes(placed: Placed, at: State) -> tuple[Array, Array, Index]:
 def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, Array, Index]) -> Block:
     """Of inertias and of the geometry that changes M or K_g, all channels."""
     mass, stiffness, numbers = changes
-    lines, _, inputs = model.motion[0].shape
-    size, count = mass.shape[1], len(numbers)
-    pushed = mass.reshape(-1, size) @ model.motion[2] + stiffness.reshape(-1, size) @ model.motion[0]
+    held = ~np.any(model.motion[0], axis=(0, 2)) & (model.end is None)  # by springs of no compliance
+    moved = np.flatnonzero(~held)
+    if held.any():
+        mass, stiffness = (matrices[:, moved[:, None], moved] for matrices in (mass, stiffness))
+    there = model.motion[2][:, moved], model.motion[0][:, moved]
+    lines, _, inputs = there[0].shape
+    size, count = len(moved), len(numbers)
+    pushed = mass.reshape(-1, size) @ there[0] + stiffness.reshape(-1, size) @ there[1]
     load = -(model.s**model.power)[:, None, None, None] * pushed.reshape(lines, count, size, inputs)
     load = load.transpose(0, 2, 3, 1).reshape(lines, size, -1)
     if isinstance(model.end, EndOfRecord):
         load += model.end.driving(model.matrices, model.s, model.power)
-    slopes = (model.transfer @ load).reshape(lines, model.transfer.shape[1], inputs, count)
+    slopes = (model.transfer[..., moved] @ load).reshape(lines, model.transfer.shape[1], inputs, count)
     heavy = placed.basis.heavy
     moving = np.array([placed.basis.geometry[n].moving for n in heavy], dtype=bool)
     if moving.any():
