@@ -77,12 +77,13 @@ VIBRATION: dict[str, Any] = {
     "measurements.unit": "g/N",
     "measurements.averages": 9,
     "measurements.window_decay_per_s": 2.0,
+    "measurements.record_s": 1.0,
     "measurements.outputs": ["1:+X"],
     "measurements.inputs": ["1:+Z"],
     "measurements.variables": {"frf": "x"},
     "measurements.channels": {"1:+X": "2:+Y"},
-    "measurements.file": "other.uff",
-    "measurements.repeats": ["other.uff"],
+    "measurements.file": "third.uff",
+    "measurements.repeats": ["third.uff"],
     "measurements.modes": "modes.yaml",
     "measurements.shapes": "shapes.csv",
     "measurements.posture_deg": [0, 20, 30, 0, 40, 0],
@@ -153,16 +154,18 @@ NOT_VARIED = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two robots, two sets of points and two files of arbitrary FRFs, which no fit need explain."""
+    """Robots, sets of points and files of FRFs of any size, which no fit need explain."""
     path = tmp_path_factory.mktemp("keys")
     rng = np.random.default_rng(1)
     outputs = tuple(Channel(node, axis) for node in (1, 2) for axis in (1, 3))
     inputs = (Channel(2, 3), Channel(1, 3))
-    for number, name in enumerate(("arm", "other")):
+    for number, name in enumerate(("arm", "other", "third")):
         (path / f"{name}.urdf").write_text(industrial_arm(number + 1))
         head = "node,name,link,x_m,y_m,z_m\n"
         (path / f"{name}.csv").write_text(f"{head}1,a,link3,0.1,0,0.{number + 1}\n2,b,link6,0,0.1,0.2\n")
-        frf = 1e-3 * (rng.normal(size=(20, 4, 2)) + 1j * rng.normal(size=(20, 4, 2)))
+        s = 2j * np.pi * (2.0 + 2 * np.arange(20))[:, None, None]
+        # Smooth, as of something that is connected: one resonance, of any size in any channel.
+        frf = 1e-3 * rng.normal(size=(4, 2)) * s**2 / (s**2 + 8 * s + (2 * np.pi * 21) ** 2)
         coherence = rng.uniform(0.6, 0.99, size=(20, 4, 2))
         data = FrfSet(2.0 + 2 * np.arange(20), frf, outputs, inputs, "accelerance", coherence)
         write_uff58(path / f"{name}.uff", data)
@@ -170,7 +173,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def vibration() -> Config:
-    measurement = {"posture_deg": [0, 10, 20, 0, 30, 0], "averages": 4}
+    measurement = {"posture_deg": [0, 10, 20, 0, 30, 0], "averages": 4, "window_decay_per_s": 1.0}
     return {
         "schema": "identify/1",
         "robot": {"urdf": "arm.urdf", "payload": [{"link": "link6", "mass_kg": 9.0}]},

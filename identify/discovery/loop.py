@@ -62,16 +62,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     problem = timed(problem)
     workers.turn_to(problem, with_errors=workers.with_errors)
     bench = ImpactWorkbench(problem, workers)
-    first = bench.begin()
-    bench.go_on_from(first)
-    together = at_once(bench, first, story)
-    if together is not None and closed(together.final):
-        nowhere = tuple(list[PlaceFit]() for _ in story.steps)
-        return Discovery(bench.problem, first, together.final, together.options, tuple(story.steps), nowhere)
-    steps, story.steps = story.steps, []
-    found, named = _selected(bench, story)
-    if together is not None and _likelier(bench, together.final, found.final):
-        found, named, story.steps = together, False, steps
+    found, named = _found(bench, story)
     first, problem = found.first, bench.problem
     if named and not closed(found.final):
         # What was blamed on what was told is named, and something else may stand out beside it.
@@ -82,6 +73,21 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     added = in_turn(problem, workers, first, found.options, found.final, bench.refitted)
     places = tuple(bench.places(step.before) for step in story.steps)
     return Discovery(problem, first, found.final, tuple(added), tuple(story.steps), places)
+
+
+def _found(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Trial], bool]:
+    """What is missing at once and, where that leaves something open, by search; whichever the data prefer."""
+    first = bench.begin()
+    bench.go_on_from(first)
+    together = at_once(bench, first, story)
+    if together is not None and closed(together.final):
+        return together, False
+    steps, story.steps = story.steps, []
+    found, named = _selected(bench, story)
+    if together is not None and _likelier(bench, together.final, found.final):
+        story.steps = steps
+        return together, False
+    return found, named
 
 
 def _likelier(bench: ImpactWorkbench, one: Trial, other: Trial) -> bool:
@@ -109,20 +115,28 @@ def _selected(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, T
 
 def check_data(problem: Problem) -> None:
     """Raise an InputError unless every measurement to be fitted has FRFs with known noise."""
-    tables = [m.name for m in problem.measurements if not isinstance(m.target, FrfTarget)]
-    alone = len(tables) == len(problem.measurements)
-    for name in tables:
-        fix = "give the FRFs that the modes were found in, as `file`" if alone else "leave the table out"
-        raise InputError(name, "a modal table", "FRFs, whose noise tells what is evidence", fix)
+    _check_frfs(problem.file)
     for m in problem.measurements:
         assert isinstance(m.target, FrfTarget)
         _ = m.target.sigma
+
+
+def _check_frfs(file: StudyFile) -> None:
+    """Raise an InputError for modal tables."""
+    measurements = file.study.measurements
+    tables = [number for number, m in enumerate(measurements) if m.modes is not None]
+    alone = len(tables) == len(measurements)
+    for number in tables:
+        fix = "give the FRFs that the modes were found in, as `file`" if alone else "leave the table out"
+        where = f"{file.path}, key measurements.{number}"
+        raise InputError(where, "a modal table", "FRFs, whose noise tells what is evidence", fix)
 
 
 def with_likelihood(file: StudyFile) -> tuple[StudyFile, str]:
     """The study with the likelihood for its cost, which evidence is weighed by; and a note where it has
     another one, else an empty text.
     """
+    _check_frfs(file)
     cost, likelihood = file.study.cost, parse_cost("frf-least-squares")
     if cost == likelihood:
         return file, ""

@@ -51,6 +51,7 @@ def test_what_was_named_from_errors_is_searched_beside_where_other_data_stay_ope
     monkeypatch.setattr(loop, "check_data", lambda problem: None)
     monkeypatch.setattr(loop, "timed", lambda problem: problem)
     monkeypatch.setattr(loop, "ImpactWorkbench", lambda problem, workers: bench)
+    monkeypatch.setattr(loop, "_found", lambda *every: ends.pop(0))
     monkeypatch.setattr(loop, "_selected", lambda *every: ends.pop(0))
     monkeypatch.setattr(loop, "in_turn", lambda problem, workers, first, options, final, refitted: options)
     workers = SimpleNamespace(with_errors=True, turn_to=lambda problem, *, with_errors: None)

@@ -5,7 +5,6 @@ order of evidence.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from identify.discovery.amplitude import level_gap
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, variance_inflation
@@ -51,7 +50,7 @@ def _refitted(
     new = tuple(one.effect for one in named)
     bounded = _within(bench.problem, (*first.task.effects, *new), {**values, **own})
     [trial] = bench.workers.run([Task(first.task.effects, new, bounded, "settled")])
-    return bench.settled(replace(trial, task=replace(trial.task, how="settled")))
+    return trial
 
 
 def _within(problem: Problem, effects: Sequence[Effect], values: dict[str, float]) -> dict[str, float]:
