@@ -160,6 +160,7 @@ def build_site(
     gone |= {one.name for one in added if one.link in gone}
     kept = [one for one in added if one.name not in gone]
     own = mechanism.coordinates
+    _check_once([one.name for one in kept if one.name not in own])
     names = (*own, *(one.name for one in kept if one.name not in own))
     shapes = _shapes(mechanism, names, kept, gone)
     deformations = {names.index(one.name): (one.link, one.deformation) for one in kept if one.deformation}
@@ -167,6 +168,12 @@ def build_site(
     there = _points_left(points or {}, gone)
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
     return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects)], axis=0))
+
+
+def _check_once(names: Sequence[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("effects", f"two effects bring {name}", "one with all its axes", "merge them")
 
 
 def _shapes(mechanism: Mechanism, names: Sequence[str], kept: Sequence[Added], gone: set[str]) -> Array:

@@ -52,8 +52,9 @@ class Joint:
 class Robot:
     """A serial arm: links[0] is the base, joints[i] connects links[i] to links[i + 1].
 
-    frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose (4, 4)
-    there. gravity (3,) is in the base link's axes (m/s^2); visuals: what links look like.
+    frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose
+    (4, 4) there. gravity (3,) is in the base link's axes (m/s^2); visuals: what links look like;
+    payloads: bodies that were merged into links, with the name of the link.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Robot:
     frames: dict[str, tuple[str, Array]] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     visuals: tuple[Visual, ...] = ()
+    payloads: tuple[tuple[str, Link], ...] = ()
 
     def link(self, name: str, where: str = "robot") -> Link:
         """The link of that name; an unknown name is an InputError with the known ones."""
@@ -110,13 +112,15 @@ class Robot:
                 f"a payload on link {link!r}, whose own inertia is not known",
                 "a link with mass and inertia",
             )
-        new = merge(old, Link("payload", mass, centre, inertia))
+        payload = Link("payload", mass, centre, inertia)
+        new = merge(old, payload)
         fault = f"mass {mass:g} kg is not positive" if mass <= 0 else inertia_fault(new)
         if fault:
             raise InputError(
                 where, f"payload on link {link!r}: {fault}", "a mass and inertia that a rigid body can have"
             )
-        return replace(self, links=tuple(new if other is old else other for other in self.links))
+        links = tuple(new if other is old else other for other in self.links)
+        return replace(self, links=links, payloads=(*self.payloads, (link, payload)))
 
 
 def merge(a: Link, b: Link) -> Link:

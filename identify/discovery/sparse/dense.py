@@ -13,6 +13,7 @@ from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.frf_gain import FrfGain
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.mount_compliance import MountCompliance
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Axis
 from identify.model.effects.time_delay import TimeDelay
@@ -39,8 +40,8 @@ def with_more(problem: Problem, effects: Sequence[Effect], values: Mapping[str, 
 
 
 def _springs(problem: Problem) -> list[Effect]:
-    """Of every axis of every joint and of the base that the study holds, and of every link that it does
-    not bend.
+    """Of every axis of every joint, of the base and of mounts that the study holds, and of every link
+    that it does not bend.
     """
     robot, free = problem.robot, free_coordinates(problem.robot, problem.file.study.effects)
     found: list[Effect] = []
@@ -51,6 +52,10 @@ def _springs(problem: Problem) -> list[Effect]:
     base = _held("base", free) if robot.links[0].mass > 0 else []
     if base:
         found.append(BaseCompliance(axes=base, shrink=True))
+    for number in range(1, len(robot.payloads) + 1):
+        axes = _held(f"payload{number}", free)
+        if axes:
+            found.append(MountCompliance(payload=number, axes=axes, shrink=True))
     for link in LinkFlexibility.instances(robot, problem.points):
         if not free & set(link.free_coordinates(robot)):
             found.append(link.model_copy(update={"shrink": True}))

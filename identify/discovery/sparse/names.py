@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 import scipy
@@ -52,13 +53,16 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         more = {"bending": bending[0], "bending_damping": bending[1]}
         more |= {"torsion": torsion[0], "torsion_damping": torsion[1]}
         return effect.model_copy(update={"shrink": False, **more}), found
-    classes = {**CLASSES, "turning": ("rz",)}
+    classes: dict[str, tuple[Axis, ...]] = {**CLASSES, "turning": ("rz",), "": get_args(Axis)}
     axes: list[Axis] = [axis for axis in classes[kind] if values.get(f"{body}.{axis}.compliance", 0.0) > 0]
     places = [f"{body}.{axis}" for axis in axes]
     found = _stiffnesses(places, values)
     stiffness, damping = _about(places, found)
     if body == "base":
         return BaseCompliance(axes=axes, stiffness=stiffness, damping=damping), found
+    if body.startswith("payload"):
+        own = {"axes": axes, "stiffness": stiffness, "damping": damping, "shrink": False}
+        return effect.model_copy(update=own), found
     joint = int(body.removeprefix("joint"))
     return JointCompliance(joints=[joint], axes=axes, stiffness=stiffness, damping=damping), found
 

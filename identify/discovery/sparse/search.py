@@ -19,10 +19,9 @@ from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
-from identify.model.effects.base_compliance import BaseCompliance
-from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
+from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem
 
 _LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 6
@@ -109,9 +108,9 @@ def _usual(unknowns: Unknowns) -> Array:
     drives = [value for name, value in values.items() if name.endswith(".rz.stiffness")]
     for number in np.flatnonzero(unknowns.springs):
         body, axis, *_ = unknowns.names[number].split(".")
-        if body != "base" and not body.startswith("joint"):
+        if not body.startswith(("base", "joint", "payload")):
             continue
-        drive = values.get(f"{body}.rz.stiffness", max(drives, default=1e6))
+        drive = values.get(f"{body}.rz.stiffness", (max if body == "base" else min)(drives, default=1e6))
         stiffness = _STIFFER * drive / (_ARM**2 if axis.startswith("t") else 1.0)
         x[number] = min(1 / stiffness, unknowns.limits[1][number])
     return x
@@ -160,7 +159,7 @@ def _of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
     kept: list[Effect] = []
     for effect in found.effects:
         own = [unit for unit in units if unit.effect == effect]
-        if isinstance(effect, JointCompliance | BaseCompliance):
+        if isinstance(effect, Springs):
             soft = [
                 found.unknowns.names[n].split(".")[1]
                 for unit in own
@@ -189,7 +188,7 @@ def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[N
     for unit in found.unknowns.units:
         mine = {found.unknowns.names[n] for n in unit.all}
         effect, own = unit.effect, {name: value for name, value in values.items() if name in mine}
-        if isinstance(effect, JointCompliance | BaseCompliance | LinkFlexibility):
+        if isinstance(effect, Springs | LinkFlexibility):
             effect, own = names.of_springs(effect, unit.name, own)
         elif isinstance(effect, AddedMass):
             effect, own = names.of_body(effect, values)

@@ -134,7 +134,7 @@ def _unit_of(effect: Effect, name: str) -> str:
     """The name of the unit that an unknown of an effect belongs to."""
     body, _, rest = name.partition(".")
     axis = rest.partition(".")[0]
-    if axis in _CLASSES:
+    if axis in _CLASSES and not body.startswith("payload"):
         return f"{body}.{_CLASSES[axis]}"
     if isinstance(effect, MeasurementEffect | AddedMass) or "matrix_" in name:
         return name.rpartition(".")[0] if effect.kind != "sensor-matrix" else body

@@ -45,6 +45,7 @@ EFFECTS = Registry(
         "link-flexibility": "identify.model.effects.link_flexibility:LinkFlexibility",
         "load-cell": "identify.model.effects.load_cell:LoadCell",
         "measured-impedance": "identify.model.effects.measured_impedance:MeasuredImpedance",
+        "mount-compliance": "identify.model.effects.mount_compliance:MountCompliance",
         "rotor-inertia": "identify.model.effects.rotor_inertia:RotorInertia",
         "sensor-matrix": "identify.model.effects.sensor_matrix:SensorMatrix",
         "sensor-mass": "identify.model.effects.sensor_mass:SensorMass",

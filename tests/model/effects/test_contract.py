@@ -29,8 +29,9 @@ OTHERS = [
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    """One arm for all."""
-    return arm(tmp_path_factory.mktemp("arm"))
+    """One arm with a payload for all."""
+    inertia = np.diag([0.02, 0.03, 0.04])
+    return arm(tmp_path_factory.mktemp("arm")).with_payload("link6", 4.0, np.array([0.05, 0, 0.1]), inertia)
 
 
 def _places(kind: str, robot: Robot) -> list[Effect]:
@@ -178,8 +179,15 @@ def test_what_was_taken_off_contributes_nothing(kind: str, robot: Robot) -> None
             "link2",
             "link3",
         }
-        gone = any(
-            word in place.sentence() for word in ("link4", "link5", "link6", "joint 4", "joint 5", "joint 6")
-        )
+        ends = (
+            "link4",
+            "link5",
+            "link6",
+            "joint 4",
+            "joint 5",
+            "joint 6",
+            "payload 1",
+        )  # which link6 carries
+        gone = any(word in place.sentence() for word in ends)
         if not isinstance(place, (MeasurementEffect, NonlinearEffect)):
             assert np.isin(short.effects[-1][1], short.factors.owner).any() != gone, place.sentence()
