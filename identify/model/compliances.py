@@ -11,6 +11,9 @@ import numpy as np
 
 from identify.core.arrays import Array, Index
 
+_RIGID = 2e4 * np.pi
+"""rad/s: as fast as numbers allow beside modes of a robot."""
+
 
 @dataclass(frozen=True)
 class Compliances:
@@ -33,9 +36,12 @@ class Compliances:
         return values[self.compliance][self.owner], values[self.retardation][self.owner]
 
     def stiff(self, values: Array, mass: Array) -> tuple[Array, Array]:
-        """Stiffness and damping (n, n) that springs make, rigid ones at ten kilohertz: for modes."""
+        """Stiffness and damping (n, n) that springs make, for modes; rigid ones are those of ten kilohertz, so
+        damped that they do not oscillate.
+        """
         c, tau = self.at(values)
         back = np.linalg.pinv(self.columns)
         held = np.einsum("nr,nm,mr->r", self.columns, mass, self.columns)
-        k = 1.0 / np.maximum(c, 1.0 / (np.maximum(held, 1e-12) * (2e4 * np.pi) ** 2))
+        least = 1.0 / (np.maximum(held, 1e-12) * _RIGID**2)
+        k, tau = 1.0 / np.maximum(c, least), np.where(c > least, tau, np.maximum(tau, 10 / _RIGID))
         return back.T @ (k[:, None] * back), back.T @ ((k * tau)[:, None] * back)

@@ -91,8 +91,10 @@ class Unknowns:
 
     @cached_property
     def reference(self) -> Array:
-        """(f,) on the search scale: where priors are centred; zero for errors of what was told."""
-        return self.to_x(self.problem.initial)
+        """(f,) on the search scale: where priors are centred; zero for compliances and errors of what was
+        told.
+        """
+        return np.where(self.springs, 0.0, self.to_x(self.problem.initial))
 
     @cached_property
     def precision(self) -> Array:

@@ -30,8 +30,10 @@ def unique(axes: list[T]) -> list[T]:
 
 
 AxisList = Annotated[list[Axis], AfterValidator(unique)]
-_SOFTEST, _SPAN = 1e3, 1e2
-"""How many times softer than its start a spring may be; either side of the start of a retardation time."""
+_SOFTEST, _SPAN, _STIFF = 1e3, 1e2, 1e-2
+"""How many times softer than its usual start a spring may be; either side of the start of a retardation
+time; share of the usual start's compliance that one begins with.
+"""
 START_HZ = 20.0
 """Without a start value, each coordinate on its own resonates here: the middle of where robots do."""
 
@@ -155,7 +157,9 @@ def compliance_terms(
         length = length or "1"
         per = f"{length}/{force}" if " " not in force else f"{length}/({force})"
         most = 1 / (stiffness.bounds[0] if stiffness.bounds else spring / _SOFTEST)
-        compliance = Parameter(f"{name}.compliance", per, 0.0, 0.0, most, log=False, free=not stiffness.fixed)
+        compliance = Parameter(
+            f"{name}.compliance", per, _STIFF / spring, 0.0, most, log=False, free=not stiffness.fixed
+        )
         tau = 2 * damping.damping_ratio * np.sqrt(moved / spring)
         retardation = Parameter(
             f"{name}.retardation_time", "s", tau, tau / _SPAN, tau * _SPAN, free=not damping.fixed
