@@ -36,7 +36,7 @@ class Compliances:
         return values[self.compliance][self.owner], values[self.retardation][self.owner]
 
     def stiff(self, values: Array, mass: Array) -> tuple[Array, Array]:
-        """Stiffness and damping (n, n) that springs make, for modes; rigid ones are those of ten kilohertz, so
+        """Stiffness and damping (n, n) that springs make, for modes; rigid ones are of ten kilohertz, so
         damped that they do not oscillate.
         """
         c, tau = self.at(values)
