@@ -163,7 +163,7 @@ def _record(
         comparisons=comparisons,
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
-        gap=float(np.sqrt(np.nanmean(gaps))) if gaps else float("nan"),
+        gap=float(np.sqrt(np.nanmean(gaps))) if np.isfinite(gaps).any() else float("nan"),
         **_tool(problem, record, motion.coordinates[number, :ticks]),
     )
 

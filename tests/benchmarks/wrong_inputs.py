@@ -94,13 +94,17 @@ def arm(folder: Path, *changes: tuple[str, str], file: str = "arm.yaml") -> tupl
     (folder / "arm.yaml").write_text(STUDY)
     for path in ARM.iterdir():
         (folder / path.name).write_bytes(path.read_bytes())
-    text = (folder / file).read_text()
+    (folder / file).write_text(changed((folder / file).read_text(), changes))
+    return CHECK, FIT
+
+
+def changed(text: str, changes: tuple[tuple[str, str], ...]) -> str:
+    """A text with other words; ValueError where it does not have those that are to go."""
     for old, new in changes:
         if old not in text:
-            raise ValueError(f"{file} has no {old!r}")
+            raise ValueError(f"the text has no {old!r}")
         text = text.replace(old, new)
-    (folder / file).write_text(text)
-    return CHECK, FIT
+    return text
 
 
 def scaled(folder: Path, what: str, factor: float) -> tuple[Words, ...]:
@@ -133,11 +137,7 @@ def joints(folder: Path, *changes: tuple[str, str]) -> tuple[Words, ...]:
     text = written(told).replace("../data/joint_runs", str(JOINTS))
     if (folder / "robot.yaml").exists():
         text = text.replace(str(JOINTS / "robot.yaml"), "robot.yaml")
-    for old, new in changes:
-        if old not in text:
-            raise ValueError(f"the study of joints has no {old!r}")
-        text = text.replace(old, new)
-    (folder / "arm.yaml").write_text(text)
+    (folder / "arm.yaml").write_text(changed(text, changes))
     return CHECK, FIT
 
 
@@ -146,11 +146,7 @@ def motion(folder: Path, *changes: tuple[str, str]) -> tuple[Words, ...]:
     told = read((ROOT / "configs" / "nagoya_two_link.yaml").read_text())
     told["records"] = told["records"][4:5]
     text = written(told).replace("../data/nagoya_two_link", str(NAGOYA))
-    for old, new in changes:
-        if old not in text:
-            raise ValueError(f"the study of motion has no {old!r}")
-        text = text.replace(old, new)
-    (folder / "arm.yaml").write_text(text)
+    (folder / "arm.yaml").write_text(changed(text, changes))
     return CHECK, ("simulate", "arm.yaml", "--no-report")
 
 
@@ -409,7 +405,9 @@ def read(text: str) -> Any:
 
 def written(told: Any) -> str:
     """The same as text."""
-    YAML(typ="safe").dump(told, stream := StringIO())
+    yaml, stream = YAML(typ="safe"), StringIO()
+    yaml.default_flow_style = False
+    yaml.dump(told, stream)
     return stream.getvalue()
 
 
