@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, ValidationError
 
+import identify
 from identify.core.analyses import checker_of
 from identify.core.config import family_of
 from identify.core.errors import InputError, InputErrors
@@ -115,6 +116,28 @@ def test_a_study_that_was_not_looked_at_as_a_whole_passes_no_check(
     assert "study: no check failed" in capsys.readouterr().out
 
 
-def test_a_simulation_that_runs_away_is_told_without_a_warning_of_numpy() -> None:
-    seen = wrong_inputs.run(CASES["period_in_ms"])
-    assert seen.seen == "named" and "runs away" in seen.said and "RuntimeWarning" not in seen.said
+def test_a_simulation_that_runs_away_is_told_without_a_warning_of_numpy(tmp_path: Path) -> None:
+    CASES["period_in_ms"].make(tmp_path)
+    done = identify.simulate(tmp_path / "arm.yaml", out=tmp_path / "arm.h5")  # warnings are errors here
+    assert any("runs away" in note for note in done.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "note"),
+    [
+        ("gravity_in_mm", "gravity is 9810 m/s^2"),
+        ("table_in_radians", "neighbouring axes are turned by 1.571 degrees"),
+    ],
+)
+def test_a_fit_without_a_check_says_it_too(tmp_path: Path, name: str, note: str) -> None:
+    CASES[name].make(tmp_path)
+    fitted = identify.fit(tmp_path / "arm.yaml", out=tmp_path / "arm.h5", report=False)
+    assert any(one.startswith(note) for one in fitted.notes), fitted.notes
+
+
+def test_a_simulation_says_it_too(tmp_path: Path) -> None:
+    wrong_inputs.motion(tmp_path)
+    study = tmp_path / "arm.yaml"
+    study.write_text(study.read_text().replace("robot:\n", "robot:\n  gravity_m_s2: [0, 0, -9810]\n"))
+    done = identify.simulate(study, out=tmp_path / "arm.h5", report=False)
+    assert done.notes[0].startswith("gravity is 9810 m/s^2")

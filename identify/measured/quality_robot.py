@@ -1,4 +1,4 @@
-"""What `check` says of a robot's description: numbers that no arm has, as of another unit.
+"""What `check` and results say of a robot's description: numbers that no arm has, as of another unit.
 
 No description is refused for them: arms are made up, too.
 """
@@ -30,6 +30,11 @@ def check_robot(robot: Robot) -> Iterator[Finding]:
     if pull and not _PULL[0] <= pull <= _PULL[1]:
         sentence = f"Gravity is {pull:.4g} m/s^2: is `gravity_m_s2` in m/s^2?"
         yield Finding("warn", "gravity", (), sentence, pull)
+
+
+def robot_notes(robot: Robot) -> list[str]:
+    """The same as notes of a result."""
+    return [f"{one.sentence[:1].lower()}{one.sentence[1:]}" for one in check_robot(robot)]
 
 
 def _offsets(robot: Robot) -> float:
