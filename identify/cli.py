@@ -268,7 +268,7 @@ def check(config: Config, quiet: Quiet = False) -> None:
     with working(quiet, "reading"):
         checked = checker_of(family_of(config))(config)
     if not quiet:
-        print_findings(checked.findings)
+        print_findings(checked.findings, whole=not checked.refused)
     if checked.refused:
         raise InputErrors(list(checked.refused))
     if checked.failed:

@@ -18,6 +18,8 @@ from identify.core.text_input import read_text
 from identify.core.yaml_input import leaves, line_of, parse_yaml
 
 S = TypeVar("S", bound=BaseModel)
+_PLAIN = {"a valid tuple": "a list", "a valid list": "a list", "a valid dictionary": "keys and values"}
+"""Words of Python for what a config may hold, and those of YAML."""
 
 
 def without_old_keys(renamed: Mapping[str, str], data: Any) -> Any:
@@ -154,15 +156,20 @@ def _input_error(path: Path, data: Any, fault: Any, kind: type[BaseModel]) -> In
         return InputError(where, "missing", "a value", "see `identify config` for what it means")
     if fault["type"] == "value_error":
         return InputError(where, str(fault["ctx"]["error"]).rstrip("."))
-    found = (
-        fault["input"]
-        if isinstance(fault["input"], (str, int, float, bool))
-        else type(fault["input"]).__name__
-    )
     expected = fault["msg"].removeprefix("Input should be ")
+    for python, plain in _PLAIN.items():
+        expected = expected.replace(python, plain)
+    expected = expected[:1].lower() + expected[1:]
     if fault["input"] is None:
-        return InputError(where, "not filled in", expected[:1].lower() + expected[1:])
-    return InputError(where, f"found {found!r}", expected[:1].lower() + expected[1:])
+        return InputError(where, "not filled in", expected)
+    return InputError(where, f"found {_found(fault['input'])}", expected)
+
+
+def _found(value: Any) -> str:
+    """A value of a config in words of YAML."""
+    if isinstance(value, Mapping):
+        return "keys (" + ", ".join(map(str, value)) + ")"
+    return "a list" if isinstance(value, list) else repr(value)
 
 
 def _keys(data: Any, location: Sequence[Any]) -> list[Any]:

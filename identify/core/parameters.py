@@ -56,7 +56,10 @@ class DampingValues(Values):
     """Values of viscous dampers, which may be given as a damping ratio of the coordinate on its own."""
 
     damping_ratio: float = Field(
-        0.03, gt=0, description="start value as c = 2 zeta sqrt(k m), m the inertia the coordinate moves"
+        0.03,
+        gt=0,
+        lt=1,
+        description="start value as c = 2 zeta sqrt(k m), m the inertia the coordinate moves",
     )
 
 

@@ -91,7 +91,7 @@ def guard(name: str) -> Iterator[None]:
     try:
         with contextlib.redirect_stdout(sys.stderr):
             yield
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         if package_of(type(error)) == "identify":
             raise
         raise PluginError(name, f"{type(error).__name__}: {error}", fix=_FIX) from error

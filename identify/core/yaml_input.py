@@ -53,12 +53,25 @@ def parse_yaml(text: str, where: str, expected: str = "a YAML file") -> Any:
         at = f"{where} line {error.problem_mark.line + 1}" if error.problem_mark else where
         if isinstance(error, _Refused):
             raise InputError(at, str(error.problem), expected, "remove it") from error
+        _check_spaces(text, where, expected)
         found = f"broken YAML ({error.problem or error.context})"
         raise InputError(at, found, expected, "check indents and quotes") from error
     except (YAMLError, *_DAMAGED) as error:
         raise InputError(
             where, f"broken YAML ({_first_line(error)})", expected, "check indents and quotes"
         ) from error
+
+
+def _check_spaces(text: str, where: str, expected: str) -> None:
+    """Raise an InputError where a line of a broken text begins with what looks like a space and is none."""
+    strange = re.search(r"^ *([^\S \n])", text, re.MULTILINE)
+    if strange is not None:
+        line, name = (
+            text.count("\n", 0, strange.start(1)) + 1,
+            f"no-break or other space U+{ord(strange[1]):04X}",
+        )
+        found = f"broken YAML (a {'tab' if strange[1] == chr(9) else name} in the indent)"
+        raise InputError(f"{where} line {line}", found, expected, "write plain spaces")
 
 
 def round_trip() -> YAML:

@@ -9,6 +9,7 @@ from identify.excite.information import Experiment, experiment_of
 from identify.excite.limits import Limits, limits_of
 from identify.excite.study import ExciteFile, read_excite_study
 from identify.measured.finding import STUDY, Checked, Finding, kept
+from identify.measured.quality_robot import check_robot
 from identify.robot.read import read_robot
 
 
@@ -19,7 +20,7 @@ def run_checks(config: Path) -> Checked:
     """
     file, refused = read_excite_study(config), list[InputError]()
     loaded = kept(lambda: _loaded(file), refused)
-    found = [] if loaded is None else [_of_limits(*loaded)]
+    found = [] if loaded is None else [*check_robot(loaded[0].arm.robot), _of_limits(*loaded)]
     return Checked({STUDY: found}, tuple(map(file.at_its_line, refused)), "excite")
 
 

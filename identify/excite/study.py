@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from identify.core.config import ConfigFile, Settings, read_settings
-from identify.robot.settings import RobotSettings
+from identify.robot.settings import Ratio, RobotSettings
 
 SCHEMA = "identify-excite/1"
 Target = Literal["base-parameters", "friction", "transmission-error"]
@@ -48,7 +48,7 @@ class RecordNoise(Settings):
 class KnownDrives(Settings):
     """What is known of drives, a number per joint: for the rehearsal, and what need not be found."""
 
-    gear_ratio: list[float] | None = Field(None, description="turns of the motor per turn of the joint")
+    gear_ratio: list[Ratio] | None = Field(None, description="turns of the motor per turn of the joint")
     rotor_inertia_kg_m2: list[float] | None = Field(
         None, description="at the motor; default: not known, so that it is found along"
     )

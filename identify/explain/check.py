@@ -12,6 +12,7 @@ from identify.explain.study import USES, ExplainFile, read_explain_study
 from identify.measured.conditioning import in_a_row
 from identify.measured.finding import STUDY, Checked, Finding, kept
 from identify.measured.quality_records import check_records
+from identify.measured.quality_robot import check_robot
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
 
@@ -45,4 +46,5 @@ def _looked_at(file: ExplainFile, robot: Robot, records: Records) -> dict[str, l
     absolute = study.positions == "absolute" and study.drives.positions_of == "joints"
     joints = None if study.joints is None else [joint - 1 for joint in study.joints]
     every = [record for use in USES for record in records[use]]
-    return check_records(every, limits if absolute else None, joints)
+    found = check_records(every, limits if absolute else None, joints)
+    return {**found, STUDY: [*found[STUDY], *check_robot(robot)]}

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from identify.core.config import ConfigFile, Settings, read_settings
 from identify.explain.effects.base import MOTION_EFFECTS
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
-from identify.robot.settings import RobotSettings
+from identify.robot.settings import Ratio, RobotSettings
 
 SCHEMA = "identify-explain/1"
 Use = Literal["fit", "validate", "test"]
@@ -21,7 +21,7 @@ USES: tuple[Use, ...] = ("fit", "validate", "test")
 class Drives(Settings):
     """What is known of the drives, a number per joint."""
 
-    gear_ratio: list[float] = Field(description="turns of the motor per turn of the joint")
+    gear_ratio: list[Ratio] = Field(description="turns of the motor per turn of the joint")
     rotor_inertia_kg_m2: list[float] | None = Field(
         None, description="at the motor; default: none, so that it is found as an effect"
     )

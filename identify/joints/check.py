@@ -17,6 +17,7 @@ from identify.joints.intervals import DETERMINED
 from identify.joints.study import bench_of, read_joint_study
 from identify.measured.finding import STUDY, Checked, Finding, kept
 from identify.measured.quality_records import check_records
+from identify.measured.quality_robot import check_robot
 from identify.measured.records import MotionRecord
 
 
@@ -29,12 +30,14 @@ def run_checks(config: Path) -> Checked:
     found: dict[str, list[Finding]] = {STUDY: []}
     bench = kept(lambda: bench_of(file), refused)
     if bench is not None:
+        found[STUDY] += check_robot(bench.robot) if bench.robot is not None else []
         records: dict[str, MotionRecord] = {}
         watched = replace(bench, watch=lambda record: records.update({record.source: record}))
         with one_thread():
             for curve in file.study.curves:
                 found[curve.label] = kept(lambda one=curve: _tried(one, watched), refused) or []  # type: ignore[misc]
-        found = {**check_records(list(records.values())), **found}
+        of_records = check_records(list(records.values()))
+        found = {**of_records, **found, STUDY: [*of_records[STUDY], *found[STUDY]]}
     return Checked(found, tuple(map(file.at_its_line, refused)))
 
 

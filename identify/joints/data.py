@@ -14,7 +14,14 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.conditioning import ConditionedMotion, condition
 from identify.measured.record_files import JOINT, RecordFile
-from identify.measured.records import MotionRecord, Quantity, SignalSettings, TimeAxis, read_record
+from identify.measured.records import (
+    FARTHEST,
+    MotionRecord,
+    Quantity,
+    SignalSettings,
+    TimeAxis,
+    read_record,
+)
 from identify.measured.units import parse_signal_unit
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
@@ -114,8 +121,12 @@ class JointTestData:
     def column(self, file: RecordFile, at: SignalSettings, joint: int, where: str) -> Array:
         """One joint's numbers (samples,) in SI out of a table without time."""
         unit = parse_signal_unit(at.unit, where)
-        values = np.ravel(file.array(at.at, joint + 1, unit))
-        return values if file.in_si else unit.factor * values
+        read = np.ravel(file.array(at.at, joint + 1, unit))
+        values = read if file.in_si else unit.factor * read
+        if unit.si == "rad" and np.abs(values).max(initial=0.0) > FARTHEST:
+            found = f"angles of up to {np.abs(values).max():.3g} rad: are they degrees?"
+            raise InputError(f"{where}, {at.at}", found, "angles of a joint", "correct the unit in `signals`")
+        return values
 
     def at(self, quantity: Quantity, where: str) -> SignalSettings:
         """Where a quantity stands in the files; InputError where the study does not say."""

@@ -16,6 +16,7 @@ from identify.fitting.resume import held
 from identify.joints.data import JointTestData
 from identify.joints.intervals import AS_DESCRIBED, BLIND, WEAK, ZERO
 from identify.joints.study import JointFile, bench_of, read_joint_study
+from identify.measured.quality_robot import robot_notes
 from identify.results import file as result_file
 from identify.results.joints import CurveResult, JointsResult
 from identify.results.provenance import provenance, sha256
@@ -73,7 +74,10 @@ def _result(
     return JointsResult(
         name=file.study.name,
         verdict=tuple(_sentence(label, found) for label, found in curves.items()),
-        notes=tuple(f"{label}: {note}" for label, found in curves.items() for note in found.notes),
+        notes=(
+            *([] if bench.robot is None else robot_notes(bench.robot)),
+            *(f"{label}: {note}" for label, found in curves.items() for note in found.notes),
+        ),
         seconds=time.perf_counter() - begun,
         curves=curves,
         provenance=provenance(

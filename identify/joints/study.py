@@ -18,7 +18,7 @@ from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.robot.coupling import checked_coupling
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
-from identify.robot.settings import RobotSettings
+from identify.robot.settings import Ratio, RobotSettings
 
 SCHEMA = "identify-joints/1"
 
@@ -34,7 +34,7 @@ class JointStudy(Settings):
     robot: RobotSettings | None = Field(
         None, description="for base parameters, and for stiffness under weights"
     )
-    gear_ratio: list[float] = Field(
+    gear_ratio: list[Ratio] = Field(
         min_length=1, description="turns of the motor per turn of the joint, one per joint"
     )
     torque_at: Literal["motor", "joint"] = Field(

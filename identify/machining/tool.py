@@ -91,7 +91,7 @@ class Tool(Settings):
     schema_: Literal["identify-tool/1"] = Field(alias="schema", description="identify-tool/1")
     name: str = Field(min_length=1, description="of the tool, for the report")
     teeth: int = Field(ge=1, le=100, description="number of cutting edges, evenly spaced")
-    diameter_mm: float = Field(gt=0, description="of the cutting edges")
+    diameter_mm: float = Field(ge=0.1, description="of the cutting edges")
     helix_deg: float = Field(0.0, ge=0, lt=80, description="helix angle; semi-discretisation alone sees it")
     lead_angle_deg: float = Field(
         90.0, gt=0, le=90, description="between edge and feed plane: 90 for an end mill, 45 for a face mill"

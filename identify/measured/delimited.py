@@ -34,6 +34,8 @@ from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.time_history import Signal, Units, sample_rate
 from identify.measured.units import parse_frf_unit, parse_signal_unit
 
+_LEAST_PHASE = 1.0
+"""Degrees that phases with any resonance in them go beyond, even in radians."""
 _LONG = ["frequency_hz", "output", "input", "real", "imag"]
 _NOTE = re.compile(r"#\s*(unit|averages|window_decay_per_s|record_s)\s*:\s*(.+?)[\s,]*$")
 _PAIR = re.compile(r"(\S+)\s*/\s*(\S+)\s+(real|imag|magnitude|phase_deg|coherence)")
@@ -124,7 +126,7 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     if table.header[:5] == _LONG and table.header[5:] in ([], ["coherence"]):
         frequency_hz, records, notes = _long(table)
     elif table.header[0] == "frequency_hz" and len(table.header) > 1:
-        (frequency_hz, records), notes = _wide(table), ()
+        frequency_hz, records, notes = _wide(table)
     else:
         expected = f"{','.join(_LONG)}[,coherence], or frequency_hz and columns such as 12:+Z/1:+X real"
         raise InputError(
@@ -229,8 +231,8 @@ def _long(table: DelimitedTable) -> tuple[Array, list[FrfRecord], tuple[str, ...
     return frequency_hz, [record.lines(some) for record, some in zip(records, slices, strict=True)], notes
 
 
-def _wide(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
-    """Frequencies and records of the wide layout."""
+def _wide(table: DelimitedTable) -> tuple[Array, list[FrfRecord], tuple[str, ...]]:
+    """Frequencies and records of the wide layout, and what is doubtful."""
     parts: dict[tuple[Channel, Channel], dict[str, Array]] = {}
     empty = table.at_zero()
     for column, name in enumerate(table.header[1:], start=1):
@@ -251,7 +253,16 @@ def _wide(table: DelimitedTable) -> tuple[Array, list[FrfRecord]]:
         where = f"{table.name}, columns {output}/{input_}"
         values = _complex(columns, where)
         records.append(FrfRecord(output, input_, values, where, coherence=columns.get("coherence")))
-    return table.numbers(0), records
+    phases = np.array([columns["phase_deg"] for columns in parts.values() if "phase_deg" in columns])
+    return table.numbers(0), records, _radians(phases)
+
+
+def _radians(phases: Array) -> tuple[str, ...]:
+    """What is to be said of phases (pairs, lines) in degrees that stay within a turn of radians."""
+    largest = float(np.abs(phases).max(initial=0.0))
+    if not _LEAST_PHASE < largest <= 2.001 * np.pi:
+        return ()
+    return (f"no phase_deg is beyond {largest:.3g}: are the phases radians? They were taken as degrees",)
 
 
 def _complex(columns: dict[str, Array], where: str) -> Complex:
@@ -260,6 +271,8 @@ def _complex(columns: dict[str, Array], where: str) -> Complex:
     if names == {"real", "imag"}:
         return columns["real"] + 1j * columns["imag"]
     if names == {"magnitude", "phase_deg"}:
+        if (columns["magnitude"] < 0).any():
+            raise InputError(where, "a magnitude below 0", "magnitudes, not decibels", "export them linear")
         return np.asarray(
             columns["magnitude"] * np.exp(1j * np.deg2rad(columns["phase_deg"])), dtype=np.complex128
         )

@@ -124,6 +124,7 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         frf[at] = record.values
         if record.coherence is not None:
             coherence[at] = _checked_coherence(record)
+    _check_complex(frf, source)
     frf, notes = _forward(file.frequency_hz, frf)
     return FrfSet(
         frequency_hz=file.frequency_hz,
@@ -142,6 +143,13 @@ def to_frf_set(file: FrfRecords, options: FrfFileOptions, source: str, sha256: s
         sha256=sha256,
         notes=(*file.notes, *notes),
     )
+
+
+def _check_complex(frf: Complex, source: str) -> None:
+    """Raise an InputError for FRFs that are all real: of magnitudes alone there are no modes."""
+    known = frf[~np.isnan(frf)]
+    if len(frf) > 1 and known.real.any() and not known.imag.any():
+        raise InputError(source, "FRFs that are real: magnitudes alone?", "complex values", "export them so")
 
 
 def _forward(frequency_hz: Array, frf: Complex) -> tuple[Complex, tuple[str, ...]]:

@@ -12,7 +12,7 @@ import numpy as np
 from identify.core.arrays import Array, Mask
 from identify.core.text import listed
 from identify.measured.finding import STUDY, Finding
-from identify.measured.records import MotionRecord
+from identify.measured.records import FARTHEST, MotionRecord
 from identify.measured.time_history import evenly_sampled
 
 _OFF = 0.1
@@ -48,6 +48,7 @@ def _joints(records: Sequence[MotionRecord]) -> int:
 def _of_record(record: MotionRecord, limits: Array | None, used: Mask) -> Iterator[Finding]:
     yield from _not_numbers(record, used)
     yield from _never_changing(record, used)
+    yield from _turns(record, used)
     yield from _slopes(record, used)
     if limits is not None:
         yield from _beyond_limits(record, limits, used)
@@ -99,6 +100,20 @@ def _moved(record: MotionRecord) -> Mask:
     positions = [values for name, values in record.signals.items() if name.endswith("position")]
     turned = [np.ptp(values, axis=0) > _MOVED for values in positions]  # False where it is no number
     return np.asarray(np.any(turned, axis=0)) if turned else np.zeros(_joints([record]), dtype=bool)
+
+
+def _turns(record: MotionRecord, used: Mask) -> Iterator[Finding]:
+    """Joints that turn farther than any does: degrees, or turns of the motor, that were said to be rad."""
+    for name, values in record.signals.items():
+        farthest = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
+        far = used & (farthest > FARTHEST)
+        if name.endswith("position") and far.any():
+            largest = float(farthest[far].max())
+            sentence = (
+                f"{name} of {_named(far)} goes to {largest / (2 * np.pi):.3g} turns: are its numbers degrees,"
+                " or the motor's before its gear?"
+            )
+            yield Finding("warn", "many-turns", (), sentence, largest)
 
 
 def _slopes(record: MotionRecord, used: Mask) -> Iterator[Finding]:

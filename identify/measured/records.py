@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -29,6 +29,8 @@ Quantity = Literal[
     "link_position",
     "link_velocity",
 ]
+FARTHEST = 5 * 2 * np.pi
+"""No joint of an arm turns as far, rad, for its cables."""
 _ALIKE = 1e-4
 """Difference of two recorded signals, in standard deviations of them, up to which they are one: noise is
 more."""
@@ -55,6 +57,16 @@ class SignalSettings(_Settings):
         )
     )
     unit: str = Field(description="deg, rad, deg/s, rad/s, N m, or A")
+
+    @field_validator("at")
+    @classmethod
+    def _one_placeholder(cls, at: str) -> str:
+        if set(at.replace(JOINT, "")) & set("{}"):
+            raise ValueError(
+                f"braces other than {JOINT} in {at!r}; expected {JOINT} where the joint's number stands"
+            )
+        return at
+
     joints: list[int] | None = Field(None, description="the joints that it really has; default: all")
 
 

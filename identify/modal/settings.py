@@ -62,6 +62,7 @@ class ModalSettings(BaseModel):
     min_contribution: float | None = Field(
         None,
         ge=0,
+        lt=1,
         description=(
             "least part of the energy around a mode that only it explains; where not given, more than noise"
             " could, or 0.01 where the modes leave more than noise"

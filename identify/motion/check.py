@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,12 @@ import numpy as np
 from identify.core.errors import InputError
 from identify.measured.finding import STUDY, Checked, Finding, kept
 from identify.measured.quality_records import check_records
+from identify.measured.quality_robot import check_robot
 from identify.motion.plan import motion_plan
 from identify.motion.problem import MotionProblem, fastest_mode, load_motion
 from identify.motion.study import read_motion_study
+
+_MOST_BITS = 32
 
 
 def run_checks(config: Path) -> Checked:
@@ -27,8 +31,18 @@ def run_checks(config: Path) -> Checked:
     if fitted:
         kept(lambda: motion_plan(problem, study.optimizer, study.starts), refused)
     found = check_records([r.measured for r in problem.records if r.measured is not None])
-    found[STUDY].append(_of_model(problem))
+    found[STUDY] += [*check_robot(problem.robot), *_encoders(study.encoder_counts), _of_model(problem)]
     return Checked(found, tuple(map(file.at_its_line, refused)), "fit" if fitted else "simulate")
+
+
+def _encoders(counts: list[int] | None) -> Iterator[Finding]:
+    """Counts that are likely to be bits, of which encoders have up to 32."""
+    if counts and max(counts) <= _MOST_BITS:
+        sentence = (
+            f"Encoders of {min(counts)} counts a turn have steps of {360 / min(counts):.3g} degrees: are"
+            f" these bits, of {2 ** min(counts)} counts?"
+        )
+        yield Finding("warn", "encoder-counts", (), sentence, min(counts))
 
 
 def _is_fitted(problem: MotionProblem) -> bool:

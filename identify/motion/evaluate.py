@@ -12,6 +12,7 @@ from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Uncertainty, at_bounds
+from identify.measured.quality_robot import robot_notes
 from identify.motion.judging import judge
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import PreparedRecord
@@ -100,7 +101,12 @@ def _result(
         name=study.name,
         seed=study.seed,
         verdict=_verdict(problem, found, trusted, runs / seconds),
-        notes=(*_notes(records), *([] if found is None else found.fit.end_note), *rivals_said(found)),
+        notes=(
+            *robot_notes(problem.robot),
+            *_notes(records),
+            *([] if found is None else found.fit.end_note),
+            *rivals_said(found),
+        ),
         effects=_sentences(problem),
         joints=tuple(joint.name for joint in problem.robot.joints),
         step_s=problem.step_s,
@@ -163,7 +169,7 @@ def _record(
         comparisons=comparisons,
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
-        gap=float(np.sqrt(np.nanmean(gaps))) if gaps else float("nan"),
+        gap=float(np.sqrt(np.nanmean(gaps))) if np.isfinite(gaps).any() else float("nan"),
         **_tool(problem, record, motion.coordinates[number, :ticks]),
     )
 

@@ -28,7 +28,7 @@ class Ripple(Settings):
 class Gear(Settings):
     """A gear per joint."""
 
-    ratio: Number = quantity("", "turns of the motor per turn of the gear output", least=1e-9)
+    ratio: Number = quantity("", "turns of the motor per turn of the gear output", least=1.0)
     cubic_stiffness: Number = quantity("N m/rad^3", "A_3 of Eq. 8, hardening", 0.0)
     backlash: Number = quantity("rad", "free play at the gear output, from stop to stop", 0.0)
     transmission_error: list[Ripple] = Field([], description="components of Eq. 9")

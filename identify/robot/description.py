@@ -4,6 +4,7 @@ from.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -86,6 +87,14 @@ class Robot:
             f"unknown joint {joint!r}",
             f"a number from 1 to {len(names)} or one of " + ", ".join(names),
         )
+
+    def joint_numbers(self, joints: Iterable[int | str], where: str = "robot") -> list[int]:
+        """1-based numbers of joints; one that comes twice is an InputError."""
+        numbers = [self.joint_number(joint, where) for joint in joints]
+        for number in numbers:
+            if numbers.count(number) > 1:
+                raise InputError(where, f"joint {number} twice", "each joint once")
+        return numbers
 
     def detach(self, first: str, where: str = "robot") -> Robot:
         """The robot without link `first` and everything beyond it, as when the wrist was taken off for a

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from identify.core.config import Settings
+
+Ratio = Annotated[float, Field(ge=1)]
+"""Turns of a motor per turn of its joint: a number below 1 is the inverse of that."""
 
 
 class Payload(Settings):

@@ -7,6 +7,7 @@ points, postures, files beside each other, the model at its start values) are he
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from identify.fitting.fit import check_moves
 from identify.measured.finding import STUDY, Checked, Finding, kept, listing
 from identify.measured.frf_set import FrfSet
 from identify.measured.quality import check
+from identify.measured.quality_robot import check_robot
 from identify.model.modes import complex_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
@@ -64,7 +66,7 @@ def checks_of(file: StudyFile) -> Checked:
         for name, one in settings.items()
         if one.file is not None
     }
-    labels = {node: point.name for node, point in (points or {}).items()}
+    labels = None if points is None else {node: point.name for node, point in points.items()}
     known = {name: data for name, data in sets.items() if data is not None}
     findings = {name: _of_set(data, settings[name], labels, file) for name, data in known.items()}
     problem = None if refused else kept(lambda: _loaded(file, known), refused)
@@ -72,7 +74,9 @@ def checks_of(file: StudyFile) -> Checked:
     if problem is not None:
         found += [
             *_left_out(problem, known),
+            *check_robot(problem.robot),
             *_far_points(problem.robot, problem.points),
+            *_one_place(problem.points),
             *_limits(problem),
             *_resonances(problem),
             *_uncertain(problem),
@@ -92,12 +96,15 @@ def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
 
 
 def _of_set(
-    data: FrfSet, settings: MeasurementSettings, labels: Mapping[int, str], file: StudyFile
+    data: FrfSet, settings: MeasurementSettings, labels: Mapping[int, str] | None, file: StudyFile
 ) -> list[Finding]:
-    """The findings on one set; that its noise is not known is none where the study states it."""
-    stated = settings.noise != "coherence"
-    found = check(data, labels, file.study.band_hz)
-    return [one for one in found if not (stated and one.check in _OF_NOISE)]
+    """The findings on one set, but for what the study says elsewhere: its noise, or (labels is None) that its
+    points cannot be read.
+    """
+    silent = _OF_NOISE if settings.noise != "coherence" else ()
+    silent = (*silent, *(("unknown-point",) if labels is None else ()))
+    found = check(data, labels or {}, file.study.band_hz)
+    return [one for one in found if one.check not in silent]
 
 
 def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:
@@ -150,6 +157,15 @@ def _far_points(robot: Robot, points: Mapping[int, Point]) -> Iterator[Finding]:
             "of its link, far outside of the link: is it the right link, and its frame?"
         )
         yield Finding("warn", "far-point", (), sentence, farthest)
+
+
+def _one_place(points: Mapping[int, Point]) -> Iterator[Finding]:
+    """Points at one place of one link, whose sensors look the same way: a line that was copied."""
+    for (first, one), (second, other) in combinations(points.items(), 2):
+        same = one.link == other.link and np.allclose(one.position, other.position, rtol=0, atol=1e-9)
+        if same and np.allclose(one.axes, other.axes):
+            sentence = f"Points {first} and {second} are at the same place: was a line copied?"
+            yield Finding("warn", "one-place", (), sentence)
 
 
 def _extents(robot: Robot) -> dict[str, float]:

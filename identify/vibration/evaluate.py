@@ -19,6 +19,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.geometry import displacements
 from identify.measured.modal_table import ModalTable
+from identify.measured.quality_robot import robot_notes
 from identify.modal.frf_errors import frf_errors
 from identify.modal.pairing import pair
 from identify.model.geometry import drawn_geometry, drawn_modes, sensor_geometry, shapes_at, standing
@@ -106,6 +107,7 @@ def evaluate(
 def _notes(problem: Problem, fit: Fit, targets: Targets, trusted: Uncertainty) -> tuple[str, ...]:
     return (
         *_file_notes(problem),
+        *robot_notes(problem.robot),
         *geometry_notes(problem),
         *trusted.notes,
         *_unstated_note(problem, trusted),

@@ -38,7 +38,7 @@ class RelativeNoise(Settings):
     """Noise as a share of each FRF's own RMS over the band."""
 
     relative: float = Field(
-        gt=0, description="standard deviation of the complex value over the RMS of the FRF"
+        gt=0, lt=1, description="standard deviation of the complex value over the RMS of the FRF"
     )
 
 

@@ -55,7 +55,7 @@ def nothing(path, options): return None
 """
 POINTS = {
     "effects": "plain=Plain raising=Raising nan=NotANumber larger=Larger unsymmetric=Unsymmetric"
-    " function=function missing=Missing",
+    " function=function missing=Missing quits=quitter:Quits",
     "optimizers": "silent=Silent lost=Lost",
     "loaders": "nothing=nothing",
     "costs": "function=function",
@@ -67,17 +67,23 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small study, in a folder where the package is installed."""
     folder = tmp_path_factory.mktemp("evil")
     (folder / "evilp.py").write_text(EVIL)
+    (folder / "quitter.py").write_text("import sys\nsys.exit('no licence')\n")
     info = folder / "evil-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: evil\nVersion: 1.0\n")
     lines = []
     for group, entries in POINTS.items():
-        lines += [f"[identify.{group}]", *(entry.replace("=", " = evilp:") for entry in entries.split())]
+        lines += [f"[identify.{group}]", *(_line(entry) for entry in entries.split())]
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
     text = (ROOT / "configs" / "arm_hammer_test.yaml").read_text().replace("../data", str(ROOT / "data"))
     kept = text.replace("starts: 10", "starts: 1").replace("[3, 80]", "[5, 30]")
     (folder / "plain.yaml").write_text(kept)
     return folder / "plain.yaml"
+
+
+def _line(entry: str) -> str:
+    name, _, what = entry.partition("=")
+    return f"{name} = {what if ':' in what else f'evilp:{what}'}"
 
 
 def run(study: Path, *words: str) -> subprocess.CompletedProcess[str]:
@@ -103,6 +109,7 @@ def run(study: Path, *words: str) -> subprocess.CompletedProcess[str]:
         ),
         ("  - {kind: function}", "package evil 1.0: evilp:function is no effect"),
         ("  - {kind: missing}", "plug-in 'missing' of the package evil 1.0: AttributeError"),
+        ("  - {kind: quits}", "plug-in 'quits' of the package evil 1.0: SystemExit: no licence"),
         ("optimizer: silent", "plug-in 'silent' of the package evil 1.0: `minimize` gives None"),
         ("optimizer: lost", "plug-in 'lost' of the package evil 1.0: ValueError: it asks for the cost"),
         ("cost: function", "package evil 1.0: evilp:function is no cost"),
@@ -141,4 +148,4 @@ def test_a_broken_one_that_is_merely_installed_is_left_out_and_named(study: Path
     done = run(study, "config")
     assert done.returncode == 0 and done.stdout.startswith("{"), done.stderr
     notes = done.stderr.splitlines()
-    assert len(notes) == 3 and all(note.startswith("note: left out: plug-in") for note in notes), notes
+    assert len(notes) == 4 and all(note.startswith("note: left out: plug-in") for note in notes), notes

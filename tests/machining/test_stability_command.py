@@ -127,6 +127,11 @@ def test_the_command_and_the_function_write_the_same(fit: Path, tmp_path: Path) 
         ("node: 2", "place: {link: link9, position_m: [0, 0, 0]}", "unknown link 'link9'"),
         ("feed: [1, 0.5, 0]", "feed: [0, 0, 1]", "a feed along the spindle"),
         ("width_mm: 8", "width_mm: 20", "at most the diameter"),
+        (
+            "diameter_mm: 16",
+            "diameter_mm: 0.016",
+            "diameter_mm: found 0.016; expected greater than or equal to",
+        ),
         ("kind: up, width_mm: 8", "kind: up", "expected with up and down"),
         ("coefficients: {tangential_n_per_mm2: 600, radial_n_per_mm2: 150}", "material: oak", "'oak'"),
         ("teeth: 2", "teeth: 2\nmaterial: aluminium-6061-t6", "either `material` or `coefficients`"),

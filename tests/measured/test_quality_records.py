@@ -44,6 +44,13 @@ def dead_torque(signals: dict[str, Array]) -> None:
     signals["motor_torque"][:, 1] = 0.0
 
 
+def in_degrees(signals: dict[str, Array]) -> None:
+    """Angles, as if all were read in degrees and said to be rad, where nothing else is recorded."""
+    for name in ("motor_velocity", "link_position", "motor_torque"):
+        del signals[name]
+    signals["motor_position"] = 7.5 * np.degrees(signals["motor_position"])
+
+
 def gap(signals: dict[str, Array]) -> None:
     signals["motor_torque"][7:9, 0] = np.nan
 
@@ -68,14 +75,15 @@ def test_a_sound_record_has_no_finding() -> None:
             "fail",
             "motor_torque of joint 1 is no number at 2 of 401 samples, the first at 0.035",
         ),
+        (in_degrees, "many-turns", "warn", "motor_position of joints 1 and 2 goes to 23.9 turns"),
         (dead_torque, "never-changes", "warn", "motor_torque of joint 2 never changes"),
         (scaled("motor_velocity", 57.3), "slope", "warn", "motor_velocity of joint 1 times 0.0174 is"),
         (scaled("motor_velocity", -1.0), "slope", "warn", "times -1 is the positions' own"),
         (
-            scaled("link_position", 120.0),
+            scaled("link_position", 12.0),
             "slope",
             "warn",
-            "link_position of joint 1 times 0.00833 is motor_position",
+            "link_position of joint 1 times 0.0833 is motor_position",
         ),
     ],
 )

@@ -16,13 +16,14 @@ from identify.model.effects.base import Effect, Term
 from identify.model.effects.place import Beside, Place
 from identify.robot.description import Robot
 from identify.robot.points import Point
+from identify.robot.settings import Ratio
 
 
 class Geared(Effect, ABC):
     """Motors of some joints with their gear ratios and rotors."""
 
     joints: list[int | str] = Field(min_length=1, description="joint numbers (from 1) or names")
-    gear_ratio: list[float] = Field(min_length=1, description="motor turns per joint turn, one per joint")
+    gear_ratio: list[Ratio] = Field(min_length=1, description="motor turns per joint turn, one per joint")
     inertia: Values = Field(
         Values(), description="on the motor side, kg m^2; `fixed: true` where a data sheet says it"
     )
@@ -43,7 +44,7 @@ class Geared(Effect, ABC):
 
     def numbers(self, robot: Robot) -> list[int]:
         """Joint numbers, from 1."""
-        return [robot.joint_number(joint, f"effects.{self.kind}.joints") for joint in self.joints]
+        return robot.joint_numbers(self.joints, f"effects.{self.kind}.joints")
 
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
         """Beside the springs of its drives."""

@@ -170,10 +170,6 @@ def compliance_terms(
 
 
 def joint_coordinates(robot: Robot, joints: Joints, axes: list[Axis], where: str) -> list[str]:
-    """joint1.rz and so on, joint by joint; an unknown joint is an InputError."""
-    numbers = (
-        range(1, len(robot.joints) + 1)
-        if joints == "all"
-        else [robot.joint_number(joint, where) for joint in joints]
-    )
+    """joint1.rz and so on, joint by joint; an unknown joint, or one twice, is an InputError."""
+    numbers = range(1, len(robot.joints) + 1) if joints == "all" else robot.joint_numbers(joints, where)
     return [f"joint{number}.{axis}" for number in numbers for axis in axes]
