@@ -141,8 +141,9 @@ def test_a_search_begins_and_is_interrupted(command: str, name: str, tmp_path: P
     run = begun(programs(), words, said)
     wait_for_more(run, part_of(out))
     run.signal(signal.SIGINT)
-    assert run.ended() == 130, said.read_text()
-    assert said.read_text().strip().splitlines()[-1] == "interrupted; resume with `--resume`"
+    code, last = run.ended(), said.read_text().strip().splitlines()[-1]
+    # Where there is nothing to find, it may have come to its end in the meantime.
+    assert (code, last) == (130, "interrupted; resume with `--resume`") or (code == 0 and out.exists()), last
 
 
 def test_a_tool_is_used_on_a_fit(tmp_path: Path) -> None:
