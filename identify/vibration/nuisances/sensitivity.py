@@ -85,7 +85,9 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
     mass, stiffness, numbers = changes
     held = ~np.any(model.motion[0], axis=(0, 2)) & (model.end is None)  # by springs of no compliance
     moved = np.flatnonzero(~held)
-    if held.any():
+    if held.all():
+        moved = np.arange(len(held))
+    elif held.any():
         mass, stiffness = (matrices[:, moved[:, None], moved] for matrices in (mass, stiffness))
     there = model.motion[2][:, moved], model.motion[0][:, moved]
     lines, _, inputs = there[0].shape
