@@ -27,7 +27,8 @@ from identify.model.effects.place import Beside, Column, Place, Release, Rows
 from identify.results.curves import CurveTable, PlaceTable
 from identify.vibration.problem import Measurement, Problem, with_effects
 
-_LISTED = 15
+_LISTED, _MEASURED = 15, 6
+"""Places of a step that are told; added effects whose curves are measured."""
 
 
 def acting(problem: Problem, found: Discovery) -> str:
@@ -53,12 +54,12 @@ class Wanted:
 
 
 def wanted(problem: Problem, found: Discovery, at: str = "") -> list[Wanted]:
-    """One for each added effect at a place of the structure; where the gap stays open, one for the coordinate
-    `at`, or without it for the place that explains most of the rest.  Errors of what was told are held where
-    the final fit ended.
+    """One for each of the first few added effects at a place of the structure; where the gap stays open, one
+    for the coordinate `at`, or without it for the place that explains most of the rest.  Errors of what was
+    told are held where the final fit ended.
     """
     every: list[Wanted] = []
-    for option in found.added:
+    for option in found.added[:_MEASURED]:
         every += _of_effect(problem, found.final, option.effect)
     if found.final.gap > QUIET:
         place = Beside((at,)) if at else next((one.place for one in _of_the_rest(found)), None)

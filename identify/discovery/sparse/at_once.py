@@ -5,6 +5,7 @@ order of evidence.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from identify.discovery.amplitude import level_gap
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, variance_inflation
@@ -69,8 +70,10 @@ def _told(bench: ImpactWorkbench, first: Trial, named: Sequence[Named], final: T
     trials = [*bench.workers.run(tasks), final]
     criterion = EvidenceCriterion(variance_inflation(bench.problem, final))
     options, before = list[Option](), first
-    for effect, trial in zip(added, trials, strict=True):
-        option = Option(effect, trial, max(trial.free - before.free, 0), criterion.gain(before, trial))
+    for one, trial in zip(named, trials, strict=True):
+        # Trials of few lines and of all have no odds over each other: these are those of the dense fit.
+        gain = replace(criterion.gain(before, trial), log_odds=one.evidence)
+        option = Option(one.effect, trial, max(trial.free - before.free, 0), gain)
         story.steps.append(Step(before, (option,), (option,), (), criterion, option.gain.explained))
         options.append(option)
         before = trial

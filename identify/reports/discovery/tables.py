@@ -69,7 +69,7 @@ def added_table(result: DiscoveryResult) -> Table:
     note = (
         f"Gap: RMS residual over noise once it is added; before anything was added {number(first)}, on other"
         f" data {number(first_other)}. Explained: share of what was above noise at first. Log odds: of the"
-        f" model with it over that without it, when it was added; above {CONVINCING:.0f} convinces. Other"
+        f" model with it over that without it; above {CONVINCING:.0f} convinces. Other"
         f" data: {result.elsewhere}."
     )
     return Table("Added effects", columns, tuple(rows), note)
