@@ -15,7 +15,7 @@ from identify.core.config import ConfigFile, Settings, read_settings
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
-from identify.model.effects.springs import Springs
+from identify.model.effects.springs import JointSprings
 from identify.model.laws.friction import Smoothing
 from identify.motion.command import Move
 from identify.motion.controller import Controller, parse_controller
@@ -39,9 +39,9 @@ WEIGHTS = (
 """Signals that a fit can compare."""
 
 
-def _spring(data: Any) -> Springs:
+def _spring(data: Any) -> JointSprings:
     effect = parse_effect(data)
-    if not isinstance(effect, Springs):
+    if not isinstance(effect, JointSprings):
         raise ValueError(
             f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance"
         )
@@ -131,7 +131,7 @@ class MotionStudy(Settings):
     schema_: Literal["identify-motion/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("motion", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings = Field(description="the robot that moves")
-    effects: list[Annotated[Springs, BeforeValidator(_spring)]] = Field(
+    effects: list[Annotated[JointSprings, BeforeValidator(_spring)]] = Field(
         [], description="elastic coordinates: joint-compliance, base-compliance; none: a rigid arm"
     )
     tool: Tool | None = Field(None, description="the point of the robot that a `path` leads")
