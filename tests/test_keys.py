@@ -293,7 +293,7 @@ MODAL: dict[str, Any] = {
     "max_damping_spread": 1e-9,
     "min_mpc": 1.0,
     "max_mpd_deg": 1e-3,
-    "min_contribution": 0.999,
+    "min_contribution": 1 - 1e-12,
     "modes_hz": (12.0,),
     "keep_hz": (12.0,),
     "drop_hz": (12.0,),
