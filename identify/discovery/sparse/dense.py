@@ -14,6 +14,7 @@ from identify.model.effects.frf_gain import FrfGain
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.mount_compliance import MountCompliance
+from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Axis
 from identify.model.effects.time_delay import TimeDelay
@@ -23,8 +24,8 @@ from identify.vibration.problem import Problem, with_effects
 
 
 def springs_and_instruments(problem: Problem) -> list[Effect]:
-    """Every spring, and every sensor, force and the delay."""
-    return [*_springs(problem), *_of_measurement(problem)]
+    """Every spring, and every sensor with its mass, force and the delay."""
+    return [*_springs(problem), *_of_measurement(problem), *_of_sensors(problem)]
 
 
 def springs_and_bodies(problem: Problem) -> list[Effect]:
@@ -80,6 +81,14 @@ def _of_measurement(problem: Problem) -> list[Effect]:
     wanted += [FrfGain(force=force) for force in forces]
     wanted.append(TimeDelay())
     return [effect for effect in wanted if effect.kind not in kinds]
+
+
+def _of_sensors(problem: Problem) -> list[Effect]:
+    """The mass of the sensors, nothing to begin with."""
+    if not problem.points or any(isinstance(one, SensorMass) for one in problem.file.study.effects):
+        return []
+    mass = SensorMass().mass
+    return [SensorMass(mass=mass.model_copy(update={"initial": 0.0}))]
 
 
 def _bodies(problem: Problem) -> list[Effect]:

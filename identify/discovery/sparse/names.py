@@ -28,6 +28,8 @@ from identify.model.effects.springs import Axis
 _AXES = ("x", "y", "z")
 _RIGID = 1e3
 """Times as stiff as its softest axis a rigid one of a link begins."""
+_ALIKE = 0.02
+"""Logarithms of factors that are one and the same."""
 _SPAN = 1e3
 """Bounds lie this many times below and above what was found."""
 
@@ -95,9 +97,15 @@ def of_body(effect: AddedMass, values: Mapping[str, float]) -> tuple[Effect, dic
     }
 
 
-def of_force(force: str, gain: float) -> tuple[Effect, dict[str, float]]:
-    """A factor of one force."""
-    return FrfGain(force=force), {f"force.{force}.gain": gain}
+def of_all_forces(found: Sequence[Named], forces: int) -> list[Named]:
+    """One factor of all FRFs in place of the same one of every force."""
+    own = [one for one in found if isinstance(one.effect, FrfGain)]
+    gains = np.array([gain for one in own for gain in one.values.values()])
+    if len(own) < forces or forces < 2 or np.ptp(np.log(gains)) > _ALIKE:
+        return list(found)
+    gain = float(np.exp(np.mean(np.log(gains))))
+    whole = Named(FrfGain(), {"frf.gain": gain}, sum(one.evidence for one in own))
+    return [whole, *(one for one in found if one not in own)]
 
 
 def of_sensor(

@@ -20,6 +20,7 @@ from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem
@@ -192,9 +193,16 @@ def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[N
             effect, own = names.of_springs(effect, unit.name, own)
         elif isinstance(effect, AddedMass):
             effect, own = names.of_body(effect, values)
+        elif isinstance(effect, SensorMass):
+            effect = SensorMass()
         elif isinstance(effect, SensorMatrix):
             error = found.x[unit.amplitudes].reshape(3, 3)
             weight = eliminated(information, unit.amplitudes, floor_of(unit))
             effect, own, _ = names.of_sensor(int(unit.name), error, weight, price)
         result.append(Named(effect, own, evidence[unit.name].log_odds))
-    return sorted(result, key=lambda one: -one.evidence)
+    return sorted(names.of_all_forces(result, problem_forces(found.problem)), key=lambda one: -one.evidence)
+
+
+def problem_forces(problem: Problem) -> int:
+    """How many forces the measurements have."""
+    return len({(c.node, abs(c.direction)) for m in problem.measurements for c in m.given.inputs})

@@ -27,7 +27,9 @@ NODES = [5, 9, 12, 14]
 
 
 def problem_of(folder: Path, case: str, seed: int, doubled: int = 0) -> Problem:
-    """A small hammer test, two postures fitted; the sensor at the point `doubled` reads twice as much."""
+    """A small hammer test, two postures fitted; the sensor at the point `doubled` reads twice as much, with -1
+    all do.
+    """
     spec = TestSpec(
         MAKES["compact"](seed).at_points(NODES), seed=seed, averages=2, binary=True, oversampling=8
     )
@@ -38,7 +40,7 @@ def problem_of(folder: Path, case: str, seed: int, doubled: int = 0) -> Problem:
 
 def _read_twice(measurement: Any, node: int) -> Any:
     data = measurement.given.data
-    gain = np.array([2.0 if channel.node == node else 1.0 for channel in data.outputs])
+    gain = np.array([2.0 if node in (channel.node, -1) else 1.0 for channel in data.outputs])
     noise = measurement.target.noise * gain[:, None]
     told = replace(data, frf=data.frf * gain[:, None], noise=noise)
     target = replace(measurement.target, data=told, noise=noise)
@@ -56,7 +58,9 @@ def test_three_effects_are_found_together(tmp_path: Path) -> None:
     assert all(one.evidence > 20 for one in named)
 
 
-@pytest.mark.parametrize(("doubled", "said"), [(9, {"gain of channel 9"}), (0, set())])
+@pytest.mark.parametrize(
+    ("doubled", "said"), [(9, {"gain of channel 9"}), (-1, {"gain of all FRFs"}), (0, set())]
+)
 def test_a_whole_sensor_is_named_and_a_right_one_is_not(tmp_path: Path, doubled: int, said: set[str]) -> None:
     with one_thread():
         named, _ = explain(problem_of(tmp_path, "none", 4, doubled))
