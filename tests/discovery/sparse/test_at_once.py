@@ -27,8 +27,8 @@ NODES = [5, 9, 12, 14]
 
 
 def problem_of(folder: Path, case: str, seed: int, doubled: int = 0) -> Problem:
-    """A small hammer test, two postures fitted; the sensor at the point `doubled` reads twice as much, with -1
-    all do.
+    """A small hammer test, two postures fitted; the sensor at the point `doubled`, or with -1 all of them,
+    read twice as much.
     """
     spec = TestSpec(
         MAKES["compact"](seed).at_points(NODES), seed=seed, averages=2, binary=True, oversampling=8
