@@ -25,6 +25,8 @@ from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 from identify.vibration.study import StudyFile
 
+_SEVERAL = 2
+
 
 @dataclass(frozen=True)
 class Discovery:
@@ -80,7 +82,9 @@ def _found(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Tria
     first = bench.begin()
     bench.go_on_from(first)
     together = at_once(bench, first, story)
-    if together is not None and closed(together.final):
+    # Bodies on several links can stand for one effect that the dense model does not have.
+    bodies = sum(one.effect.kind == "added-mass" for one in together.options) if together is not None else 0
+    if together is not None and closed(together.final) and bodies < _SEVERAL:
         return together, False
     steps, story.steps = story.steps, []
     found, named = _selected(bench, story)

@@ -33,6 +33,8 @@ _STIFFER, _ARM = 10.0, 0.15
 """A bearing that is about as stiff as they are: ten times its drive in rotation, and that on a lever of
 0.15 m.
 """
+_FEW = 2
+"""Units that explain the data from rigid bearings, so that no other start can do with much less."""
 _SEEN = 1.0
 """Units of what is left that an amplitude must move to be kept for a look at its evidence."""
 
@@ -64,16 +66,22 @@ def explain(problem: Problem, say: Say = lambda sentence: None) -> tuple[list[Na
     """What is missing from the model of a problem (few lines suffice), the most important first, and the
     values of all else by name.
     """
-    told = bool(problem.nuisances.entries)  # masses may be off by what was stated, and move with all else
     instruments = tuple(springs_and_instruments(problem))
-    best = min(
-        (dense_fit(problem, instruments, usual=usual) for usual in (True, *(() if told else (False,)))),
-        key=_objective,
-    )
-    if best.gap >= CLOSED and not told:
+    if problem.nuisances.entries:  # masses may be off by what was stated, and move with all else
+        return _said(*pruned(problem, dense_fit(problem, instruments, usual=True), say))
+    rigid = dense_fit(problem, instruments, usual=False)
+    if rigid.gap < CLOSED:
+        few = pruned(problem, rigid, say)
+        if few[0].gap < CLOSED and len(few[1]) <= _FEW:
+            return _said(*few)
+    best = min(rigid, dense_fit(problem, instruments, usual=True), key=_objective)
+    if best.gap >= CLOSED:
         best = min(best, dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True), key=_objective)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
-    kept, evidence, inflated = pruned(problem, best, say)
+    return _said(*pruned(problem, best, say))
+
+
+def _said(kept: Found, evidence: dict[str, Support], inflated: float) -> tuple[list[Named], dict[str, float]]:
     return named(kept, evidence, inflated), kept.values
 
 
