@@ -32,3 +32,10 @@ def real_product(factor: Array, values: Complex) -> Complex:
     """factor (..., m, n) @ values (..., n, k) without making the real factor complex."""
     flat = np.ascontiguousarray(values, dtype=complex).view(float)
     return np.asarray((factor @ flat).view(complex))
+
+
+def product_by_real(values: Complex, factor: Array) -> Complex:
+    """values (..., m, n) @ factor (..., n, k) without making the real factor complex."""
+    rows = values.shape[-2]
+    stacked = np.concatenate([values.real, values.imag], axis=-2) @ factor
+    return np.asarray(stacked[..., :rows, :] + 1j * stacked[..., rows:, :])

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index, Mask, real_product
+from identify.core.arrays import Array, Complex, Index, Mask, product_by_real, real_product
 from identify.model.compliances import Compliances
 from identify.model.truncation import left_at_end
 
@@ -90,7 +90,7 @@ class Response:
         here, there = lines(self.eigenvalues), lines(np.conj(self.eigenvalues))
         there = there * (self.eigenvalues.imag > 0)
         flat = parts.reshape(len(parts), -1)
-        real = real_product_left(here + there, flat.real) + 1j * real_product_left(here - there, flat.imag)
+        real = product_by_real(here + there, flat.real) + 1j * product_by_real(here - there, flat.imag)
         return np.asarray(real.reshape(len(self.s), *parts.shape[1:]))
 
     def motion(self, power: int) -> Complex:
@@ -362,12 +362,6 @@ def _tail(model: Response, slopes: Slopes) -> Complex:
     steep = value * double
     tail = model.summed(outlast * steep + change * double + value * single, model.late)
     return tail + model.summed(steep, lambda some: model.late(some) / (model.s[:, None] - some))
-
-
-def real_product_left(a: Complex, b: Array) -> Complex:
-    """a @ b for complex a (l, r) and real b (r, m) by products of real matrices."""
-    both = np.concatenate([a.real, a.imag]) @ b
-    return np.asarray(both[: len(a)] + 1j * both[len(a) :])
 
 
 def shortened(model: Response) -> Complex:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex, real_product
+from identify.core.arrays import Array, Complex, product_by_real, real_product
 from identify.model.hessenberg import motion_under
 from identify.model.modes import state_eigen
 from identify.model.system import Factors
@@ -221,17 +221,12 @@ def _superpose(
         squared = (s * s)[..., None] - 2 * values.real * s[..., None] + np.abs(values) ** 2
         constant = -2 * (residues * np.conj(eigenvalues)[..., :, None]).real
         inverse = 1.0 / squared
-        product = s[..., None] * _real_product(inverse, 2 * residues.real) + _real_product(inverse, constant)
+        product = s[..., None] * product_by_real(inverse, 2 * residues.real) + product_by_real(
+            inverse, constant
+        )
     else:
         product = (1.0 / (s[..., None] - values)) @ residues
     return np.asarray(product.reshape(*product.shape[:-1], outputs, inputs))
-
-
-def _real_product(a: Complex, b: Array) -> Complex:
-    """a @ b for complex a and real b without making b complex."""
-    stacked = np.concatenate([a.real, a.imag], axis=-2) @ b
-    lines = a.shape[-2]
-    return np.asarray(stacked[..., :lines, :] + 1j * stacked[..., lines:, :])
 
 
 def dynamic_stiffness(mass: Array, damping: Array, stiffness: Array, s: Complex) -> Complex:

@@ -4,7 +4,7 @@ body that may be missing from it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from identify.measured.channel import Channel
 from identify.model.effects.added_mass import AddedMass
@@ -35,9 +35,9 @@ def springs_and_bodies(problem: Problem) -> list[Effect]:
     return [*_springs(problem), *_bodies(problem)]
 
 
-def with_more(problem: Problem, effects: Sequence[Effect], values: Mapping[str, float]) -> Problem:
-    """The problem with effects beyond those of its study, from values by name."""
-    return with_effects(problem, [*problem.file.study.effects, *effects], values)
+def with_more(problem: Problem, effects: Sequence[Effect]) -> Problem:
+    """The problem with effects beyond those of its study."""
+    return with_effects(problem, [*problem.file.study.effects, *effects], {})
 
 
 def _springs(problem: Problem) -> list[Effect]:

@@ -93,7 +93,7 @@ def dense_fit(problem: Problem, effects: tuple[Effect, ...], *, usual: bool) -> 
     """From bearings that are rigid, which is near where one thing is missing, or as stiff as they usually
     are, where all give way a little: small ones hide each other on the way from rigid.
     """
-    model = with_more(problem, effects, {})
+    model = with_more(problem, effects)
     unknowns = Unknowns(model, len(problem.file.study.effects))
     x = _usual(unknowns) if usual else unknowns.reference
     x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
@@ -154,12 +154,10 @@ def pruned(problem: Problem, found: Found, say: Say) -> tuple[Found, dict[str, S
 def refitted(problem: Problem, found: Found, units: Sequence[Unit]) -> Found:
     """The fit with these units only, no price on any of them."""
     effects = tuple(_of_units(found, units))
-    model = with_more(problem, effects, found.values)
+    # Priors stay where they were: what was found is where it starts, not their centre.
+    model = with_more(problem, effects)
     unknowns = Unknowns(model, len(problem.file.study.effects))
     started = unknowns.to_x(np.array([found.values[p.name] for p in model.parameters]))
-    # Priors stay where they were: the new start is not their centre.
-    reference = Unknowns(with_more(problem, effects, {}), unknowns.known).reference
-    unknowns.__dict__["reference"] = reference
     return _settled(model, unknowns, effects, started, Penalised(unknowns, price=0.0), _AGAIN)
 
 
@@ -208,9 +206,9 @@ def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[N
             weight = eliminated(information, unit.amplitudes, floor_of(unit))
             effect, own, _ = names.of_sensor(int(unit.name), error, weight, price)
         result.append(Named(effect, own, evidence[unit.name].log_odds))
-    return sorted(names.of_all_forces(result, problem_forces(found.problem)), key=lambda one: -one.evidence)
+    return sorted(names.of_all_forces(result, _forces(found.problem)), key=lambda one: -one.evidence)
 
 
-def problem_forces(problem: Problem) -> int:
+def _forces(problem: Problem) -> int:
     """How many forces the measurements have."""
     return len({(c.node, abs(c.direction)) for m in problem.measurements for c in m.given.inputs})
