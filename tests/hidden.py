@@ -47,6 +47,11 @@ def write_config(case: str, folder: Path, initial: list[float] | None = None, ex
     return config_of(shared("hidden", case), folder, initial, extra)
 
 
+def _payload(test: dict[str, Any]) -> str:
+    """The payload that a test was told, as a key of its robot."""
+    return f", payload: [{json.dumps(test['payload'])}]" if "payload" in test else ""
+
+
 def config_of(source: Path, folder: Path, initial: list[float] | None = None, extra: str = "") -> Path:
     """A config in `folder` for the case in `source`: posture 3 for validation, the others fitted; first guess
     from its test.json.
@@ -56,7 +61,7 @@ def config_of(source: Path, folder: Path, initial: list[float] | None = None, ex
     lines = [
         "schema: identify/1",
         f"name: {case}",
-        f"robot: {{urdf: '{source / 'robot.urdf'}'}}",
+        f"robot: {{urdf: '{source / 'robot.urdf'}'{_payload(test)}}}",
         f"points: '{source / 'points.csv'}'",
     ]
     lines.append("measurements:")

@@ -16,6 +16,8 @@ from identify.core.errors import InputError
 class Parameter:
     """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all
     where not `free`.  nuisance: an error of what was told, about zero in units of its standard deviation.
+    prior_std: before any data, in discovery: standard deviation about the start, of the logarithm where
+    `log`; 0 where nothing is known.
     """
 
     name: str
@@ -26,6 +28,7 @@ class Parameter:
     log: bool = True
     free: bool = True
     nuisance: bool = False
+    prior_std: float = 0.0
 
     def at(self, value: float, *, free: bool | None = None) -> Parameter:
         """The same with another initial value, and free or not as it is unless said; in half the time of
@@ -34,7 +37,8 @@ class Parameter:
         free = self.free if free is None else free
         if value == self.initial and free == self.free:
             return self
-        return Parameter(self.name, self.unit, value, self.lower, self.upper, self.log, free, self.nuisance)
+        rest = self.log, free, self.nuisance, self.prior_std
+        return Parameter(self.name, self.unit, value, self.lower, self.upper, *rest)
 
 
 class Values(BaseModel):

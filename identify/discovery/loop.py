@@ -25,7 +25,8 @@ from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 from identify.vibration.study import StudyFile
 
-_SEVERAL = 2
+_SEVERAL, _MANY = 2, 5
+_SHAPES = ("appended-resonator", "link-flexibility", "joint-relaxation")
 
 
 @dataclass(frozen=True)
@@ -81,17 +82,34 @@ def _found(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Tria
     """What is missing at once and, where that leaves something open, by search; whichever the data prefer."""
     first = bench.begin()
     bench.go_on_from(first)
+    study = bench.problem
     together = at_once(bench, first, story)
-    # Bodies on several links can stand for one effect that the dense model does not have.
-    bodies = sum(one.effect.kind == "added-mass" for one in together.options) if together is not None else 0
-    if together is not None and closed(together.final) and bodies < _SEVERAL:
+    if together is not None and _settles(together):
         return together, False
-    steps, story.steps = story.steps, []
+    steps, story.steps, problem = story.steps, [], bench.problem
+    if problem is not study:
+        bench.problem = study
+        bench.workers.turn_to(study, with_errors=False)
     found, named = _selected(bench, story)
     if together is not None and _likelier(bench, together.final, found.final):
         story.steps = steps
+        if problem is not bench.problem:
+            bench.problem = problem
+            bench.workers.turn_to(problem, with_errors=True)
         return together, False
     return found, named
+
+
+def _settles(together: Selection[Effect, Trial]) -> bool:
+    """Whether no search is needed: few effects that leave noise alone, or more than one by one could find.
+
+    Bodies on several links, or what entered by a shape beside others, can stand for one effect that the
+    dense model does not have.
+    """
+    kinds = [one.effect.kind for one in together.options]
+    doubtful = kinds.count("added-mass") + sum(kind in _SHAPES for kind in kinds)
+    few = closed(together.final) and doubtful < _SEVERAL
+    return few or len(kinds) > _MANY
 
 
 def _likelier(bench: ImpactWorkbench, one: Trial, other: Trial) -> bool:

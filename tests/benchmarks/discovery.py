@@ -76,7 +76,7 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         with Workers(problem, workers) as at_work:
             found = discover(problem, at_work, Story())
         seconds, problem = time.perf_counter() - began, found.problem
-    held, told, doubted = _held(problem, found, truth.get("k", []))
+    held, told, doubted = stiffness_held(problem, found, truth.get("k", []))
     inside = _inside(problem, found, truth["effects"])
     hidden, named = {label for effect in truth["effects"] for label in _true(effect)}, _named(problem, found)
     if any(effect["kind"] == "friction-springs" for effect in truth["effects"]):
@@ -131,7 +131,7 @@ def _coordinate(problem: Problem, hidden: dict[str, Any]) -> str:
     return f"joint{hidden['joint']}.{('rx', 'ry')[int(np.argmax(np.abs(along[:2])))]}"
 
 
-def _held(problem: Problem, found: Discovery, stiffness: list[float]) -> tuple[int, int, bool]:
+def stiffness_held(problem: Problem, found: Discovery, stiffness: list[float]) -> tuple[int, int, bool]:
     """How many true stiffnesses of joints lie within their 95 % intervals, of how many that are told, and
     whether the program says that its intervals cannot be relied on.
     """

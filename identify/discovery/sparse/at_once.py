@@ -4,8 +4,9 @@ order of evidence.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from identify.discovery.amplitude import level_gap
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, variance_inflation
@@ -17,7 +18,8 @@ from identify.discovery.workbench import ImpactWorkbench
 from identify.fitting.selection.loop import Selection
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
-from identify.vibration.problem import Problem, with_effects
+from identify.vibration.problem import Problem, with_effects, with_uncertainty
+from identify.vibration.uncertainty import gap
 
 Found = Selection[Effect, Trial]
 
@@ -29,12 +31,30 @@ def at_once(bench: ImpactWorkbench, first: Trial, story: Story) -> Found | None:
     if closed(first) or level_gap(bench.problem) > CLOSED:
         return None
     problem = with_effects(thinned(bench.problem), first.task.effects, first.values)
-    named, values = explain(_from_the_study(problem, bench.problem), story.say)
+    unseen = partial(_unseen, bench.problem) if bench.problem.validated else None
+    found = explain(_from_the_study(problem, bench.problem), story.say, unseen)
+    named, values = found.named, found.values
     if not named:
         return None
+    stated = found.problem.file.study.uncertainty
+    if stated is not None and bench.problem.file.study.uncertainty is None:
+        bench.problem = with_uncertainty(bench.problem, stated)
+        bench.workers.turn_to(bench.problem, with_errors=True)
     final = _refitted(bench, first, named, values)
     story.say(f"Refitted on all lines: {bench.standing(final)}.")
     return _told(bench, first, named, final, story)
+
+
+def _unseen(study: Problem, found: Problem, effects: Sequence[Effect], values: Mapping[str, float]) -> float:
+    """The gap that effects and values leave on the study's data for validation, with what was found to be
+    uncertain.
+    """
+    stated = found.file.study.uncertainty
+    if stated is not None and study.file.study.uncertainty is None:
+        study = with_uncertainty(study, stated)
+    model = with_effects(study, [*study.file.study.effects, *effects], values)
+    values = {**{p.name: p.initial for p in model.parameters}, **values}
+    return gap(model.targets("validate"), model.at(values))
 
 
 def _from_the_study(problem: Problem, study: Problem) -> Problem:

@@ -6,12 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from identify.core.parameters import Values
 from identify.measured.channel import Channel
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.frf_gain import FrfGain
 from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.joint_relaxation import JointRelaxation
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.mount_compliance import MountCompliance
 from identify.model.effects.sensor_mass import SensorMass
@@ -22,17 +24,43 @@ from identify.model.system import free_coordinates
 from identify.robot.posture import AXES
 from identify.vibration.problem import Problem, with_effects
 
+_RELAXES = 0.5
+
 
 def springs_and_instruments(problem: Problem) -> list[Effect]:
     """Every spring, and every sensor with its mass, force and the delay."""
-    return [*_springs(problem), *_of_measurement(problem), *_of_sensors(problem)]
+    return [*springs(problem), *_of_measurement(problem), *_of_sensors(problem)]
 
 
 def springs_and_bodies(problem: Problem) -> list[Effect]:
     """Every spring, and a body on every moving link: not beside free sensors, which take up any scale of
     the masses.
     """
-    return [*_springs(problem), *_bodies(problem)]
+    return [*springs(problem), *_bodies(problem)]
+
+
+def relaxations(problem: Problem) -> list[Effect]:
+    """Of every drive that the study has a stiffness of; what relaxes is at most half as compliant as the
+    drive was to begin with: more would be a drive of its own.
+    """
+    starts = {p.name: p.initial for p in problem.parameters}
+    found = list[Effect]()
+    for number in range(1, len(problem.robot.joints) + 1):
+        stiffness = starts.get(f"joint{number}.rz.stiffness")
+        if stiffness is not None:
+            most = Values(initial=0.01 / stiffness, bounds=(0.0, _RELAXES / stiffness))
+            found.append(JointRelaxation(joints=[number], compliance=most))
+    return found
+
+
+def in_parts(effects: Sequence[Effect], bent: set[str]) -> list[Effect]:
+    """The same with links that bend in parts of their own."""
+    return [
+        one.model_copy(update={"nonuniform": True})
+        if isinstance(one, LinkFlexibility) and one.link in bent
+        else one
+        for one in effects
+    ]
 
 
 def with_more(problem: Problem, effects: Sequence[Effect]) -> Problem:
@@ -40,7 +68,7 @@ def with_more(problem: Problem, effects: Sequence[Effect]) -> Problem:
     return with_effects(problem, [*problem.file.study.effects, *effects], {})
 
 
-def _springs(problem: Problem) -> list[Effect]:
+def springs(problem: Problem) -> list[Effect]:
     """Of every axis of every joint, of the base and of mounts that the study holds, and of every link
     that it does not bend.
     """

@@ -50,7 +50,7 @@ def supports(fit: Penalised, x: Array, inflated: float) -> dict[str, Support]:
     product = fit.product(x)
     scale = max(product[-1, -1] / fit.count, 1.0) * inflated
     information = product[:-1, :-1] / scale + np.diag(fit.unknowns.precision)
-    away, found = x - fit.unknowns.reference, dict[str, Support]()
+    away, found = fit.unknowns.away(x), dict[str, Support]()
     price = 0.5 * float(np.log(max(fit.count / inflated, 2.0)))
     for unit in fit.unknowns.units:
         own = unit.amplitudes

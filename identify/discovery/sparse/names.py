@@ -48,6 +48,8 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
     out.
     """
     body, _, kind = name.partition(".")
+    if isinstance(effect, LinkFlexibility) and effect.nonuniform:
+        return _of_parts(effect, values)
     if isinstance(effect, LinkFlexibility):
         places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
         found = _stiffnesses(places, values)
@@ -67,6 +69,21 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         return effect.model_copy(update=own), found
     joint = int(body.removeprefix("joint"))
     return JointCompliance(joints=[joint], axes=axes, stiffness=stiffness, damping=damping), found
+
+
+def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
+    """A link that bends by parts: all of it as its middle, and what its ends have more."""
+    found = {name: value for name, value in values.items() if ".part_" not in name}
+    places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
+    for place in places:
+        parts = _stiffnesses([f"{place}.part_{n}" for n in (1, 2, 3)], values)
+        near, middle, far = (parts[f"{place}.part_{n}.stiffness"] for n in (1, 2, 3))
+        found |= {f"{place}.stiffness": middle, f"{place}.damping": parts[f"{place}.part_2.damping"]}
+        found |= {f"{place}.near_stiffness": near - middle, f"{place}.far_stiffness": far - middle}
+    bending, torsion = _about(places[:2], found), _about(places[2:], found)
+    more = {"bending": bending[0], "bending_damping": bending[1]}
+    more |= {"torsion": torsion[0], "torsion_damping": torsion[1]}
+    return effect.model_copy(update={"shrink": False, **more}), found
 
 
 def _stiffnesses(places: Sequence[str], values: Mapping[str, float]) -> dict[str, float]:

@@ -4,9 +4,9 @@
 
 u_j is by how many units of what is left an amplitude a_j (of one spring, or of a group) moves the FRFs:
 the square-root lasso (Belloni, Chernozhukov and Wang, Biometrika 98 (2011) 791-806), in which no noise
-level has to be known.  Once g is small, w = 1 / (1 + u / lambda^2): what is large is no longer shrunk
-(majorise-minimise of a logarithmic price: Candes, Wakin and Boyd, J. Fourier Anal. Appl. 14 (2008)
-877-905).
+level has to be known.  w = 1 / (1 + u / lambda^2): what is large is not shrunk (majorise-minimise of the
+logarithmic price lambda^3 ln(1 + u / lambda^2): Candes, Wakin and Boyd, J. Fourier Anal. Appl. 14 (2008)
+877-905), so that the price of much that is missing does not keep a fit away from data that ask for it.
 """
 
 from __future__ import annotations
@@ -23,8 +23,6 @@ from identify.vibration.costs.information import each_set, rows_of
 
 PRICE = 3.0
 """lambda: an amplitude must move what is left by about three of its standard deviations."""
-_NEAR = 10.0
-"""Gap below which large amplitudes are no longer shrunk."""
 _LONGEST = 1.5
 """Change of a logarithm, or of an error in its standard deviations, in one step at most."""
 _SETTLED = 0.05
@@ -72,7 +70,7 @@ class Penalised:
         self._likelihood, self.targets = FrfLeastSquaresObjective(cost, targets), targets.frf
         self.count = sum(2 * target.sigma.size for target in self.targets)
         springs = unknowns.springs
-        self.groups = [unit for unit in unknowns.units if not springs[unit.amplitudes].all()]
+        self.groups = [unit for unit in unknowns.units if unit.priced and not springs[unit.amplitudes].all()]
 
     def squares(self, x: Array) -> float:
         """Sum of squared residuals."""
@@ -97,7 +95,7 @@ class Penalised:
         """What the objective is about a point."""
         product = self.product(x, moving)
         gap = float(np.sqrt(max(product[-1, -1] / self.count, 1.0)))
-        near = gap < _NEAR and not self.logarithmic and self.price > 0
+        near = not self.logarithmic and self.price > 0
 
         def weights(units: Array) -> Array:
             return 1 / (1 + units / self.price**2) if near else np.ones_like(units)
@@ -142,19 +140,19 @@ class Penalised:
         while not point.settled and point.steps < steps:
             point = self.step(point)
             inner, last = point, min(point.steps + _INNER, steps)
-            moving = self._present(point.x)
+            moving = self.present(point.x)
             while not inner.settled and inner.steps < last and moving.mean() < _SPARSE:
                 inner = self.step(inner, moving)
             point = replace(inner, settled=point.settled)
         return point
 
-    def _present(self, x: Array) -> Mask:
+    def present(self, x: Array) -> Mask:
         """(f,): all but compliances of zero with their retardation times, and groups that move next to
         nothing.
         """
         moving = np.ones(len(x), dtype=bool)
         for unit in self.unknowns.units:
-            away = (x - self.unknowns.reference)[unit.amplitudes]
+            away = self.unknowns.away(x)[unit.amplitudes]
             if not np.any(np.abs(away) > _NOTHING):
                 moving[unit.all] = False
         absent = self.unknowns.springs & (x == 0)

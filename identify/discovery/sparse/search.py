@@ -4,15 +4,25 @@ name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.thresholds import MATERIAL
 from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse import names
-from identify.discovery.sparse.dense import springs_and_bodies, springs_and_instruments, with_more
+from identify.discovery.sparse.bounded import bounded_step
+from identify.discovery.sparse.dense import (
+    in_parts,
+    relaxations,
+    springs,
+    springs_and_bodies,
+    springs_and_instruments,
+    with_more,
+)
+from identify.discovery.sparse.dictionary import candidates
 from identify.discovery.sparse.evidence import Support, eliminated, floor_of, inflation, supports
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.objective import Penalised, Point
@@ -23,7 +33,8 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
-from identify.vibration.problem import Problem
+from identify.vibration.nuisances.settings import FORMS_ALONE
+from identify.vibration.problem import Problem, with_uncertainty
 
 _LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 6
 """Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and
@@ -33,6 +44,10 @@ _STIFFER, _ARM = 10.0, 0.15
 """A bearing that is about as stiff as they are: ten times its drive in rotation, and that on a lever of
 0.15 m.
 """
+_MORE, _MOST_ENTERED, _TRIED, _PAYS = 12, 8, 2, 3
+"""Steps after something entered; how often more may enter, and how many are tried at a time; parameters that
+each must pay for at least.
+"""
 _FEW = 2
 """Units that explain the data from rigid bearings, so that no other start can do with much less."""
 _SEEN = 1.0
@@ -41,10 +56,11 @@ _SEEN = 1.0
 
 @dataclass(frozen=True)
 class Found:
-    """A dense fit: its problem and unknowns, where it ended, its gap and objective; effects: what it has
-    beyond the study.
+    """A dense fit: the study's problem and that with all effects, its unknowns, where it ended, its gap and
+    objective; effects: what it has beyond the study.
     """
 
+    study: Problem
     problem: Problem
     unknowns: Unknowns
     effects: tuple[Effect, ...]
@@ -60,29 +76,148 @@ class Found:
 
 
 Say = Callable[[str], None]
+Unseen = Callable[[Problem, Sequence[Effect], dict[str, float]], float]
+"""The gap on data that are not fitted."""
 
 
-def explain(problem: Problem, say: Say = lambda sentence: None) -> tuple[list[Named], dict[str, float]]:
-    """What is missing from the model of a problem (few lines suffice), the most important first, and the
-    values of all else by name.
+@dataclass(frozen=True)
+class Explained:
+    """What is missing, the most important first, the values of all else by name, and the problem that it is
+    missing from: with the forms of links uncertain, where that was looked at.
     """
-    instruments = tuple(springs_and_instruments(problem))
-    if problem.nuisances.entries:  # masses may be off by what was stated, and move with all else
-        return _said(*pruned(problem, dense_fit(problem, instruments, usual=True), say))
-    rigid = dense_fit(problem, instruments, usual=False)
-    if rigid.gap < CLOSED:
-        few = pruned(problem, rigid, say)
-        if few[0].gap < CLOSED and len(few[1]) <= _FEW:
-            return _said(*few)
-    best = min(rigid, dense_fit(problem, instruments, usual=True), key=_objective)
-    if best.gap >= CLOSED:
-        best = min(best, dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True), key=_objective)
+
+    named: list[Named]
+    values: dict[str, float]
+    problem: Problem
+
+
+def explain(problem: Problem, say: Say = lambda sentence: None, unseen: Unseen | None = None) -> Explained:
+    """What is missing from the model of a problem (few lines suffice).
+
+    unseen: the gap of a problem's effects and values on data that are not fitted.
+    """
+    every, structure = tuple(springs_and_instruments(problem)), tuple(springs(problem))
+    stated = bool(problem.nuisances.entries)  # masses may be off by what was stated, and move with all else
+    fits = list[Found]()
+    if not stated:
+        fits.append(dense_fit(problem, every, usual=False))
+        if fits[-1].gap < CLOSED:
+            few = pruned(fits[-1], say, unseen)
+            if few[0].gap < CLOSED and len(few[1]) <= _FEW:
+                return _said(*few)
+    fits.append(dense_fit(problem, every, usual=True))
+    if _open(fits) and not stated:
+        fits.append(dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True))
+    if _open(fits):  # free sensors make up for shapes that are not there yet, and would keep them out
+        bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
+        more = _further(dense_fit(bending, structure, usual=True), say)
+        fits.append(more)
+        if more.gap >= CLOSED:
+            instruments = tuple(one for one in every if one not in structure)
+            fits.append(_with(more, (*more.effects, *instruments), {}))
+    best = min(fits, key=_objective)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
-    return _said(*pruned(problem, best, say))
+    return _said(*pruned(best, say, unseen))
 
 
-def _said(kept: Found, evidence: dict[str, Support], inflated: float) -> tuple[list[Named], dict[str, float]]:
-    return named(kept, evidence, inflated), kept.values
+def _open(fits: Sequence[Found]) -> bool:
+    return min(fits, key=_objective).gap >= CLOSED
+
+
+def _further(found: Found, say: Say) -> Found:
+    """The fit with what the dense model has no amplitude for: drives that relax, links that bend by parts,
+    and all that the dictionary has, one by one, as long as each pays for its parameters.
+    """
+    price = 0.5 * float(np.log(Penalised(found.unknowns).count))
+    for _ in range(_MOST_ENTERED):
+        trials = sorted(_trials(found), key=lambda one: -one[0])[:_TRIED]
+        fitted = [_with(found, one[1], one[2]) for one in trials if one[0] > _PAYS * price]
+        best = min(fitted, key=_objective, default=found)
+        if found.objective - best.objective < price * max(len(best.x) - len(found.x), _PAYS):
+            break
+        new = next((one for one in best.effects if one not in found.effects), best.effects[-1])
+        say(f"With {new.sentence()}: gap {best.gap:.2f}.")
+        found = best
+        if found.gap < CLOSED:
+            break
+    return found
+
+
+Trial = tuple[float, tuple[Effect, ...], Mapping[str, float]]
+"""What a trial would gain at first order, its effects and the values that new ones begin with."""
+
+
+def _trials(found: Found) -> Iterator[Trial]:
+    """Everything that may go on."""
+    kinds = {one.kind for one in found.effects}
+    more = tuple(relaxations(found.study))
+    if more and more[0].kind not in kinds:
+        effects = (*found.effects, *more)
+        yield _foreseen(found, effects, {}), effects, {}
+    if bent := _bent(found):
+        effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
+        yield _foreseen(found, effects, values), effects, values
+    for one in candidates(found.problem, found.unknowns, found.x)[:_TRIED]:
+        yield one.gain, (*found.effects, one.effect), one.values
+
+
+def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> float:
+    """What other effects would gain by the quadratic about where they begin, in units of log likelihood with
+    a free scale.
+    """
+    unknowns, x = _begun(found, effects, values)
+    fit = Penalised(unknowns, price=0.0)
+    local = fit.local(x)
+    curvature, slope = fit.quadratic(x, local)
+    lower, upper = (side - x for side in unknowns.limits)
+    damped = curvature + np.diag(np.where(np.diag(curvature) > 0, 1e-3 * np.diag(curvature), 1.0))
+    change = bounded_step(damped, slope, lower, upper)
+    fall = float(slope @ change - 0.5 * change @ curvature @ change) * local.gap**2
+    return float(-0.5 * fit.count * np.log1p(-min(2 * fall / local.product[-1, -1], 0.999)))
+
+
+def _bent(found: Found) -> set[str]:
+    """Names of the links whose bending moves more than what is left."""
+    product, unknowns = Penalised(found.unknowns).product(found.x), found.unknowns
+    return {
+        unit.effect.link
+        for unit in unknowns.units
+        if isinstance(unit.effect, LinkFlexibility)
+        and not unit.effect.nonuniform
+        and unknowns.moved(unit, found.x, product) > _SEEN * found.gap
+    }
+
+
+def _parts(found: Found, bent: set[str]) -> dict[str, float]:
+    """Values of parts that are as stiff as the whole."""
+    values, more = found.values, dict[str, float]()
+    for link in bent:
+        for what in ("bending_1", "bending_2", "torsion"):
+            for role in ("compliance", "retardation_time"):
+                own = values[f"{link}.{what}.{role}"]
+                more |= {f"{link}.{what}.part_{n}.{role}": own for n in (1, 2, 3)}
+    return more
+
+
+def _with(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
+    """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
+    unknowns, x = _begun(found, effects, values)
+    return _settled(unknowns.problem, unknowns, effects, x, Penalised(unknowns), _MORE)
+
+
+def _begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
+    model = with_more(found.study, effects)
+    unknowns = Unknowns(model, len(found.study.file.study.effects))
+    known = {**{name: 0.0 for name in _compliances(model)}, **found.values, **values}
+    return unknowns, unknowns.to_x(np.array([known.get(p.name, p.initial) for p in model.parameters]))
+
+
+def _compliances(model: Problem) -> list[str]:
+    return [p.name for p in model.parameters if p.name.endswith(".compliance")]
+
+
+def _said(kept: Found, evidence: dict[str, Support], inflated: float) -> Explained:
+    return Explained(named(kept, evidence, inflated), kept.values, kept.study)
 
 
 def _objective(fit: Found) -> float:
@@ -98,17 +233,16 @@ def dense_fit(problem: Problem, effects: tuple[Effect, ...], *, usual: bool) -> 
     x = _usual(unknowns) if usual else unknowns.reference
     x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
     x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
-    return _settled(model, unknowns, effects, x, Penalised(unknowns), _STEPS)
+    return _settled(problem, unknowns, effects, x, Penalised(unknowns), _STEPS)
 
 
 def _settled(
-    model: Problem, unknowns: Unknowns, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int
+    study: Problem, unknowns: Unknowns, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int
 ) -> Found:
     x = fit.minimise(Point(x), steps).x
     squares = fit.squares(x)
-    return Found(
-        model, unknowns, effects, x, float(np.sqrt(squares / fit.count)), fit.value(squares, x, fit.local(x))
-    )
+    gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, fit.local(x))
+    return Found(study, unknowns.problem, unknowns, effects, x, gap, objective)
 
 
 def _usual(unknowns: Unknowns) -> Array:
@@ -125,40 +259,57 @@ def _usual(unknowns: Unknowns) -> Array:
     return x
 
 
-def pruned(problem: Problem, found: Found, say: Say) -> tuple[Found, dict[str, Support], float]:
+def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found, dict[str, Support], float]:
     """The fit without units that the data do not ask for, its prices gone; log odds of those that stay,
     by unit; how much the residuals' correlation inflates variances.
+
+    Where a gap stays, units go the least supported first, a quarter of them at most before all others are
+    fitted again: what is weak beside another may be strong without it.  There odds mean
+    little, and of all models on the way the one that predicts unseen data best is kept.
     """
-    fit = Penalised(found.unknowns)
-    local = fit.local(found.x)
+    local = Penalised(found.unknowns).local(found.x)
     asked, x = found.unknowns, found.x
     seen = [one for one in asked.units if asked.moved(one, x, local.product) > _SEEN * local.gap]
-    inflated = 1.0
+    inflated, path = 1.0, list[tuple[Found, dict[str, Support]]]()
     while seen:
-        found = refitted(problem, found, seen)
-        fit = Penalised(found.unknowns, price=0.0)
+        found = refitted(found, seen)
         if inflated == 1.0:
             inflated = inflation(found.problem, found.unknowns.to_values(found.x))
-        support = supports(fit, found.x, inflated)
-        loose = sorted(
-            (value.log_odds, name) for name, value in support.items() if not value.holds(found.gap)
-        )
+        support = supports(Penalised(found.unknowns, price=0.0), found.x, inflated)
+        path.append((found, support))
+        loose = sorted((s.log_odds, name) for name, s in support.items() if not s.holds(found.gap))
         if not loose:
-            return found, support, inflated
-        gone = {name for odds, name in loose if odds < 0} or {loose[0][1]}
+            break
+        most = len(loose) if found.gap < CLOSED else max(len(support) // 4, 1)
+        gone = {name for odds, name in loose[:most] if odds < 0} or {loose[0][1]}
         say(f"Without evidence: {', '.join(sorted(gone))}.")
         seen = [unit for unit in found.unknowns.units if unit.name not in gone]
-    return refitted(problem, found, []), {}, inflated
+    if not seen:
+        path.append((refitted(found, []), {}))
+    if unseen is not None and path[-1][0].gap >= CLOSED:
+        return *_predictive(path, unseen), inflated
+    return *path[-1], inflated
 
 
-def refitted(problem: Problem, found: Found, units: Sequence[Unit]) -> Found:
+def _predictive(
+    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen
+) -> tuple[Found, dict[str, Support]]:
+    """Of models from large to small the smallest that predicts unseen data as well as any, within what is
+    material.
+    """
+    gaps = [unseen(found.study, found.effects, found.values) for found, _ in path]
+    well = [n for n, gap in enumerate(gaps) if gap <= (1 + MATERIAL) * min(gaps)]
+    return path[max(well)]
+
+
+def refitted(found: Found, units: Sequence[Unit]) -> Found:
     """The fit with these units only, no price on any of them."""
     effects = tuple(_of_units(found, units))
     # Priors stay where they were: what was found is where it starts, not their centre.
-    model = with_more(problem, effects)
-    unknowns = Unknowns(model, len(problem.file.study.effects))
+    model = with_more(found.study, effects)
+    unknowns = Unknowns(model, len(found.study.file.study.effects))
     started = unknowns.to_x(np.array([found.values[p.name] for p in model.parameters]))
-    return _settled(model, unknowns, effects, started, Penalised(unknowns, price=0.0), _AGAIN)
+    return _settled(found.study, unknowns, effects, started, Penalised(unknowns, price=0.0), _AGAIN)
 
 
 def _of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:

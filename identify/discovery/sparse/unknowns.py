@@ -16,8 +16,6 @@ from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.vibration.problem import Problem
 
-_RETARDATION_STD = float(np.log(1.6))
-"""Of the logarithm of a retardation time about that of 3 % damping at 20 Hz."""
 _MEASURED_STD = 1.0
 """Of an entry of a sensor's matrix, the logarithm of a gain: errors of more than a factor of three are
 rare.
@@ -27,13 +25,14 @@ rare.
 @dataclass(frozen=True)
 class Unit:
     """What is present or absent as a whole: numbers of its amplitudes among the free unknowns, and of all
-    that goes with it, such as retardation times.
+    that goes with it, such as retardation times; priced: shrunk, unless it entered with a size of its own.
     """
 
     effect: Effect
     name: str
     amplitudes: Index
     all: Index
+    priced: bool = True
 
 
 @dataclass(frozen=True)
@@ -82,11 +81,29 @@ class Unknowns:
         found: list[Unit] = []
         for effect, numbers in self.problem.measurements[0].system.effects[self.known :]:
             own = np.array([place[n] for n in numbers.tolist() if n in place], dtype=int)
+            if not effect.of_measurement and self._entered(own):
+                found.append(Unit(effect, effect.sentence(), own, own, priced=False))
+                continue
             pairs = [(_unit_of(effect, self.names[n]), n) for n in own]
             for name, some in groupby(sorted(pairs), key=lambda pair: pair[0]):
                 every = np.array([n for _, n in some], dtype=int)
                 carried = self.springs[every] if self.springs[own].any() else np.full(len(every), True)
                 found.append(Unit(effect, name, every[carried], every))
+        return found
+
+    def _entered(self, own: Index) -> bool:
+        """Whether unknowns are those of an effect that has a size, which no price takes away."""
+        timed = [self.names[n].endswith(".retardation_time") for n in own]
+        return bool(np.any(self.log[own] & ~np.array(timed, dtype=bool)))
+
+    def away(self, x: Array) -> Array:
+        """(f,): how far x is from where nothing is added, on the search scale; all that an effect with a
+        size of its own multiplies its matrices by counts as one.
+        """
+        found = x - self.reference
+        for unit in self.units:
+            if not unit.priced:
+                found[unit.amplitudes] = np.where(self.log[unit.amplitudes], 1.0, found[unit.amplitudes])
         return found
 
     @cached_property
@@ -103,8 +120,8 @@ class Unknowns:
         for position, number in enumerate(self.free):
             if self.problem.parameters[number].nuisance:
                 found[position] = 1.0
-            elif self.names[position].endswith(".retardation_time"):
-                found[position] = _RETARDATION_STD**-2
+            elif self.problem.parameters[number].prior_std:
+                found[position] = self.problem.parameters[number].prior_std ** -2
         for unit in self.units:
             if isinstance(unit.effect, MeasurementEffect):
                 scale = 1e-3 if unit.effect.kind == "time-delay" else _MEASURED_STD
@@ -113,7 +130,7 @@ class Unknowns:
 
     def moved(self, unit: Unit, x: Array, product: Array) -> float:
         """Units of noise by which a unit moves the FRFs at x (f,); product (f + 1, f + 1) of [J r]."""
-        away = (x - self.reference)[unit.amplitudes]
+        away = self.away(x)[unit.amplitudes]
         squares = float(away @ product[np.ix_(unit.amplitudes, unit.amplitudes)] @ away)
         return float(np.sqrt(max(squares, 0.0)))
 
@@ -136,6 +153,8 @@ def _unit_of(effect: Effect, name: str) -> str:
     """The name of the unit that an unknown of an effect belongs to."""
     body, _, rest = name.partition(".")
     axis = rest.partition(".")[0]
+    if axis == "relaxation":
+        return f"{body}.relaxation"
     if axis in _CLASSES and not body.startswith("payload"):
         return f"{body}.{_CLASSES[axis]}"
     if isinstance(effect, MeasurementEffect | AddedMass) or "matrix_" in name:

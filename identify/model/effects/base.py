@@ -42,6 +42,7 @@ EFFECTS = Registry(
         "hysteretic-damping": "identify.model.effects.hysteretic_damping:HystereticDamping",
         "joint-compliance": "identify.model.effects.joint_compliance:JointCompliance",
         "joint-friction": "identify.model.effects.joint_friction:JointFriction",
+        "joint-relaxation": "identify.model.effects.joint_relaxation:JointRelaxation",
         "link-flexibility": "identify.model.effects.link_flexibility:LinkFlexibility",
         "load-cell": "identify.model.effects.load_cell:LoadCell",
         "measured-impedance": "identify.model.effects.measured_impedance:MeasuredImpedance",

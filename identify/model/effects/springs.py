@@ -34,6 +34,8 @@ _SOFTEST, _SPAN, _STIFF = 1e3, 1e2, 1e-2
 """How many times softer than its usual start a spring may be; either side of the start of a retardation
 time; share of the usual start's compliance that one begins with.
 """
+_RETARDATION_STD = float(np.log(1.6))
+"""Of the logarithm of a retardation time about that of the usual damping."""
 START_HZ = 20.0
 """Without a start value, each coordinate on its own resonates here: the middle of where robots do."""
 
@@ -166,7 +168,13 @@ def compliance_terms(
         )
         tau = 2 * damping.damping_ratio * np.sqrt(moved / spring)
         retardation = Parameter(
-            f"{name}.retardation_time", "s", tau, tau / _SPAN, tau * _SPAN, free=not damping.fixed
+            f"{name}.retardation_time",
+            "s",
+            tau,
+            tau / _SPAN,
+            tau * _SPAN,
+            free=not damping.fixed,
+            prior_std=_RETARDATION_STD,
         )
         terms.append(Term(compliance, compliance=np.asarray(np.linalg.pinv(matrix, hermitian=True))))
         terms.append(Term(retardation))

@@ -1,0 +1,234 @@
+"""What enters by a shape of its own, such as a resonator: scored at amplitude zero, without a refit.
+
+An effect whose matrices are all multiplied by t, with E those of its own coordinates, A those of the
+others and B between them, changes the FRFs by dH/dt = -s^p S G (A - B E^-1 B') G B at t = 0.  With what is
+in the model already projected out, the best t and the fall of squares follow (score test: Rao, Proc.
+Cambridge Phil. Soc. 44 (1948) 50-57).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from identify.core.arrays import Array, Complex, Index, Mask
+from identify.core.errors import InputError, InputErrors
+from identify.core.plugin import PluginError, note_broken
+from identify.core.threads import each
+from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.objective import Penalised
+from identify.discovery.sparse.unknowns import Unknowns
+from identify.measured.frf_set import POWER
+from identify.model.effects.base import EFFECTS, Effect
+from identify.model.system import System
+from identify.vibration.costs.information import over_noise, rows_of
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem
+
+_FREQUENCIES, _DAMPINGS = 32, (0.3, 1.0, 3.0)
+"""At which a body on a spring is tried over the band; multiples of an effect's own damping."""
+_RANK = 1e-9
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect with the values that it would start from, and by how much the fit would gain, in units of
+    log likelihood with a free scale.
+    """
+
+    effect: Effect
+    values: dict[str, float]
+    gain: float
+
+
+def candidates(problem: Problem, unknowns: Unknowns, x: Array) -> list[Candidate]:
+    """All that the catalogue has of such effects beside a dense fit of a problem at x (f,), the best first,
+    each once.
+    """
+    fit = Penalised(unknowns, price=0.0)
+    moving = fit.present(x)
+    product = fit.product(x, moving)
+    found = list[Candidate]()
+    for some, model in _models(problem, _instances(problem)):
+        shapes = [_shapes(model, number) for number in range(-len(some), 0)]
+        work = partial(_crossed, shapes=shapes, unknowns=unknowns, x=x)
+        parts = each(work, _pairs(unknowns.problem, model))
+        crossed, own, pull = (np.sum(one, axis=0) for one in zip(*parts, strict=True))
+        found += _best(some, shapes, model, (crossed, own, pull), fit, product, moving)
+    return sorted(found, key=lambda one: -one.gain)
+
+
+def _pairs(problem: Problem, model: Problem) -> list[tuple[FrfTarget, System]]:
+    """Each FRF set with the system that has the effects that are asked for."""
+    return [
+        (m.target, more.system)
+        for m, more in zip(problem.measurements, model.measurements, strict=True)
+        if isinstance(m.target, FrfTarget) and m.settings.use == "fit"
+    ]
+
+
+def _models(problem: Problem, kinds: Iterator[list[Effect]]) -> Iterator[tuple[Sequence[Effect], Problem]]:
+    """The problem with all effects of a kind at once, or one by one where they cannot be together."""
+    for some in kinds:
+        try:
+            yield some, with_more(problem, some)
+        except (InputError, InputErrors):
+            for one in some:
+                with suppress(InputError, InputErrors):
+                    yield [one], with_more(problem, [one])
+
+
+def _instances(problem: Problem) -> Iterator[list[Effect]]:
+    """By kind, those that are nothing where all their parameters are: they free no coordinate of the robot's,
+    and the model does not have them.
+    """
+    own = {name for m in problem.measurements for name in m.system.site.engine.mechanism.coordinates}
+    present = problem.file.study.effects
+    for kind in EFFECTS.usable().values():
+        late = kind.of_amplitude or kind.needs_levels or kind.last_resort or kind.of_measurement
+        if late or kind.consistent_mass is not Effect.consistent_mass:
+            continue
+        try:
+            every = list(kind.instances(problem.robot, problem.points))
+            freed = [one.free_coordinates(problem.robot) for one in every]
+        except PluginError as error:
+            note_broken(error)
+            continue
+        free = [one for one, names in zip(every, freed, strict=True) if not own & set(names)]
+        if rest := [one for one in free if one not in present]:
+            yield rest
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """An effect of a model: numbers of its parameters there, and the values (m, terms) that it is tried
+    with.
+    """
+
+    numbers: Index
+    starts: Array
+
+
+def _shapes(model: Problem, which: int) -> _Shape:
+    _, numbers = model.measurements[0].system.effects[which]
+    own = [model.parameters[n] for n in numbers]
+    start = np.array([p.initial for p in own])
+    damped = np.array([".damping" in p.name for p in own])
+    stiff = np.array([".stiffness" in p.name for p in own])
+    masses = np.array([p.name.endswith(".mass") for p in own])
+    rows = [np.where(damped, start * factor, start) for factor in _DAMPINGS]
+    if stiff.any() and masses.any():
+        low, high = _band(model)
+        usual = np.sqrt(start[stiff][0] / start[masses][0]) / (2 * np.pi)
+        faster = np.geomspace(low, high, _FREQUENCIES) / usual
+        rows = [np.where(stiff, row * f**2, np.where(damped, row * f, row)) for row in rows for f in faster]
+    return _Shape(numbers, np.array(rows))
+
+
+def _band(model: Problem) -> tuple[float, float]:
+    lines = [m.target.data.frequency_hz for m in model.measurements if isinstance(m.target, FrfTarget)]
+    return min(one[0] for one in lines), max(one[-1] for one in lines)
+
+
+def _crossed(
+    pair: tuple[FrfTarget, System], shapes: Sequence[_Shape], unknowns: Unknowns, x: Array
+) -> tuple[Array, Array, Array]:
+    """Of every start of every shape (k,): J'd (f, k), d'd and d'r, d what it changes in units of noise."""
+    target, system = pair
+    values, free = unknowns.to_values(x), unknowns.free
+    with np.errstate(all="ignore"):
+        rows = rows_of(target, values, free, over_noise)
+        there, own = target.at(values)
+        response, s = there.response(own), there.s_at(own)
+    slope = np.where(unknowns.log, values[free], 1.0)
+    place = [system.coordinates.index(name) for name in target.system.coordinates]
+    out, moved = response.to_out, response.motion(0)
+    crossed, squares, pulled = list[Array](), list[float](), list[float]()
+    for shape in shapes:
+        for change in _changes(system, shape, place, s, (out, moved)):
+            column = target.read(
+                -(s ** POWER[target.data.quantity])[:, None, None, None] * change[..., None], own
+            )
+            d = column[..., 0] * rows.weight
+            crossed.append(slope * rows.pull(d, free))
+            squares.append(float(np.sum(np.abs(d) ** 2)))
+            pulled.append(float(np.real(np.vdot(d, rows.residual))))
+    return np.array(crossed).T, np.array(squares), np.array(pulled)
+
+
+def _changes(
+    system: System, shape: _Shape, place: Sequence[int], s: Complex, ends: tuple[Complex, Complex]
+) -> Iterator[Complex]:
+    """S G (A - B E^-1 B') G B (lines, outputs, inputs) for each start of a shape."""
+    stacks = {
+        role: system.terms[role][shape.numbers] for role in ("stiffness", "damping", "mass", "hysteretic")
+    }
+    touched = np.any([np.any(one, axis=(0, 1)) for one in stacks.values()], axis=0)
+    inner = [n for n in np.flatnonzero(touched) if n not in place]
+    outer = [one[:, place] for one in stacks.values()]
+    basis = _span(np.concatenate([part.transpose(1, 0, 2).reshape(len(place), -1) for part in outer], axis=1))
+    left, right = ends[0] @ basis, basis.T @ ends[1]
+    line = s[:, None, None]
+    project = np.zeros((basis.shape[1] + len(inner), len(system.coordinates)))
+    project[: basis.shape[1], place] = basis.T
+    project[np.arange(len(inner)) + basis.shape[1], inner] = 1.0
+    small = {role: project @ stack @ project.T for role, stack in stacks.items()}
+    for row in shape.starts:
+        k, c, m, h = (np.tensordot(row, small[role], axes=1) for role in stacks)
+        z, cut = k + 1j * h + line * c + line**2 * m, basis.shape[1]
+        inside = z[:, :cut, :cut]
+        if inner:
+            inside = inside - z[:, :cut, cut:] @ np.linalg.solve(z[:, cut:, cut:], z[:, cut:, :cut])
+        yield left @ inside @ right
+
+
+def _span(columns: Array) -> Array:
+    """An orthonormal basis (n, r) of columns."""
+    u, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(u[:, size > _RANK * max(size.max(initial=0.0), 1e-300)])
+
+
+def _best(
+    some: Sequence[Effect],
+    shapes: Sequence[_Shape],
+    model: Problem,
+    parts: tuple[Array, Array, Array],
+    fit: Penalised,
+    product: Array,
+    moving: Mask,
+) -> list[Candidate]:
+    """Each effect at the start that gains most, as much of it as there would be."""
+    (crossed, own, pull), unknowns = parts, fit.unknowns
+    squares, scale = product[-1, -1], max(product[-1, -1] / fit.count, 1.0)
+    held = np.flatnonzero(moving)
+    information = product[np.ix_(held, held)] + scale * np.diag(unknowns.precision[held])
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information / np.outer(size, size) + 1e-9 * np.eye(len(size))
+    solved = np.linalg.solve(scaled, crossed[held] / size[:, None])
+    left = own - np.sum((crossed[held] / size[:, None]) * solved, axis=0)
+    slope = pull - (product[held, -1] / size) @ solved
+    found, first = list[Candidate](), 0
+    for effect, shape in zip(some, shapes, strict=True):
+        mine = slice(first, first + len(shape.starts))
+        first = mine.stop
+        most = _most(model, shape)
+        amount = np.clip(-slope[mine] / np.maximum(left[mine], 1e-300), 0.0, most)
+        fall = np.minimum(-2 * amount * slope[mine] - amount**2 * left[mine], 0.999 * squares)
+        row = int(np.argmax(fall))
+        names = [model.parameters[n].name for n in shape.numbers]
+        start = dict(zip(names, (shape.starts[row] * amount[row]).tolist(), strict=True))
+        if amount[row] > 0:
+            found.append(Candidate(effect, start, float(-0.5 * fit.count * np.log1p(-fall[row] / squares))))
+    return found
+
+
+def _most(model: Problem, shape: _Shape) -> Array:
+    """(m,): how many times each start may be taken before a parameter is at its bound."""
+    upper = np.array([model.parameters[n].upper for n in shape.numbers])
+    with np.errstate(all="ignore"):
+        times = np.where(shape.starts > 0, upper / shape.starts, np.inf)
+    return np.asarray(times.min(axis=1))
