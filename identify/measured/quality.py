@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.measured import quality_channels as channels
+from identify.measured import quality_noise as noise
 from identify.measured import quality_physics as physics
 from identify.measured.finding import Finding
 from identify.measured.frf_set import FrfSet
@@ -47,7 +48,10 @@ def check(
         for one in (
             channels.doubled,
             channels.dead,
-            physics.coherence,
+            noise.coherence,
+            noise.noisy_channels,
+            noise.poor_forces,
+            noise.quiet_channels,
             physics.drive_points,
             physics.reciprocity,
             physics.size,

@@ -16,6 +16,7 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set, load_time_history
 from identify.measured.noise import mean_of_repeats, noise_std_from_repeats
+from identify.measured.time_history import TimeHistory
 from identify.measured.units import Kind
 
 
@@ -77,7 +78,7 @@ def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimati
 def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
     if estimation is None:
         return load_frf_set(path, options)
-    history = load_time_history(path, dict(estimation.units), options.format)
+    history = read_history(path, options, estimation)
     if estimation.chirp is not None:
         return frf_from_chirp(history, estimation.chirp)
     if estimation.excitation == "random":
@@ -85,3 +86,8 @@ def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None
     return frf_from_impacts(
         history, estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0
     )
+
+
+def read_history(path: Path, options: FrfFileOptions, estimation: Estimation) -> TimeHistory:
+    """The time records that FRFs are estimated from; InputError as `load_time_history`."""
+    return load_time_history(path, dict(estimation.units), options.format)
