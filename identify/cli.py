@@ -15,6 +15,7 @@ import typer
 
 from identify.api.options import (
     BatchOptions,
+    Columns,
     DeflectionOptions,
     DiscoverOptions,
     ExciteOptions,
@@ -22,10 +23,12 @@ from identify.api.options import (
     FitOptions,
     MapCommandOptions,
     ModesOptions,
+    Names,
     PlanCommandOptions,
     Quiet,
     SimulateOptions,
     StabilityOptions,
+    columns_of,
     takes_options,
 )
 from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
@@ -280,16 +283,23 @@ def check(config: Config, quiet: Quiet = False) -> None:
 @app.command()
 def init(
     robot: Annotated[Path, typer.Argument(help="URDF, or YAML with a Denavit-Hartenberg table")],
-    data: Annotated[list[Path], typer.Argument(help="measured FRFs or modal tables")],
+    data: Annotated[
+        list[Path],
+        typer.Argument(help="measured FRFs or modal tables: files, or a folder or pattern for each posture"),
+    ],
     out: Annotated[Path, typer.Option(help="config file to write")] = Path("config.yaml"),
     points: Annotated[
         Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")
     ] = None,
+    columns: Columns = None,
+    names: Names = None,
 ) -> None:
     """Write a commented starter config for a robot and its data."""
+    from identify.measured.frf_records import FrfFileOptions
     from identify.vibration.starter import write_starter
 
-    written = write_starter(robot, data, out, points)
+    told = FrfFileOptions(columns=columns_of(columns), names=names)
+    written = write_starter(robot, data, out, points, told)
     typer.echo(
         "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
     )

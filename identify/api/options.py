@@ -38,6 +38,15 @@ Posture = Annotated[
     typer.Option(help="joint angles in degrees, 0,30,-60,0,45,0, or a measurement; default: the first"),
 ]
 
+Columns = Annotated[
+    str | None,
+    typer.Option(help="names of the columns of text files without a header: frequency_hz,real,imag"),
+]
+Names = Annotated[
+    str | None,
+    typer.Option(help="how names of files tell the channels of their FRFs: FRF_{output}_{input}"),
+]
+
 
 @dataclass(frozen=True)
 class FitOptions:
@@ -120,6 +129,11 @@ def _variable(text: str) -> tuple[str, str]:
     return name.strip(), place.strip()
 
 
+def columns_of(text: str | None) -> list[str] | None:
+    """Names of columns that stand between commas."""
+    return None if text is None else [name.strip() for name in text.split(",")]
+
+
 def _added_mass(text: str) -> tuple[int, float]:
     """Node and mass, kg, from `node=mass`."""
     node, _, mass = text.partition("=")
@@ -187,6 +201,8 @@ class ModesOptions:
     inputs: Annotated[
         str | None, typer.Option(help="force channels to use, or all of an array file without names: 1:+Z")
     ] = None
+    columns: Columns = None
+    names: Names = None
     geometry: Annotated[
         Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
     ] = None
@@ -281,6 +297,8 @@ class ModesOptions:
             "variables": dict(_variable(text) for text in self.variable or ()),
             "outputs": self.outputs.replace(" ", "").split(",") if self.outputs else None,
             "inputs": self.inputs.replace(" ", "").split(",") if self.inputs else None,
+            "columns": columns_of(self.columns),
+            "names": self.names,
         }
 
     def modal(self) -> dict[str, Any]:

@@ -4,12 +4,14 @@ estimate FRFs from.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from identify.core.errors import InputError
 from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
 from identify.measured.frf_records import FrfFileOptions
@@ -65,9 +67,11 @@ class Estimation(BaseModel):
         return self
 
 
-def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
+def read_source(
+    paths: Sequence[Path | Sequence[Path]], options: FrfFileOptions, estimation: Estimation | None
+) -> FrfSet:
     """The FRFs of one measurement; of several repeats of it, the mean, with its noise from their scatter.
-    InputError as the loaders.
+    paths: of each repeat its file, folder or pattern, or a list of them.  InputError as the loaders.
     """
     if len(paths) == 1:
         return _read_one(paths[0], options, estimation)
@@ -75,9 +79,11 @@ def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimati
     return replace(mean_of_repeats(sets), noise=noise_std_from_repeats(sets))
 
 
-def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
+def _read_one(path: Path | Sequence[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
     if estimation is None:
         return load_frf_set(path, options)
+    if not isinstance(path, Path):
+        raise InputError(str(path[0]), "several files beside `estimate`", "one file with all blocks")
     history = read_history(path, options, estimation)
     if estimation.chirp is not None:
         return frf_from_chirp(history, estimation.chirp)

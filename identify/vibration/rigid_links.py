@@ -131,10 +131,8 @@ def _link(
     variance: Array,
 ) -> _Link:
     inputs = np.flatnonzero(data.measured[members].all(axis=0))
-    readings, noise = (
-        np.moveaxis(some[:, members][:, :, inputs], 1, 0).reshape(len(members), -1)
-        for some in (receptance, variance)
-    )
+    readings = np.moveaxis(receptance[:, members][:, :, inputs], 1, 0).reshape(len(members), -1)
+    noise = np.moveaxis(variance[:, members][:, :, inputs], 1, 0).reshape(len(members), -1)
     centre = np.mean([places[i][1] for i in members], axis=0)
     arms = np.array([places[i][1] - centre for i in members])
     along = np.array([places[i][2] for i in members])

@@ -14,7 +14,8 @@ from identify.core.config import ConfigFile, Settings, read_settings, read_yaml
 from identify.core.errors import InputError, InputErrors
 from identify.core.text import count
 from identify.fitting.plan import StageSettings, as_list
-from identify.measured.frf_records import FrfFileOptions
+from identify.measured.frf_records import TEXT, FrfFileOptions
+from identify.measured.several import is_pattern
 from identify.measured.source import Estimation
 from identify.modal.choices import with_choices
 from identify.modal.settings import ModalSettings
@@ -57,9 +58,11 @@ class MeasurementSettings(FrfFileOptions):
     """One measurement: a file of FRFs, or a table of modes, at one posture."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-    name: str | None = Field(None, description="default: the file's name")
-    file: Path | None = Field(
-        None, description="FRFs: .uff, .unv, .csv, .h5, .mat; with `estimate`, time histories"
+    name: str | None = Field(None, description="default: the name of the file or folder")
+    file: Path | Annotated[list[Path], Field(min_length=1)] | None = Field(
+        None,
+        description="FRFs: .uff, .unv, .csv, .txt, .h5, .mat; a list, a folder or a pattern such as p1/*.csv"
+        " where they are in several; with `estimate`, time histories",
     )
     estimate: Estimation | None = Field(None, description="estimate FRFs from the time histories in the file")
     repeats: list[Path] = Field(
@@ -96,7 +99,10 @@ class MeasurementSettings(FrfFileOptions):
         if self.modes is not None:
             beside, keys = "modes", {*FrfFileOptions.model_fields, "repeats", "estimate", "noise", "impact"}
         elif self.estimate is not None:
-            beside, keys = "estimate", {"quantity", "unit", "averages", "variables", "channels", "shapes"}
+            beside, keys = (
+                "estimate",
+                {"quantity", "unit", "averages", "variables", "channels", "shapes", *TEXT},
+            )
             if self.estimate.excitation != "impacts":
                 keys.add("window_decay_per_s")
         else:
@@ -109,9 +115,20 @@ class MeasurementSettings(FrfFileOptions):
         return self
 
     @property
+    def sources(self) -> list[Path]:
+        """The files, folders or patterns, of whichever kind."""
+        return self.file if isinstance(self.file, list) else [self.file or self.modes or Path()]
+
+    @property
     def source(self) -> Path:
-        """The file, whichever kind."""
-        return self.file or self.modes or Path()
+        """The file, folder or pattern; of several the first."""
+        return self.sources[0]
+
+    @property
+    def label(self) -> str:
+        """The name: as given, or that of the file, or of the folder of several."""
+        several = len(self.sources) > 1 or is_pattern(self.source)
+        return self.name or (self.source.parent.name if several else "") or self.source.stem
 
 
 class VibrationStage(StageSettings):
