@@ -8,7 +8,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from identify.core.config import ConfigFile, Settings, read_settings, read_yaml
 from identify.core.errors import InputError, InputErrors
@@ -35,6 +43,17 @@ bottom.
 """
 
 
+def _one_or_several(value: Any, read: ValidatorFunctionWrapHandler) -> Any:
+    """A path or a list of some; ValueError for anything else."""
+    try:
+        found = read(value)
+    except ValidationError:
+        found = []
+    if found == []:
+        raise ValueError(f"found {value!r}; expected a path, or a list of paths")
+    return found
+
+
 class RelativeNoise(Settings):
     """Noise as a share of each FRF's own RMS over the band."""
 
@@ -59,7 +78,7 @@ class MeasurementSettings(FrfFileOptions):
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
     name: str | None = Field(None, description="default: the name of the file or folder")
-    file: Path | Annotated[list[Path], Field(min_length=1)] | None = Field(
+    file: Annotated[Path | list[Path] | None, WrapValidator(_one_or_several)] = Field(
         None,
         description="FRFs: .uff, .unv, .csv, .txt, .h5, .mat; a list, a folder or a pattern such as p1/*.csv"
         " where they are in several; with `estimate`, time histories",
