@@ -20,6 +20,7 @@ from identify.api.options import (
     DiscoverOptions,
     ExciteOptions,
     ExplainOptions,
+    ExportCommandOptions,
     FitOptions,
     MapCommandOptions,
     ModesOptions,
@@ -228,6 +229,25 @@ def deflection(
     from identify.api import commands as api
 
     _conclude(api.run_deflection(model, options, options.quiet), options)
+
+
+@app.command()
+@takes_options
+def export(
+    model: Annotated[Path, typer.Argument(help="result file of a fit or of a search for effects")],
+    options: ExportCommandOptions,
+) -> None:
+    """Take a fitted model to other programs: matrices, universal files, MuJoCo, URDF, Simulink.
+
+    What a format cannot say is said, or refused by name.
+    """
+    from identify.api import commands as api
+
+    found = api.run_export(model, options)
+    if not options.quiet:
+        for note in found.notes:
+            typer.echo(f"note: {note}")
+        _say_written(found.written)
 
 
 @app.command()

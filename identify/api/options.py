@@ -417,6 +417,36 @@ class DeflectionOptions:
 
 
 @dataclass(frozen=True)
+class ExportCommandOptions:
+    """Of `identify export`."""
+
+    to: Annotated[str, typer.Option(help="mjcf, urdf, mat, npz, statespace, uff or simscape: docs/export.md")]
+    posture: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="joint angles in degrees, 0,30,-60,0,45,0, a measurement, or `all` of these; repeatable;"
+            " default: the first"
+        ),
+    ] = None
+    modes: Annotated[int | None, typer.Option(help="also a model with so many modes")] = None
+    error: Annotated[
+        float | None,
+        typer.Option(help="also one with the fewest modes that leave this error of each FRF, such as 0.01"),
+    ] = None
+    band: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="where the model is to hold, Hz; default: of the fit", metavar="LOW HIGH"),
+    ] = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="file, or with several postures what their names follow; default: beside the result"
+        ),
+    ] = None
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
 class PlanCommandOptions:
     """Of `identify plan`."""
 
