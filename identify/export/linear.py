@@ -14,6 +14,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.core.text import listed
 from identify.core.thresholds import QUIET
+from identify.core.yaml_input import parse_yaml
 from identify.measured.channel import Channel
 from identify.model.frf import frf
 from identify.model.geometry import standing
@@ -100,7 +101,7 @@ def linear_model(
     """
     system = model.system(posture)
     mass, damping, stiffness = system.matrices(model.values)
-    notes = list(_left_out(fit, model, system))
+    notes = [*_left_out(fit, model, system), *_taken_off(fit, posture)]
     points = standing(model.points, system.site) or [tool_point(model, None)]
     out = np.vstack([p.axes @ system.jacobian(p.link, p.position)[:3] for p in points])
     channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
@@ -127,6 +128,21 @@ def largest_error(found: Complex, right: Complex) -> float:
     level = np.sqrt(np.mean(np.abs(right) ** 2, axis=0))
     kept = level > 1e-6 * level.max(initial=0.0)
     return float((np.abs(found - right).max(axis=0)[kept] / level[kept]).max(initial=0.0))
+
+
+def _taken_off(fit: FitResult, posture: Array) -> list[str]:
+    """That what was measured at this posture had links taken off, which the model has."""
+    said = parse_yaml(fit.provenance.config, fit.name)["measurements"]
+    off = {
+        str(entry["detached"])
+        for entry, one in zip(said, fit.measurements.values(), strict=True)
+        if entry.get("detached") and np.allclose(np.deg2rad(one.posture_deg), posture)
+    }
+    if not off:
+        return []
+    return [
+        f"the model is of the whole robot; {listed(sorted(off))} and all beyond were off when it was measured"
+    ]
 
 
 def _left_out(fit: FitResult, model: FittedModel, system: System) -> list[str]:

@@ -80,6 +80,17 @@ def test_the_error_of_fewer_states_is_stated_and_kept(result: Result, tmp_path: 
         run_export(result("rich"), Wanted("npz", modes=99), tmp_path / "none.npz")
 
 
+def test_fewer_states_are_exact_at_rest(result: Result, tmp_path: Path) -> None:
+    """What the modes that are left out give there is in D."""
+    run_export(result("plain"), Wanted("statespace", modes=2), tmp_path / "few.json")
+    found = json.loads((tmp_path / "few.json").read_text())
+    a, b, c, d = (np.array(found[key]) for key in "ABCD")
+    model = model_of(result("plain"))
+    right = model.out @ np.linalg.solve(model.stiffness, model.out.T)
+    assert len(a) == 4
+    np.testing.assert_allclose(d - c @ np.linalg.solve(a, b), right, rtol=0, atol=1e-9 * np.abs(right).max())
+
+
 def test_what_real_matrices_cannot_say_is_said(result: Result, tmp_path: Path) -> None:
     notes = run_export(result("lossy"), Wanted("npz"), tmp_path / "arm.npz").notes
     assert any("hysteretic damping is made viscous, the same at" in note for note in notes)
