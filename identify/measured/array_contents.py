@@ -20,7 +20,7 @@ _STEP, _START = (
 def described(content: Group, between: str) -> str:
     """Names, shapes and types of all that is in a tree; between: what stands between the names of groups."""
     found = [f"{name} {_words(value)}" for name, value in _values(content, between)]
-    return "it holds " + (listing_of(found) if found else "nothing")
+    return "it holds " + (_printable(_listing(found)) if found else "nothing")
 
 
 def suggested(content: Group, between: str) -> str:
@@ -32,18 +32,23 @@ def suggested(content: Group, between: str) -> str:
     for name, value in arrays.items():
         fitting = [cube for cube, shape in cubes.items() if value.size in shape]
         if fitting and _rises(value):
-            return f"{{frequency_hz: {name}, frf: {fitting[0]}}}"
+            return _printable(f"{{frequency_hz: {name}, frf: {fitting[0]}}}")
     steps, starts = (
         [name for name, value in arrays.items() if value.size == 1 and words.search(name)]
         for words in (_STEP, _START)
     )
     if steps and cubes:
         start = f"frequency_start_hz: {starts[0]}, " if starts else ""
-        return f"{{{start}frequency_step_hz: {steps[0]}, frf: {next(iter(cubes))}}}"
+        return _printable(f"{{{start}frequency_step_hz: {steps[0]}, frf: {next(iter(cubes))}}}")
     return ""
 
 
-def listing_of(found: list[str]) -> str:
+def _printable(text: str) -> str:
+    """The same without control characters, which names in a damaged file may have."""
+    return "".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text)
+
+
+def _listing(found: list[str]) -> str:
     """The first of them, and how many more."""
     more = f" and {len(found) - _MOST} more" if len(found) > _MOST else ""
     return ", ".join(found[:_MOST]) + more

@@ -152,6 +152,12 @@ def test_what_a_file_of_arrays_holds_is_said_with_how_to_name_it(tmp_path: Path)
     savemat(tmp_path / "y.mat", {"freq": SET.frequency_hz, "H": SET.frf, "cells": rows})
     with pytest.raises(InputError, match=r"variables: {frequency_hz: freq, frf: H}"):
         load_frf_set(tmp_path / "y.mat")
+    savemat(tmp_path / "odd.mat", {"f": SET.frequency_hz, "Hzz": SET.frf})
+    damaged = (tmp_path / "odd.mat").read_bytes().replace(b"Hzz", b"H\x11z")
+    (tmp_path / "odd.mat").write_bytes(damaged)
+    with pytest.raises(InputError) as odd:
+        load_frf_set(tmp_path / "odd.mat")
+    assert str(odd.value).isprintable()
     with h5py.File(tmp_path / "z.h5", "w") as file:
         file["run/f"] = SET.frequency_hz
         file["run/H"] = SET.frf
