@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 from identify.measured import quality_channels as channels
 from identify.measured import quality_noise as noise
 from identify.measured import quality_physics as physics
-from identify.measured.finding import Finding
+from identify.measured.finding import Finding, worst_first
 from identify.measured.frf_set import FrfSet
-
-_ORDER = {"fail": 0, "warn": 1, "info": 2}
 
 
 def check(
@@ -59,7 +57,7 @@ def check(
             findings.extend(one(usable))
     else:
         findings.append(Finding("fail", "no-data", (), "No FRF has a number at every line of the band.", 0))
-    return sorted(findings, key=lambda finding: _ORDER[finding.level])
+    return worst_first(findings)
 
 
 def _whole(frf_set: FrfSet) -> FrfSet:

@@ -17,7 +17,7 @@ from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
-from identify.measured.finding import STUDY, Checked, Finding, kept, listing
+from identify.measured.finding import STUDY, Checked, Finding, kept, listing, worst_first
 from identify.measured.frf_set import FrfSet
 from identify.measured.quality import check
 from identify.measured.quality_hits import hit_findings
@@ -90,7 +90,8 @@ def checks_of(file: StudyFile) -> Checked:
         ]
         for name, finding in (*rigid_link_findings(problem), *geometry_findings(problem)):
             findings[name].append(finding)
-    return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
+    told = {name: worst_first(some) for name, some in {**findings, STUDY: found}.items()}
+    return Checked(told, tuple(map(file.at_its_line, refused)))
 
 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:

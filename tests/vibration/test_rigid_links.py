@@ -7,17 +7,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
+from identify.vibration.check import run_checks
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.rigid_links import _finding, _Link, rigid_link_findings
 from identify.vibration.study import read_study
+from tests.vibration.test_check import changed
 
 ROOT = Path(__file__).parents[2]
+
+
+def turned_point(data: dict[str, Any], folder: Path) -> None:
+    lines = Path(data["points"]).read_text().splitlines()
+    turned = [f"{lines[0]},rx_deg,ry_deg,rz_deg"]
+    turned += [f"{line},{180 if line.startswith('13,') else 0},0,0" for line in lines[1:]]
+    (folder / "points.csv").write_text("\n".join(turned) + "\n")
+    data["points"] = str(folder / "points.csv")
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +95,13 @@ def as_it_is(readings: np.ndarray) -> None:
 
 def test_careless_hands_are_no_fault() -> None:
     assert three_sensors(as_it_is).misfit() < 1.5
+
+
+def test_check_tells_it_before_what_is_no_fault(tmp_path: Path) -> None:
+    """With the sensor at point 13 turned over in `points.csv`, in place of in the data."""
+    config = changed(tmp_path, turned_point)
+    told = [one.check for one in run_checks(config).findings["posture1"]]
+    assert told.index("rigid-link") < told.index("coherence")
 
 
 def test_of_three_sensors_the_wrong_channel_is_named() -> None:
