@@ -57,10 +57,17 @@ def mjcf_text(model: LinearModel) -> str:
     for number, body in enumerate(mechanism.bodies):
         bodies.append(_body(bodies[body.parent + 1], body))
         _joints(bodies[-1], [name for name, (at, _) in own.items() if at == number], own)
-    added = [name for name, (at, _) in own.items() if at is None]
-    for name in added:
-        _massless(bodies[_carrier(model, name) + 1], name, model)
+    for name, (at, _) in own.items():
+        if at is None:
+            _massless(bodies[_carrier(model, name) + 1], name)
     _sites(model, bodies)
+    _springs(root, model)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _springs(root: ET.Element, model: LinearModel) -> None:
+    """Springs, dampers and armatures of the joints, and tendons for what couples them."""
     rest = added_matrices(model)
     sag = _sag(model, rest["stiffness"])
     springs = joint_springs(model)
@@ -79,8 +86,6 @@ def mjcf_text(model: LinearModel) -> str:
         joints[name].set("springref", repr(float(value)))
     if tendons:
         _tendons(ET.SubElement(root, "tendon"), tendons, model.coordinates)
-    ET.indent(root)
-    return ET.tostring(root, encoding="unicode") + "\n"
 
 
 def _owners(model: LinearModel) -> dict[str, tuple[int | None, str]]:
@@ -134,7 +139,7 @@ def _carrier(model: LinearModel, name: str) -> int:
     return names.index(link) if link in names else -1
 
 
-def _massless(parent: ET.Element, name: str, model: LinearModel) -> None:
+def _massless(parent: ET.Element, name: str) -> None:
     """A coordinate of an effect as a joint of a body that weighs nothing: tendons give it its inertia."""
     node = ET.SubElement(parent, "body", name=f"{name}.body")
     ET.SubElement(node, "joint", name=name, type="slide", axis="0 0 1")

@@ -116,15 +116,9 @@ def read_table(path: Path, columns: list[str] | None = None) -> DelimitedTable:
         elif any(cells):
             rows.append(cells)
             lines.append(number)
-    if columns is not None:
-        _check_columns(path, columns, rows, lines)
-        named = not all(map(is_number, filter(None, rows[0]))) if rows else False
-        rows, lines = [columns, *rows[named:]], [0, *lines[named:]]
+    rows, lines = _with_header(path, columns, rows, lines)
     if len(rows) < 2:
         raise InputError(str(path), f"{len(rows)} lines", "a header line and at least one line of numbers")
-    if columns is None and all(map(is_number, rows[0])):
-        found = f"numbers in the first line, and no names of the {len(rows[0])} columns"
-        raise InputError(f"{path}, line {lines[0]}", found, "a header line", _NAME_COLUMNS)
     for row, line_number in zip(rows, lines, strict=True):
         if len(row) != len(rows[0]):
             found = f"{len(row)} cells, {len(rows[0])} in the header"
@@ -141,11 +135,23 @@ def read_table(path: Path, columns: list[str] | None = None) -> DelimitedTable:
     return DelimitedTable(str(path), header, rows[1:], lines[1:], notes)
 
 
-def _check_columns(path: Path, columns: list[str], rows: list[list[str]], lines: list[int]) -> None:
-    """Raise an InputError unless the key `columns` names as many columns as the file has."""
+def _with_header(
+    path: Path, columns: list[str] | None, rows: list[list[str]], lines: list[int]
+) -> tuple[list[list[str]], list[int]]:
+    """Rows and their lines with the key `columns` in front, in place of a header line where there is one;
+    InputError where neither names the columns, or the key names more or fewer.
+    """
+    bare = bool(rows) and all(map(is_number, filter(None, rows[0])))
+    if columns is None:
+        if bare:
+            found = f"numbers in the first line, and no names of the {len(rows[0])} columns"
+            raise InputError(f"{path}, line {lines[0]}", found, "a header line", _NAME_COLUMNS)
+        return rows, lines
     if rows and len(rows[0]) != len(columns):
         found = f"{len(rows[0])} cells, {len(columns)} names in the key columns"
         raise InputError(f"{path}, line {lines[0]}", found, "a name for each column", "`-` for one not used")
+    first = 0 if bare or not rows else 1
+    return [columns, *rows[first:]], [0, *lines[first:]]
 
 
 def _without_idle(rows: list[list[str]]) -> list[list[str]]:
