@@ -31,6 +31,14 @@ def is_pattern(path: Path) -> bool:
     return any(mark in path.name for mark in "*?")
 
 
+def name_of(paths: Sequence[Path]) -> str:
+    """What a measurement is called that is in these files, or in the folder or pattern of files."""
+    first, pattern = paths[0], is_pattern(paths[0])
+    if len(paths) == 1 and not pattern:
+        return first.stem
+    return first.parent.name or ("measurement" if pattern else first.stem)
+
+
 def files_of(path: Path, suffixes: Collection[str]) -> list[Path]:
     """The files that a path stands for, in the order of the numbers in their names: those in a folder with
     one of the suffixes, those that a pattern in its last part matches, or itself.  InputError for none.

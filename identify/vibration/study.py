@@ -23,7 +23,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.text import count
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.frf_records import TEXT, FrfFileOptions
-from identify.measured.several import is_pattern
+from identify.measured.several import name_of
 from identify.measured.source import Estimation
 from identify.modal.choices import with_choices
 from identify.modal.settings import ModalSettings
@@ -146,8 +146,7 @@ class MeasurementSettings(FrfFileOptions):
     @property
     def label(self) -> str:
         """The name: as given, or that of the file, or of the folder of several."""
-        several = len(self.sources) > 1 or is_pattern(self.source)
-        return self.name or (self.source.parent.name if several else "") or self.source.stem
+        return self.name or name_of(self.sources)
 
 
 class VibrationStage(StageSettings):

@@ -16,6 +16,7 @@ from scipy.io import savemat
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set
+from identify.measured.several import name_of
 from identify.measured.uff.write import write_uff58
 from tests.measured.frf_sets import assert_same, some_set
 
@@ -222,3 +223,18 @@ def test_files_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:
         )
     with pytest.raises(InputError, match="2 units in 2 files"):
         load_frf_set(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("paths", "name"),
+    [
+        (["p1/posture1.uff"], "posture1"),
+        (["p1"], "p1"),
+        (["p1/*.csv"], "p1"),
+        (["*.csv"], "measurement"),
+        (["p1/a.uff", "p1/b.uff"], "p1"),
+        (["a.uff", "b.uff"], "a"),
+    ],
+)
+def test_a_measurement_is_called_by_its_file_or_folder(paths: list[str], name: str) -> None:
+    assert name_of([Path(path) for path in paths]) == name
