@@ -1,7 +1,7 @@
 """Fit elastic robot models to measured vibration.
 
 The commands as functions: `identify.fit("config.yaml")`, `discover`, `modes`, `explain`, `excite`,
-`simulate`, `batch`, `map_postures`, `stability`, `deflection`, `plan`, `read_result`; see
+`simulate`, `batch`, `map_postures`, `stability`, `deflection`, `plan`, `export_model`, `read_result`; see
 `identify.api.commands`, which is imported when one of them is first used, so that `import identify` itself
 costs nothing.  `identify.cli` has the commands of the terminal.
 """
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         discover,
         excite,
         explain,
+        export_model,
         fit,
         map_postures,
         modes,
@@ -40,6 +41,7 @@ __all__ = [
     "discover",
     "excite",
     "explain",
+    "export_model",
     "fit",
     "map_postures",
     "modes",

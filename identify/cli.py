@@ -15,17 +15,21 @@ import typer
 
 from identify.api.options import (
     BatchOptions,
+    Columns,
     DeflectionOptions,
     DiscoverOptions,
     ExciteOptions,
     ExplainOptions,
+    ExportCommandOptions,
     FitOptions,
     MapCommandOptions,
     ModesOptions,
+    Names,
     PlanCommandOptions,
     Quiet,
     SimulateOptions,
     StabilityOptions,
+    columns_of,
     takes_options,
 )
 from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
@@ -229,6 +233,25 @@ def deflection(
 
 @app.command()
 @takes_options
+def export(
+    model: Annotated[Path, typer.Argument(help="result file of a fit or of a search for effects")],
+    options: ExportCommandOptions,
+) -> None:
+    """Take a fitted model to other programs: matrices, universal files, MuJoCo, URDF, Simulink.
+
+    What a format cannot say is said, or refused by name.
+    """
+    from identify.api import commands as api
+
+    found = api.run_export(model, options)
+    if not options.quiet:
+        for note in found.notes:
+            typer.echo(f"note: {note}")
+        _say_written(found.written)
+
+
+@app.command()
+@takes_options
 def plan(
     model: Annotated[Path, typer.Argument(help="a study with its first posture, or result file of a fit")],
     options: PlanCommandOptions,
@@ -280,16 +303,23 @@ def check(config: Config, quiet: Quiet = False) -> None:
 @app.command()
 def init(
     robot: Annotated[Path, typer.Argument(help="URDF, or YAML with a Denavit-Hartenberg table")],
-    data: Annotated[list[Path], typer.Argument(help="measured FRFs or modal tables")],
+    data: Annotated[
+        list[Path],
+        typer.Argument(help="measured FRFs or modal tables: files, or a folder or pattern for each posture"),
+    ],
     out: Annotated[Path, typer.Option(help="config file to write")] = Path("config.yaml"),
     points: Annotated[
         Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")
     ] = None,
+    columns: Columns = None,
+    names: Names = None,
 ) -> None:
     """Write a commented starter config for a robot and its data."""
+    from identify.measured.frf_records import FrfFileOptions
     from identify.vibration.starter import write_starter
 
-    written = write_starter(robot, data, out, points)
+    told = FrfFileOptions(columns=columns_of(columns), names=names)
+    written = write_starter(robot, data, out, points, told)
     typer.echo(
         "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
     )

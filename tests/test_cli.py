@@ -10,15 +10,19 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from identify.cli import app, main
 from identify.core.errors import InputError
 from identify.fitting.optimizers.base import OPTIMIZERS
+from identify.measured.delimited import write_frf
+from identify.measured.loaders import FrfFileOptions, load_frf_set
 from identify.results.comparison import compared
 from identify.results.file import read, write
 from identify.results.fit import FitResult
+from identify.vibration.check import run_checks
 from tests.programs import ran
 from tests.reports.discovery_sample import discovery_result
 from tests.reports.joints_sample import joints_result
@@ -243,3 +247,37 @@ def test_a_fit_is_compared_with_a_discovery(tmp_path: Path) -> None:
     write(joints_result(), tmp_path / "joints.h5")
     with pytest.raises(InputError):
         compared([tmp_path / "fitted.h5", tmp_path / "joints.h5"])
+
+
+def test_init_takes_a_file_for_each_point_as_one_measurement(tmp_path: Path) -> None:
+    """As a pattern, as a folder of text without header, and in the words of the shell; angles once."""
+    data = ROOT / "data" / "arm_hammer_test"
+    whole = load_frf_set(data / "posture1.uff", FrfFileOptions(averages=4, window_decay_per_s=1.226))
+    for folder in ("p1", "bare"):
+        (tmp_path / folder).mkdir()
+    for i, output in enumerate(whole.outputs):
+        one = whole.pairs([i], [0])
+        name = str(output).replace(":", "")
+        write_frf(tmp_path / "p1" / f"{name}.csv", one)
+        rows = np.column_stack([one.frequency_hz, one.frf[:, 0, 0].real, one.frf[:, 0, 0].imag])
+        np.savetxt(tmp_path / "bare" / f"{name}_{str(one.inputs[0]).replace(':', '')}.txt", rows)
+    robot, points = str(data / "robot.urdf"), ("--points", str(data / "points.csv"))
+    files = [str(path) for path in sorted((tmp_path / "p1").iterdir())]
+    assert ran("init", robot, *files, *points, cwd=tmp_path).returncode == 0
+    assert ran("init", robot, "p1", *points, "--out", "folder.yaml", cwd=tmp_path).returncode == 0
+    words = ("--columns", "frequency_hz,real,imag", "--names", "{output}_{input}", "--out", "bare.yaml")
+    refused = ran("init", robot, "bare", *points, "--out", "bare.yaml", cwd=tmp_path)
+    assert refused.returncode == 2 and "--columns" in refused.stderr
+    assert ran("init", robot, "bare", *words, *points, cwd=tmp_path).returncode == 0
+    texts = [(tmp_path / f"{name}.yaml").read_text() for name in ("config", "folder", "bare")]
+    assert '- file: "p1/*.csv"' in texts[0] and "- file: p1 " in texts[1]
+    assert 'columns: ["frequency_hz", "real", "imag"]' in texts[2]
+    for text, name in zip(texts, ("config", "folder", "bare"), strict=True):
+        assert text.count("posture_deg: null") == 1 and "30 files of one posture" in text
+        filled = text.replace("posture_deg: null", "posture_deg: [13.4, 10.2, -1.9, 8.0, 50.0, 8.4]")
+        for key, value in (("averages", "4"), ("quantity", "accelerance"), ("unit", "m/s^2/N")):
+            filled = filled.replace(f"{key}: null", f"{key}: {value}")
+        filled = filled.replace("window_decay_per_s: 0.0", "window_decay_per_s: 1.226")
+        (tmp_path / f"{name}.yaml").write_text(filled)
+        checked = run_checks(tmp_path / f"{name}.yaml")
+        assert not checked.refused and not checked.failed

@@ -68,6 +68,7 @@ ORDER = (
     "api",
     "reports",
     "map",
+    "export",
     "excite",
     "planning",
     "machining",

@@ -78,6 +78,9 @@ VIBRATION: dict[str, Any] = {
     "measurements.averages": 9,
     "measurements.window_decay_per_s": 2.0,
     "measurements.record_s": 1.0,
+    "measurements.columns": ["frequency_hz", "real", "imag"],
+    "measurements.frequency_start_hz": 1.0,
+    "measurements.frequency_step_hz": 0.5,
     "measurements.outputs": ["1:+X"],
     "measurements.inputs": ["1:+Z"],
     "measurements.variables": {"frf": "x"},
@@ -124,6 +127,9 @@ VIBRATION: dict[str, Any] = {
 
 REFUSED = {
     "schema",
+    "measurements.columns",
+    "measurements.frequency_start_hz",
+    "measurements.frequency_step_hz",
     "measurements.format",
     "measurements.quantity",
     "measurements.unit",

@@ -511,3 +511,28 @@ def test_measured_accelerances_from_columns(tmp_path: Path) -> None:
     found = read_modal_table(tmp_path / "p_modes.yaml").frequency_hz
     for peak in (52, 142, 279, 460, 687, 959):
         assert np.min(np.abs(found - peak)) < 1
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [({}, False), ({"window_decay_per_s": 0.0}, True), ({"window_decay_per_s": 2.0}, True)],
+)
+def test_a_window_that_nobody_told_is_asked_for(
+    options: dict[str, float], told: bool, tmp_path: Path
+) -> None:
+    write_uff58(tmp_path / "x.uff", frf_set())
+    result, _ = run_modes(tmp_path / "x.uff", tmp_path / "m.h5", file_options(**options))
+    assert any("no exponential window was told" in note for note in result.notes) != told
+
+
+def test_only_modes_inside_the_band_are_listed(tmp_path: Path) -> None:
+    """The mode at 31 Hz has a half-power band of 0.75 Hz: its flank is in a band from 31.2 Hz on."""
+    write_uff58(tmp_path / "x.uff", frf_set())
+    file = file_options(window_decay_per_s=DECAY)
+    for band, inside in (((31.2, 55.0), HZ[2:]), ((20.0, 47.2), HZ[1:2]), ((20.0, 55.0), HZ[1:])):
+        result, _ = run_modes(
+            tmp_path / "x.uff", tmp_path / f"{band[0]}{band[1]}.h5", file, {"band_hz": band}
+        )
+        [found] = result.measurements.values()
+        np.testing.assert_allclose(found.modes.frequency_hz, inside, rtol=1e-3)
+        assert found.total_error < 0.02, "what is left of a flank is a residual"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from identify.api.options import (
     BatchOptions,
@@ -16,6 +16,7 @@ from identify.api.options import (
     DiscoverOptions,
     ExciteOptions,
     ExplainOptions,
+    ExportCommandOptions,
     FitOptions,
     MapCommandOptions,
     ModesOptions,
@@ -29,6 +30,9 @@ from identify.core.config import family_of
 from identify.core.errors import InputError
 from identify.reports.outcome import Result, read_result
 
+if TYPE_CHECKING:
+    from identify.export.base import Exported
+
 __all__ = [
     "Result",
     "batch",
@@ -36,6 +40,7 @@ __all__ = [
     "discover",
     "excite",
     "explain",
+    "export_model",
     "fit",
     "map_postures",
     "modes",
@@ -168,6 +173,13 @@ def deflection(model: _Path | Result, *, report: bool = False, **options: Any) -
     as force="100,0,-50" or path="path.csv".
     """
     return _reported(run_deflection(_model(model), DeflectionOptions(**_paths(options))), report)
+
+
+def export_model(model: _Path | Result, to: str, **options: Any) -> list[Path]:
+    """A fitted model for other programs; to: the format; options: those of `identify export` by name, such as
+    posture=["all"] or error=0.01.  The files that were written.
+    """
+    return list(run_export(_model(model), ExportCommandOptions(to=to, **_paths(options))).written)
 
 
 def plan(
@@ -309,6 +321,15 @@ def run_deflection(model: Path, options: DeflectionOptions, quiet: bool = True) 
     with working(quiet, "finding deflections"):
         result, written = deflected(model, load, options.out, draws=options.draws)
     return Result(result, tuple(written))
+
+
+def run_export(model: Path, options: ExportCommandOptions) -> Exported:
+    """What `identify export` does."""
+    from identify.export.run import Wanted
+    from identify.export.run import run_export as exported
+
+    wanted = Wanted(options.to, options.posture or (), options.modes, options.error, options.band)
+    return exported(model, wanted, options.out)
 
 
 def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Result:

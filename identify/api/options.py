@@ -38,6 +38,15 @@ Posture = Annotated[
     typer.Option(help="joint angles in degrees, 0,30,-60,0,45,0, or a measurement; default: the first"),
 ]
 
+Columns = Annotated[
+    str | None,
+    typer.Option(help="names of the columns of text files without a header: frequency_hz,real,imag"),
+]
+Names = Annotated[
+    str | None,
+    typer.Option(help="how names of files tell the channels of their FRFs: FRF_{output}_{input}"),
+]
+
 
 @dataclass(frozen=True)
 class FitOptions:
@@ -120,6 +129,11 @@ def _variable(text: str) -> tuple[str, str]:
     return name.strip(), place.strip()
 
 
+def columns_of(text: str | None) -> list[str] | None:
+    """Names of columns that stand between commas."""
+    return None if text is None else [name.strip() for name in text.split(",")]
+
+
 def _added_mass(text: str) -> tuple[int, float]:
     """Node and mass, kg, from `node=mass`."""
     node, _, mass = text.partition("=")
@@ -187,6 +201,8 @@ class ModesOptions:
     inputs: Annotated[
         str | None, typer.Option(help="force channels to use, or all of an array file without names: 1:+Z")
     ] = None
+    columns: Columns = None
+    names: Names = None
     geometry: Annotated[
         Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
     ] = None
@@ -281,6 +297,8 @@ class ModesOptions:
             "variables": dict(_variable(text) for text in self.variable or ()),
             "outputs": self.outputs.replace(" ", "").split(",") if self.outputs else None,
             "inputs": self.inputs.replace(" ", "").split(",") if self.inputs else None,
+            "columns": columns_of(self.columns),
+            "names": self.names,
         }
 
     def modal(self) -> dict[str, Any]:
@@ -395,6 +413,36 @@ class DeflectionOptions:
     draws: Annotated[int, typer.Option(min=20, help="draws of the parameters, for the intervals")] = 400
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_deflection.h5")] = None
     report: Report = True
+    quiet: Quiet = False
+
+
+@dataclass(frozen=True)
+class ExportCommandOptions:
+    """Of `identify export`."""
+
+    to: Annotated[str, typer.Option(help="mjcf, urdf, mat, npz, statespace, uff or simscape: docs/export.md")]
+    posture: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="joint angles in degrees, 0,30,-60,0,45,0, a measurement, or `all` of these; repeatable;"
+            " default: the first"
+        ),
+    ] = None
+    modes: Annotated[int | None, typer.Option(help="also a model with so many modes")] = None
+    error: Annotated[
+        float | None,
+        typer.Option(help="also one with the fewest modes that leave this error of each FRF, such as 0.01"),
+    ] = None
+    band: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="where the model is to hold, Hz; default: of the fit", metavar="LOW HIGH"),
+    ] = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="file, or with several postures what their names follow; default: beside the result"
+        ),
+    ] = None
     quiet: Quiet = False
 
 

@@ -17,6 +17,7 @@ from identify.batch.posture_table import ANGLE, posture_of, read_table
 from identify.core.config import Settings, read_settings, read_yaml
 from identify.core.config_paths import relocate_measurement
 from identify.core.errors import InputError
+from identify.measured.several import name_of
 
 SCHEMA = "identify-batch/1"
 Data = dict[str, Any]
@@ -157,8 +158,8 @@ def _of_study(study: Path) -> list[Data]:
 
 def _listed(path: Path, settings: BatchSettings, study: Path) -> Iterator[Data]:
     for one in settings.measurements:
-        file = str(one.get("file", ""))
-        if glob.has_magic(file):
+        file = one.get("file", "")
+        if isinstance(file, str) and glob.has_magic(file):
             many = {key: value for key, value in one.items() if key != "name"}
             for found in _found(path.parent, file):
                 yield _moved({**many, "file": found}, path.parent, study)
@@ -191,7 +192,8 @@ def _found(folder: Path, pattern: str) -> list[str]:
 
 
 def _stem(one: Data) -> str:
-    return Path(str(one.get("file") or one.get("modes") or "measurement")).stem
+    file = one.get("file") or one.get("modes") or "measurement"
+    return name_of([Path(str(path)) for path in (file if isinstance(file, list) else [file])])
 
 
 def _distinct(items: list[Item]) -> Iterator[Item]:

@@ -27,7 +27,8 @@ def relocated(path: str | Path, old: Path, new: Path) -> str:
 def relocate_measurement(one: MutableMapping[str, Any], old: Path, new: Path) -> None:
     """Change the paths of a measurement in place."""
     for key in _MEASURED:
-        if key in one:
+        if key in one and not isinstance(one[key], list):
             one[key] = relocated(str(one[key]), old, new)
-    if isinstance(one.get("repeats"), list):
-        one["repeats"] = [relocated(str(file), old, new) for file in one["repeats"]]
+    for key in ("file", "repeats"):
+        if isinstance(one.get(key), list):
+            one[key] = [relocated(str(file), old, new) for file in one[key]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import re
 from pathlib import Path
 
@@ -10,6 +11,9 @@ from identify.core.errors import InputError
 from identify.core.files import MEBIBYTE, read_bytes
 
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]")
+_NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)", re.IGNORECASE)
+_SEPARATOR_LINE = re.compile(r"\s*sep=.\s*", re.IGNORECASE)
+"""What Excel writes first where the separator is not that of its language."""
 LARGEST_CSV = 1024 * MEBIBYTE
 LARGEST = 1e60
 """Of numbers from outside: products of a few larger ones are none any more."""
@@ -52,20 +56,60 @@ def control(character: str) -> str:
 def read_csv(path: Path, expected: str, *, skip_space: bool = False) -> list[tuple[int, str, list[str]]]:
     """Number, text and cells of every line of a CSV file that is not blank; a line that begins with # has no
     cells; InputError as `read_text`, and for a cell beyond the limit of the csv module.
+
+    Cells are separated by what the first line of them shows: semicolons or tabs, between which numbers may
+    have decimal commas, spaces between numbers, or else commas.  Text and numbers are returned as with
+    commas and decimal points.
     """
-    text = read_text(path, expected, LARGEST_CSV)
+    lines = read_text(path, expected, LARGEST_CSV).split("\n")
+    separator = _separator(next((line for line in lines if _has_cells(line)), ""))
     rows = []
-    for number, line in enumerate(text.split("\n"), start=1):
-        if line.strip():
-            rows.append((number, line, _cells(f"{path} line {number}", line, skip_space)))
+    for number, line in enumerate(lines, start=1):
+        if line.strip() and not _SEPARATOR_LINE.fullmatch(line):
+            cells = _cells(f"{path} line {number}", line, separator, skip_space)
+            rows.append((number, line if separator == "," or not cells else joined(cells), cells))
     return rows
 
 
-def _cells(where: str, line: str, skip_space: bool) -> list[str]:
+def joined(cells: list[str]) -> str:
+    """Cells as a line of a CSV file with commas."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="").writerow(cells)
+    return stream.getvalue()
+
+
+def is_number(text: str) -> bool:
+    """Whether a cell is a number, of any size, as spreadsheets and programs write it."""
+    return _NUMBER.fullmatch(text) is not None
+
+
+def _has_cells(line: str) -> bool:
+    return bool(line.strip()) and not line.startswith("#") and not _SEPARATOR_LINE.fullmatch(line)
+
+
+def _separator(line: str) -> str:
+    """Of the first line with cells; a space stands for any white space."""
+    words = line.split()
+    if len(words) > 1 and "\t" not in line and all(map(is_number, words)):
+        return " "
+    return next((one for one in ";\t" if one in line), ",")
+
+
+def _cells(where: str, line: str, separator: str, skip_space: bool) -> list[str]:
     if line.startswith("#"):
         return []
-    try:
-        return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=skip_space))]
-    except csv.Error as error:
-        found = f"cells that cannot be read ({error})"
-        raise InputError(where, found, "cells separated by commas", "export the file again") from error
+    if separator == " ":
+        cells = line.split()
+    else:
+        try:
+            cells = next(csv.reader([line], delimiter=separator, skipinitialspace=skip_space))
+        except csv.Error as error:
+            found = f"cells that cannot be read ({error})"
+            raise InputError(where, found, "cells separated by commas", "export the file again") from error
+    cells = [cell.strip() for cell in cells]
+    return cells if separator == "," else [_with_point(cell) for cell in cells]
+
+
+def _with_point(cell: str) -> str:
+    """A number with a decimal comma as one with a point; any other cell as it is."""
+    return cell.replace(",", ".") if "," in cell and is_number(cell) else cell

@@ -1,9 +1,10 @@
 """FRFs kept as named arrays, the common part of `hdf5` and `mat`.
 
-Names, which `variables` may map to others: frequency_hz (L,), frf (L, outputs, inputs) complex or frf_real
-and frf_imag, coherence (like frf), outputs and inputs (channels such as `12:+Z`), and quantity, unit,
-averages, window_decay_per_s, record_s.  Instead of frf, single pairs may be mapped, such as `{"frequency_hz":
-"H1_2[:,0]", "12:+Z/1:+X": "H1_2[:,1]", "12:+Z/1:+X coherence": "C1_2[:,1]"}`.
+Names, which `variables` may map to others: frequency_hz (L,), or frequency_start_hz and frequency_step_hz;
+frf (L, outputs, inputs) complex, or frf_real and frf_imag; coherence (like frf); outputs and inputs (channels
+such as `12:+Z`); quantity, unit, averages, window_decay_per_s, record_s.  Instead of frf, single pairs may be
+mapped, such as `{"frequency_hz": "H1_2[:,0]", "12:+Z/1:+X": "H1_2[:,1]", "12:+Z/1:+X coherence":
+"C1_2[:,1]"}`; `[1,:]` is a row.
 """
 
 from __future__ import annotations
@@ -17,16 +18,19 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.core.tree import Group
+from identify.measured.array_contents import described, suggested
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords
 from identify.measured.frf_set import Quantity
 from identify.measured.units import FrfUnit, parse_frf_unit
 
 _ARRAYS = ("frequency_hz", "frf", "frf_real", "frf_imag", "coherence", "outputs", "inputs")
-NAMES = (*_ARRAYS, "quantity", "unit", "averages", "window_decay_per_s", "record_s")
+_AXIS = ("frequency_start_hz", "frequency_step_hz")
+NAMES = (*_ARRAYS, *_AXIS, "quantity", "unit", "averages", "window_decay_per_s", "record_s")
 """The names that a file may use as they are."""
 
-_PATH = re.compile(r"([^\[\]]+)(?:\[:,\s*(\d+)\])?")
+_PATH = re.compile(r"([^\[\]]+)(?:\[(?::,\s*(\d+)|(\d+),\s*:)\])?")
 _QUANTITIES: tuple[Quantity, ...] = ("receptance", "mobility", "accelerance")
 
 
@@ -37,16 +41,33 @@ def paths_of(options: FrfFileOptions) -> list[str]:
 
 
 def path_in(asked: str) -> str:
-    """Where in a file an array stands that is asked for, maybe by a column of it."""
+    """Where in a file an array stands that is asked for, maybe by a column or row of it."""
     match = _PATH.fullmatch(asked)
     return asked if match is None else match[1].strip()
 
 
 class Arrays:
-    """Looks up names in a file: `get(path)` returns the value there, or None."""
+    """Looks up names in a file: `get(path)` returns the value there, or None; whole() everything in it, with
+    `between` between the names of groups, for errors.
+    """
 
-    def __init__(self, get: Callable[[str], Any], options: FrfFileOptions, where: str) -> None:
+    def __init__(
+        self,
+        get: Callable[[str], Any],
+        options: FrfFileOptions,
+        where: str,
+        whole: Callable[[], Group],
+        between: str,
+    ) -> None:
         self.get, self.options, self.where = get, options, where
+        self.whole, self.between = whole, between
+
+    def lacking(self, found: str, expected: str, example: str) -> InputError:
+        """That something is not in the file, with what is, and how to name it."""
+        content = self.whole()
+        keys = suggested(content, self.between) or example
+        fix = f"say where it is, as `variables: {keys}` in a study or `--variable NAME=PLACE`"
+        return InputError(self.where, f"{found}; {described(content, self.between)}", expected, fix)
 
     def value(self, name: str) -> Any:
         """What the file keeps under the name, or where `variables` says; None where there is nothing and
@@ -56,20 +77,20 @@ class Arrays:
         match = _PATH.fullmatch(asked or name)
         value = None if match is None else self.get(match[1].strip())
         if asked is not None and value is None:
-            raise InputError(
-                f"{self.where}, key variables",
-                f"{name} should be at {asked!r}, where nothing is",
-                "a variable of the file",
+            found = (
+                f"{name} should be at {asked!r}, where nothing is; {described(self.whole(), self.between)}"
             )
-        if match is not None and match[2] is not None:
-            array, column = np.asarray(value), int(match[2])
-            if array.ndim != 2 or column >= array.shape[1]:
+            raise InputError(f"{self.where}, key variables", found, "a variable of the file")
+        if match is not None and (match[2] or match[3]):
+            axis, number = (1, int(match[2])) if match[2] else (0, int(match[3]))
+            array = np.asarray(value)
+            if array.ndim != 2 or number >= array.shape[axis]:
                 raise InputError(
                     f"{self.where}, {asked}",
                     f"an array of shape {array.shape}",
-                    f"two dimensions and a column {column}",
+                    f"two dimensions and a {('row', 'column')[axis]} {number}",
                 )
-            return array[:, column]
+            return array.take(number, axis)
         return value
 
     def numbers(self, name: str) -> NDArray[Any] | None:
@@ -104,11 +125,7 @@ class Arrays:
 def read_arrays(arrays: Arrays) -> FrfRecords:
     """FRF records from named arrays; InputError where names, shapes or channels do not fit together."""
     _check_names(arrays)
-    frequency = arrays.numbers("frequency_hz")
-    if frequency is None or np.any(frequency.imag):
-        fix = "say where it is: `variables: {frequency_hz: f}` in a study or `--variable frequency_hz=f`"
-        raise InputError(arrays.where, "no real frequency_hz", "the frequencies in Hz under this name", fix)
-    frequency_hz = np.asarray(frequency.real, dtype=np.float64).ravel()
+    frequency_hz = _frequency(arrays)
     pairs = [
         name for name in arrays.options.variables if name not in NAMES and not name.endswith(" coherence")
     ]
@@ -124,6 +141,34 @@ def read_arrays(arrays: Arrays) -> FrfRecords:
         window_decay_per_s=arrays.number("window_decay_per_s"),
         record_s=arrays.number("record_s"),
     )
+
+
+def _frequency(arrays: Arrays) -> Array:
+    """The frequencies (L,), Hz, or as many from start and step as the FRFs have lines."""
+    frequency = arrays.numbers("frequency_hz")
+    options = arrays.options
+    start, step = (
+        arrays.number(name) if said is None else said
+        for name, said in zip(_AXIS, (options.frequency_start_hz, options.frequency_step_hz), strict=True)
+    )
+    if frequency is None and step is not None:
+        return np.asarray((start or 0.0) + step * np.arange(_lines(arrays)), dtype=np.float64)
+    if frequency is None or np.any(frequency.imag):
+        expected = "the frequencies in Hz, or frequency_start_hz and frequency_step_hz"
+        raise arrays.lacking("no real frequency_hz", expected, "{frequency_hz: f, frf: H}")
+    return np.asarray(frequency.real, dtype=np.float64).ravel()
+
+
+def _lines(arrays: Arrays) -> int:
+    """Of the first FRFs that there are: of a cube its first axis, of a pair all its values."""
+    for pair in (name for name in arrays.options.variables if "/" in name):
+        values = arrays.numbers(pair)
+        return 0 if values is None else values.size
+    for name in ("frf", "frf_real"):
+        cube = arrays.numbers(name)
+        if cube is not None:
+            return len(cube) if cube.ndim else 1
+    raise arrays.lacking("no frf", "FRFs under this name", "{frf: H}")
 
 
 def _check_names(arrays: Arrays) -> None:
@@ -175,8 +220,7 @@ def _cube(arrays: Arrays, lines: int) -> list[FrfRecord]:
     if frf is None and parts[0] is not None and parts[1] is not None and parts[0].shape == parts[1].shape:
         frf = parts[0] + 1j * parts[1]
     if frf is None:
-        fix = "say where it is: `variables: {frf: H}` in a study or `--variable frf=H`"
-        raise InputError(arrays.where, "no frf, and no frf_real and frf_imag", "FRFs under these names", fix)
+        raise arrays.lacking("no frf, and no frf_real and frf_imag", "FRFs under these names", "{frf: H}")
     outputs, inputs = (
         _channels(arrays, "outputs", arrays.options.outputs),
         _channels(arrays, "inputs", arrays.options.inputs),

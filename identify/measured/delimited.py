@@ -1,14 +1,16 @@
-"""CSV files: FRFs in a long or a wide layout, and time histories.
+"""Text files: FRFs in a long or a wide layout, and time histories.
 
-All are comma-separated with a point in numbers and one header line; `# unit: m/s^2/N`, `# averages: 4` and `#
-window_decay_per_s: 0.69` and so on may stand before it, other lines that begin with # are comments.
+Cells are separated as `text_input.read_csv` finds them; `# unit: m/s^2/N`, `# averages: 4` and `#
+window_decay_per_s: 0.69` and so on may stand before the header line, other lines that begin with # are
+comments.
 
 - long: `frequency_hz,output,input,real,imag[,coherence]`, one line per frequency and pair, channels written
 `12:+Z`;
   coherence may be empty for a whole pair;
 - wide: `frequency_hz` and for each pair `12:+Z/1:+X real` and `12:+Z/1:+X imag`, or `... magnitude` and `...
 phase_deg`,
-  and optionally `... coherence`;
+  and optionally `... coherence`; a column may lack its pair where the options name one of each; frequencies
+  may be told by start and step; the key `columns` names the columns of a file that does not;
 - time history: `time_s` and for each signal `12:+Z [m/s^2]` or `1:+X [N]`; a first column `block` numbers the
 hits.
 """
@@ -17,7 +19,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import isfinite
 from pathlib import Path
@@ -26,7 +28,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
-from identify.core.text_input import read_csv
+from identify.core.text_input import is_number, read_csv
 from identify.measured.channel import Channel
 from identify.measured.common_lines import common_axis, common_lines
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, check_named
@@ -37,9 +39,19 @@ from identify.measured.units import parse_frf_unit, parse_signal_unit
 _LEAST_PHASE = 1.0
 """Degrees that phases with any resonance in them go beyond, even in radians."""
 _LONG = ["frequency_hz", "output", "input", "real", "imag"]
-_NOTE = re.compile(r"#\s*(unit|averages|window_decay_per_s|record_s)\s*:\s*(.+?)[\s,]*$")
-_PAIR = re.compile(r"(\S+)\s*/\s*(\S+)\s+(real|imag|magnitude|phase_deg|coherence)")
+_NOTE = re.compile(
+    r"#\s*(unit|averages|window_decay_per_s|record_s|frequency_start_hz|frequency_step_hz)\s*:\s*(.+?)[\s,;]*$"
+)
+_PARTS = "real|imag|magnitude|phase_deg|coherence"
+_PAIR = re.compile(rf"(\S+)\s*/\s*(\S+)\s+({_PARTS})")
+_UNUSED = "-"
+"""What the key `columns` calls a column that is not read."""
 _SIGNAL = re.compile(r"(\S+)\s*\[(.+)\]")
+
+
+_NAME_COLUMNS = (
+    "name them: `columns: [frequency_hz, 12:+Z/1:+X real, 12:+Z/1:+X imag]` in a study, or `--columns`"
+)
 
 
 @dataclass(frozen=True)
@@ -70,8 +82,9 @@ class DelimitedTable:
                 values[i] = np.nan
             elif not isfinite(values[i]):
                 found = f"{cell!r} in column {self.header[column]!r}"
+                fix = "where commas are decimal, separate cells by semicolons" if "," in cell else ""
                 raise InputError(
-                    f"{self.name}, line {self.lines[row]}", found, "a finite number with a decimal point"
+                    f"{self.name}, line {self.lines[row]}", found, "a finite number with a decimal point", fix
                 )
         return values
 
@@ -87,8 +100,11 @@ class DelimitedTable:
             raise InputError(self.name, f"# {key}: {self.notes[key]}", "a number") from error
 
 
-def read_table(path: Path) -> DelimitedTable:
-    """A CSV file; InputError for another separator, an empty file or a row with too few or too many cells."""
+def read_table(path: Path, columns: list[str] | None = None) -> DelimitedTable:
+    """A text file, whose columns are named by its header or in place of that by `columns`.
+
+    InputError for an empty file, a row with too few or too many cells, and columns that nobody names.
+    """
     notes: dict[str, str] = {}
     rows: list[list[str]] = []
     lines: list[int] = []
@@ -100,6 +116,7 @@ def read_table(path: Path) -> DelimitedTable:
         elif any(cells):
             rows.append(cells)
             lines.append(number)
+    rows, lines = _with_header(path, columns, rows, lines)
     if len(rows) < 2:
         raise InputError(str(path), f"{len(rows)} lines", "a header line and at least one line of numbers")
     for row, line_number in zip(rows, lines, strict=True):
@@ -109,12 +126,46 @@ def read_table(path: Path) -> DelimitedTable:
                 f"{path}, line {line_number}",
                 found,
                 "as many cells as columns",
-                "separate by commas, with a decimal point",
+                "separate by commas with a decimal point, or by semicolons",
             )
+    rows = _without_idle(rows)
     header = [cell if ":" in cell else cell.lower() for cell in rows[0]]
     if len(set(header)) < len(header):
         raise InputError(f"{path}, line {lines[0]}", "a column name that comes twice", "each column once")
     return DelimitedTable(str(path), header, rows[1:], lines[1:], notes)
+
+
+def _with_header(
+    path: Path, columns: list[str] | None, rows: list[list[str]], lines: list[int]
+) -> tuple[list[list[str]], list[int]]:
+    """Rows and their lines with the key `columns` in front, in place of a header line where there is one;
+    InputError where neither names the columns, or the key names more or fewer.
+    """
+    bare = bool(rows) and all(map(is_number, filter(None, rows[0])))
+    if columns is None:
+        if bare:
+            found = f"numbers in the first line, and no names of the {len(rows[0])} columns"
+            raise InputError(f"{path}, line {lines[0]}", found, "a header line", _NAME_COLUMNS)
+        return rows, lines
+    if rows and len(rows[0]) != len(columns):
+        found = f"{len(rows[0])} cells, {len(columns)} names in the key columns"
+        raise InputError(f"{path}, line {lines[0]}", found, "a name for each column", "`-` for one not used")
+    first = 0 if bare or not rows else 1
+    return [columns, *rows[first:]], [0, *lines[first:]]
+
+
+def _without_idle(rows: list[list[str]]) -> list[list[str]]:
+    """Without columns called `-`, and without one that has no name and is empty, as behind a last separator,
+    or counts the lines, as programs write it in front.
+    """
+    counted = [str(n) for n in range(len(rows) - 1)]
+    keep = []
+    for column, name in enumerate(rows[0]):
+        cells = [row[column] for row in rows[1:]]
+        idle = not name and (not any(cells) or cells == counted)
+        if name != _UNUSED and not idle:
+            keep.append(column)
+    return rows if len(keep) == len(rows[0]) else [[row[column] for column in keep] for row in rows]
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
@@ -122,16 +173,14 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     does not fit.
     """
     check_named(options, str(path))
-    table = read_table(path)
+    table = _with_frequencies(read_table(path, options.columns), options)
     if table.header[:5] == _LONG and table.header[5:] in ([], ["coherence"]):
         frequency_hz, records, notes = _long(table)
     elif table.header[0] == "frequency_hz" and len(table.header) > 1:
-        frequency_hz, records, notes = _wide(table)
+        frequency_hz, records, notes = _wide(table, _only_pair(options))
     else:
         expected = f"{','.join(_LONG)}[,coherence], or frequency_hz and columns such as 12:+Z/1:+X real"
-        raise InputError(
-            str(path), f"the columns {', '.join(table.header[:6])}", expected, "name the columns so"
-        )
+        raise InputError(str(path), f"the columns {', '.join(table.header[:6])}", expected, _NAME_COLUMNS)
     averages = table.note("averages", int)
     return FrfRecords(
         frequency_hz=frequency_hz,
@@ -142,6 +191,37 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
         record_s=table.note("record_s", float),
         notes=notes,
     )
+
+
+def _only_pair(options: FrfFileOptions) -> str:
+    """The pair that the options name, where they name one, as a column says it; else empty."""
+    outputs, inputs = options.outputs or [], options.inputs or []
+    return f"{outputs[0]}/{inputs[0]} " if len(outputs) == len(inputs) == 1 else ""
+
+
+def _with_frequencies(table: DelimitedTable, options: FrfFileOptions) -> DelimitedTable:
+    """The table with a first column of frequencies, where start and step say them in its place."""
+    asked = (options.frequency_start_hz, options.frequency_step_hz)
+    start, step = (
+        noted if given is None else given
+        for given, noted in zip(
+            asked,
+            (table.note(f"frequency_{what}_hz", float) for what in ("start", "step")),
+            strict=True,
+        )
+    )
+    if step is None:
+        if options.frequency_start_hz is not None:
+            raise InputError(table.name, "a first frequency and no step", "both", "add frequency_step_hz")
+        return table
+    if "frequency_hz" in table.header:
+        found = "a step of the frequencies beside a column frequency_hz"
+        raise InputError(table.name, found, "one of them", "leave frequency_step_hz out")
+    if table.header[:2] == ["output", "input"]:
+        raise InputError(table.name, "a step of the frequencies in the long layout", "a column frequency_hz")
+    frequency = ((start or 0.0) + step * np.arange(len(table.rows))).tolist()
+    rows = [[repr(one), *row] for one, row in zip(frequency, table.rows, strict=True)]
+    return replace(table, header=["frequency_hz", *table.header], rows=rows)
 
 
 def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
@@ -231,18 +311,22 @@ def _long(table: DelimitedTable) -> tuple[Array, list[FrfRecord], tuple[str, ...
     return frequency_hz, [record.lines(some) for record, some in zip(records, slices, strict=True)], notes
 
 
-def _wide(table: DelimitedTable) -> tuple[Array, list[FrfRecord], tuple[str, ...]]:
-    """Frequencies and records of the wide layout, and what is doubtful."""
+def _wide(table: DelimitedTable, only: str = "") -> tuple[Array, list[FrfRecord], tuple[str, ...]]:
+    """Frequencies and records of the wide layout, and what is doubtful; only: the pair of columns that name
+    none, as they would say it.
+    """
     parts: dict[tuple[Channel, Channel], dict[str, Array]] = {}
     empty = table.at_zero()
     for column, name in enumerate(table.header[1:], start=1):
-        match = _PAIR.fullmatch(name)
+        match = _PAIR.fullmatch(only + name) or _PAIR.fullmatch(name)
         where = f"{table.name}, column {name!r}"
         if match is None:
+            part = name in _PARTS.split("|")
             raise InputError(
                 where,
-                "no pair and part",
+                "no pair" if part else "no pair and part",
                 "such as 12:+Z/1:+X real (or imag, magnitude, phase_deg, coherence)",
+                "name it by `outputs: [12:+Z]` and `inputs: [1:+X]`, or by `names`" if part else "",
             )
         pair = (Channel.parse(match[1], where), Channel.parse(match[2], where))
         if match[3] in parts.setdefault(pair, {}):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
@@ -43,6 +43,12 @@ class Checked:
     def failed(self) -> bool:
         """Whether the data should not be used as they are."""
         return any(finding.level == "fail" for found in self.findings.values() for finding in found)
+
+
+def worst_first(findings: Iterable[Finding]) -> list[Finding]:
+    """The findings in the order in which they are told: by level, else as they come."""
+    levels: tuple[Level, ...] = ("fail", "warn", "info")
+    return sorted(findings, key=lambda finding: levels.index(finding.level))
 
 
 def kept(read: Callable[[], T], refused: list[InputError]) -> T | None:

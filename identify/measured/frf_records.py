@@ -28,6 +28,10 @@ _MOST, _LARGEST = 1e9, 1e30
 smallest."""
 
 
+TEXT = ("columns", "names", "frequency_start_hz", "frequency_step_hz")
+"""Options of files that do not say themselves what is in them."""
+
+
 class FrfFileOptions(BaseModel):
     """What the user says about an FRF file; None or empty means: as the file says."""
 
@@ -59,6 +63,21 @@ class FrfFileOptions(BaseModel):
     variables: dict[str, str] = Field(
         {}, description="where an array file keeps frequency_hz, frf, coherence or a pair such as 12:+Z/1:+X"
     )
+    columns: list[str] | None = Field(
+        None,
+        min_length=1,
+        description="names of the columns of a text file without a header line, or in place of it:"
+        " frequency_hz, `12:+Z/1:+X real`, ... imag, magnitude, phase_deg, coherence; `-`: not read",
+    )
+    names: str | None = Field(
+        None,
+        description="how the name of each file tells the channels of its FRF: FRF_{output}_{input}, or pieces"
+        " of them such as P{output_node}{output_direction}",
+    )
+    frequency_start_hz: float | None = Field(
+        None, ge=0, description="first frequency of a file without a column of them, Hz; default: 0"
+    )
+    frequency_step_hz: float | None = Field(None, gt=0, description="step of its frequencies, Hz")
     channels: dict[str, str] = Field(
         {}, description="new names for channels of the file, such as {'14:+X': '12:-Z'}"
     )

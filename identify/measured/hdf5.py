@@ -26,7 +26,7 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
         value = content.get(name)
         return None if isinstance(value, Group) else value
 
-    return read_arrays(Arrays(get, options, str(path)))
+    return read_arrays(Arrays(get, options, str(path), lambda: read_hdf5(path), "/"))
 
 
 def write_frf(path: Path, frf_set: FrfSet) -> None:

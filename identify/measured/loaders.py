@@ -8,6 +8,7 @@ Signal)`, see `time_history`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from identify.core.errors import InputError
 from identify.core.files import sha256_of
 from identify.core.plugin import blamed
 from identify.core.registry import Registry
-from identify.measured.frf_records import FrfFileOptions, to_frf_set
+from identify.measured.frf_records import FrfFileOptions, FrfRecords, to_frf_set
 from identify.measured.frf_set import FrfSet
+from identify.measured.several import files_of, options_for, sha256_of_all, together
 from identify.measured.time_history import TimeHistory, Units, to_time_history
 
 __all__ = [
@@ -24,6 +26,7 @@ __all__ = [
     "LOADERS",
     "TIME_LOADERS",
     "FrfFileOptions",
+    "frf_files",
     "load_frf_set",
     "load_time_history",
 ]
@@ -49,23 +52,50 @@ TIME_LOADERS = Registry(
 
 FORMAT_OF_SUFFIX = {
     **dict.fromkeys((".uff", ".unv", ".58", ".ufb", ".bunv"), "uff"),
-    **dict.fromkeys((".csv",), "csv"),
+    **dict.fromkeys((".csv", ".txt", ".asc"), "csv"),
     **dict.fromkeys((".h5", ".hdf5"), "hdf5"),
     **dict.fromkeys((".mat",), "mat"),
 }
 """Format by file suffix, lower case."""
+_WORKBOOKS = (".xlsx", ".xlsm", ".xls", ".ods")
 
 
-def load_frf_set(path: Path, options: FrfFileOptions | None = None) -> FrfSet:
-    """The FRFs of a file in SI units, with the path as source and the sha256 of the file.
+def load_frf_set(path: Path | Sequence[Path], options: FrfFileOptions | None = None) -> FrfSet:
+    """The FRFs of a file, or of all files of a list, a folder or a pattern together, in SI units, with the
+    path as source and the sha256 of the file (of several, that of theirs).
 
-    InputError for a missing file, an unknown format, anything unreadable, and whatever the file leaves open
+    InputError for a missing file, an unknown format, anything unreadable, and whatever the files leave open
     and the options do not say.
     """
     options = options or FrfFileOptions()
+    files = frf_files(path)
+    source = str(path if isinstance(path, Path) else path[0])
+    read = [_records(one, options) for one in files]
+    found = (
+        read[0][0]
+        if len(files) == 1
+        else together(source, list(zip(files, (r for r, _ in read), strict=True)))
+    )
+    return to_frf_set(found, options, source, sha256_of_all([digest for _, digest in read]))
+
+
+def frf_files(path: Path | Sequence[Path]) -> list[Path]:
+    """The files of FRFs that a path, or each of several, stands for; InputError as `files_of`."""
+    paths = [path] if isinstance(path, Path) else path
+    return [one for part in paths for one in files_of(part, FORMAT_OF_SUFFIX)]
+
+
+def _records(path: Path, options: FrfFileOptions) -> tuple[FrfRecords, str]:
+    """What stands in one file, and its sha256."""
     reader, sha256 = _open(path, options.format, LOADERS)
+    form = _format(path, options.format)
+    if options.columns is not None and form != "csv":
+        raise InputError(f"{path}, key columns", "names of columns of a file that has none", "a text file")
+    if form == "uff" and (options.frequency_start_hz, options.frequency_step_hz) != (None, None):
+        found = "frequencies of a file that says them itself"
+        raise InputError(f"{path}, key frequency_step_hz", found, "a text file or arrays", "leave it out")
     with blamed(reader):
-        return to_frf_set(reader(path, options), options, str(path), sha256)
+        return reader(path, options_for(path, options)), sha256
 
 
 def load_time_history(path: Path, units: Units | None = None, format: str | None = None) -> TimeHistory:
@@ -80,9 +110,16 @@ def load_time_history(path: Path, units: Units | None = None, format: str | None
         return to_time_history(rate, signals, str(path), sha256)
 
 
+def _format(path: Path, name: str | None) -> str | None:
+    """The format that is asked for, or that of the suffix."""
+    return name or FORMAT_OF_SUFFIX.get(path.suffix.lower())
+
+
 def _open(path: Path, name: str | None, registry: Registry) -> tuple[Any, str]:
     """The reader for a file, and the file's sha256."""
-    name = name or FORMAT_OF_SUFFIX.get(path.suffix.lower())
+    name = _format(path, name)
+    if path.suffix.lower() in _WORKBOOKS:
+        raise InputError(str(path), "a workbook of a spreadsheet", "a text file", "save its sheet as CSV")
     if name is None:
         raise InputError(
             str(path),

@@ -15,7 +15,7 @@ from identify.measured.frf_records import FrfFileOptions, FrfRecords
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     """The FRFs of a MATLAB file; InputError where it is none or `array_files.read_arrays` finds fault."""
     content = read_mat(path)
-    return read_arrays(Arrays(lambda name: variable(content, name), options, str(path)))
+    return read_arrays(Arrays(lambda name: variable(content, name), options, str(path), lambda: content, "."))
 
 
 def variable(content: Group, name: str) -> Value | None:

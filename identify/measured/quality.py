@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.measured import quality_channels as channels
+from identify.measured import quality_noise as noise
 from identify.measured import quality_physics as physics
-from identify.measured.finding import Finding
+from identify.measured.finding import Finding, worst_first
 from identify.measured.frf_set import FrfSet
-
-_ORDER = {"fail": 0, "warn": 1, "info": 2}
 
 
 def check(
@@ -47,7 +46,10 @@ def check(
         for one in (
             channels.doubled,
             channels.dead,
-            physics.coherence,
+            noise.coherence,
+            noise.noisy_channels,
+            noise.poor_forces,
+            noise.quiet_channels,
             physics.drive_points,
             physics.reciprocity,
             physics.size,
@@ -55,7 +57,7 @@ def check(
             findings.extend(one(usable))
     else:
         findings.append(Finding("fail", "no-data", (), "No FRF has a number at every line of the band.", 0))
-    return sorted(findings, key=lambda finding: _ORDER[finding.level])
+    return worst_first(findings)
 
 
 def _whole(frf_set: FrfSet) -> FrfSet:

@@ -1,4 +1,4 @@
-"""Checks by physics: coherence, drive points, reciprocity, size."""
+"""Checks by physics: drive points, reciprocity, size."""
 
 from __future__ import annotations
 
@@ -8,70 +8,14 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex
-from identify.core.text import capital
-from identify.measured.finding import Finding, Level, listing
+from identify.core.arrays import Complex
+from identify.measured.finding import Finding
 from identify.measured.frf_set import POWER, FrfSet
-from identify.measured.rounded import remark
-
-LOW_COHERENCE = 0.8
-"""Below it half of an FRF's lines count as badly measured (a common rule in modal testing)."""
-
-QUIET = 0.02
-"""A channel with less than this share of the usual level hardly moves; low coherence is then no fault."""
+from identify.measured.quality_noise import LOW_COHERENCE
 
 APPARENT_MASS_KG = (0.05, 1e5)
 STATIC_STIFFNESS_N_PER_M = (1e3, 1e10)
 """What a robot's drive point may look like; outside, the unit is likely to be wrong."""
-
-
-def coherence(frf_set: FrfSet) -> Iterator[Finding]:
-    """Low coherence, told apart from channels that hardly move, and what is missing to know the noise."""
-    if frf_set.coherence is None:
-        yield Finding(
-            "warn",
-            "no-coherence",
-            (),
-            "There is no coherence: the noise can only come from repeated measurements.",
-        )
-        return
-    if frf_set.averages is None:
-        sentence = (
-            "The number of averages is not known, so the coherence does not give the noise: say averages."
-        )
-        yield Finding("warn", "no-averages", (), sentence)
-    if said := remark(frf_set.coherence):
-        yield Finding("warn", "rounded-coherence", (), f"{capital(said)}.")
-    median = np.array([_median(frf_set.coherence[:, i]) for i in range(len(frf_set.outputs))])
-    level = np.sqrt(np.nanmean(np.abs(frf_set.frf) ** 2, axis=(0, 2)))
-    low, quiet = median < LOW_COHERENCE, level < QUIET * np.nanmax(level)
-    grades: list[tuple[NDArray[np.bool_], Level, str]] = [
-        (
-            low & ~quiet,
-            "warn",
-            "though it moves: look for loose sensors, double hits, overload or nonlinearity",
-        ),
-        (low & quiet, "info", "where hardly anything moves: it tells only that the point stands still"),
-    ]
-    for chosen, grade, words in grades:
-        channels = [
-            channel for channel, is_low in zip(frf_set.outputs, chosen.tolist(), strict=True) if is_low
-        ]
-        if channels:
-            worst = float(np.min(median[chosen]))
-            where = f"{listing(channels)} (lowest median {worst:.2f})"
-            sentence = f"Half of the lines have a coherence below {LOW_COHERENCE} at {where}, {words}."
-            yield Finding(grade, "coherence", tuple(channels), sentence, worst)
-    overall = _median(frf_set.coherence)
-    if overall < 0.5:
-        sentence = f"The median coherence of all FRFs is {overall:.2f}: the measurement is mostly noise."
-        yield Finding("fail", "coherence", (), sentence, overall)
-
-
-def _median(values: Array) -> float:
-    """Median of what is known, 1 where nothing is."""
-    known = values[~np.isnan(values)]
-    return float(np.median(known)) if len(known) else 1.0
 
 
 def drive_points(frf_set: FrfSet) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ Universal files and CSV are time histories as everywhere (`uff.read`, `delimited
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,8 @@ def _of_arrays(path: Path, form: str, file: FrfFileOptions) -> TimeHistory:
     unknown = sorted(set(file.variables) - set(NAMES))
     if unknown:
         raise InputError(f"{path}, key variables", f"unknown name {unknown[0]!r}", ", ".join(NAMES))
-    arrays = Arrays(_lookup(path, form, file), file, str(path))
+    whole, between = (read_mat, ".") if form == "mat" else (read_hdf5, "/")
+    arrays = Arrays(_lookup(path, form, file), file, str(path), partial(whole, path), between)
     responses = _needed(arrays, "responses", "(samples, channels)")
     names = arrays.texts("outputs") or file.outputs
     if names is None:

@@ -4,18 +4,21 @@ estimate FRFs from.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from identify.core.errors import InputError
 from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set, load_time_history
 from identify.measured.noise import mean_of_repeats, noise_std_from_repeats
+from identify.measured.time_history import TimeHistory
 from identify.measured.units import Kind
 
 
@@ -64,9 +67,11 @@ class Estimation(BaseModel):
         return self
 
 
-def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
+def read_source(
+    paths: Sequence[Path | Sequence[Path]], options: FrfFileOptions, estimation: Estimation | None
+) -> FrfSet:
     """The FRFs of one measurement; of several repeats of it, the mean, with its noise from their scatter.
-    InputError as the loaders.
+    paths: of each repeat its file, folder or pattern, or a list of them.  InputError as the loaders.
     """
     if len(paths) == 1:
         return _read_one(paths[0], options, estimation)
@@ -74,10 +79,12 @@ def read_source(paths: list[Path], options: FrfFileOptions, estimation: Estimati
     return replace(mean_of_repeats(sets), noise=noise_std_from_repeats(sets))
 
 
-def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
+def _read_one(path: Path | Sequence[Path], options: FrfFileOptions, estimation: Estimation | None) -> FrfSet:
     if estimation is None:
         return load_frf_set(path, options)
-    history = load_time_history(path, dict(estimation.units), options.format)
+    if not isinstance(path, Path):
+        raise InputError(str(path[0]), "several files beside `estimate`", "one file with all blocks")
+    history = read_history(path, options, estimation)
     if estimation.chirp is not None:
         return frf_from_chirp(history, estimation.chirp)
     if estimation.excitation == "random":
@@ -85,3 +92,8 @@ def _read_one(path: Path, options: FrfFileOptions, estimation: Estimation | None
     return frf_from_impacts(
         history, estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0
     )
+
+
+def read_history(path: Path, options: FrfFileOptions, estimation: Estimation) -> TimeHistory:
+    """The time records that FRFs are estimated from; InputError as `load_time_history`."""
+    return load_time_history(path, dict(estimation.units), options.format)

@@ -45,7 +45,7 @@ def disagreement(found: ModalAnalysis) -> Disagreement | None:
     FRFs alone are not rebuilt much better than by it.
     """
     layout = found.layout
-    rows = np.flatnonzero(layout.complete)
+    rows = np.flatnonzero(layout.complete & (layout.frf != 0).any(axis=(0, 2)))  # some may stand still
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _MOST)).astype(int))]
     if len(rows) < 2 or (len(found.by_noise) and found.by_noise.all()):
         return None

@@ -26,7 +26,7 @@ from identify.modal.scaling import Scaling, scale
 from identify.modal.selection import DROPPED, Candidate, is_near
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram
-from identify.modal.verified import Verified
+from identify.modal.verified import Verified, in_band
 from identify.modal.window import frequency_and_damping, seen_through
 
 _CHOSEN = 1.15
@@ -85,8 +85,8 @@ def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnal
     layout = arrange(frf_set, settings)
     found = identified(layout, settings)
     check_by_hand(found.verified, settings)
-    rejected = sorted(found.verified.rejected, key=lambda c: c.frequency_hz)
-    verified = replace(found.verified, rejected=rejected)
+    inside = in_band(found.verified, layout, settings)
+    verified = replace(inside, rejected=sorted(inside.rejected, key=lambda c: c.frequency_hz))
     return _result(frf_set, layout, replace(found, verified=verified), settings)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,6 +63,38 @@ def stays(mode: Candidate, pole: complex, layout: Layout) -> bool:
     )
     return bool(
         seen and damping > 0 and abs(pole - mode.pole) <= max(mode.half_bandwidth, np.pi * layout.spacing_hz)
+    )
+
+
+def in_band(found: Verified, layout: Layout, settings: ModalSettings) -> Verified:
+    """The modes whose own frequency is in the band, and those that were chosen by hand; of others, a flank in
+    the band acts as a residual.
+    """
+    hz = np.abs(found.model.poles) / (2 * np.pi)
+    chosen = np.array([settings.modes_hz is not None or mode.by_hand for mode in found.modes], dtype=bool)
+    kept = chosen | ((hz >= layout.frequency_hz[0]) & (hz <= layout.frequency_hz[-1]))
+    own, other = np.flatnonzero(kept), np.flatnonzero(~kept)
+    if not len(other):
+        return found
+    reason = "a resonance beyond the band, at {:.4g} Hz; kept as a residual"
+    beyond = [
+        replace(found.modes[r], pole=complex(found.model.poles[r]), reason=reason.format(hz[r]))
+        for r in other
+    ]
+    gone = rows(found.model, other, {})
+    outside = ModalModel(
+        np.concatenate([found.outside.poles, gone.poles]),
+        np.concatenate([found.outside.participation, gone.participation]),
+        np.concatenate([found.outside.shapes, gone.shapes]),
+        {},
+    )
+    return Verified(
+        [found.modes[r] for r in own],
+        rows(found.model, own, found.model.residuals),
+        outside,
+        found.covariance[own],
+        [*found.rejected, *beyond],
+        found.by_noise[own],
     )
 
 

@@ -7,15 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from identify.core.errors import InputError
+from identify.core.text import listed
+from identify.measured.frf_set import FrfSet
 from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.evaluate import Measured
-from identify.modes.job import Job
+from identify.modes.job import NO_WINDOW, Job
 from identify.modes.said import modal_settings
 from identify.robot.visual import looks
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.provenance import provenance_of
-from identify.vibration.study import read_study
+from identify.vibration.study import MeasurementSettings, read_study
 
 
 def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
@@ -37,7 +39,19 @@ def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
     beside = [problem.file.resolve(path) for path in (study.modal_choices,) if path is not None]
     measured = _measured(problem)
     notes = [f"{one.name}: in the file, {note}" for one in measured for note in one.data.notes]
+    untold = [
+        m.name
+        for m in problem.measurements
+        if isinstance(m.target, FrfTarget) and _window_untold(m.settings, m.target.data)
+    ]
+    notes += [f"{listed(untold)}: {NO_WINDOW}"] if untold else []
     return Job(study.name, measured, settings, provenance_of(told.file), notes, beside)
+
+
+def _window_untold(settings: MeasurementSettings, data: FrfSet) -> bool:
+    """Whether neither the study nor the file says that impacts were windowed or not."""
+    impacts = settings.estimate is None or settings.estimate.excitation == "impacts"
+    return impacts and settings.window_decay_per_s is None and not data.window_decay_per_s
 
 
 def _measured(problem: Problem) -> list[Measured]:

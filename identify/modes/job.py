@@ -9,13 +9,18 @@ from typing import Any
 
 from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.loaders import load_frf_set
+from identify.measured.loaders import frf_files, load_frf_set
 from identify.modal.settings import ModalSettings
 from identify.modes.evaluate import Measured
 from identify.modes.said import asked, modal_settings, sources
 from identify.modes.sensors import drawn, geometry_of
 from identify.results.provenance import provenance, sha256
 from identify.results.tables import Provenance
+
+NO_WINDOW = (
+    "no exponential window was told: if force and response were multiplied by one, all damping is too large"
+    " by it; say its decay, `--window-decay`, or 0 where there was none"
+)
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ def job_of_file(
     came_from = provenance(
         "",
         asked(file, settings, place.geometry, place.length_unit),
-        [(str(path), sha256(path)) for path in (data, *beside)],
+        [(str(path), sha256(path)) for path in (*frf_files(data), *beside)],
         sources(file, settings, modal),
     )
     return Job(data.stem, [one], settings, came_from, notes, beside)
@@ -59,7 +64,7 @@ def job_of_file(
 def _measured(data: Path, file: FrfFileOptions, place: Place) -> tuple[Measured, list[str]]:
     """The FRFs of a file with their geometry, and what is to be said about it."""
     frf_set = load_frf_set(data, file).chosen(file.outputs, file.inputs, str(data))
-    sensors, notes = geometry_of(data, place.geometry, place.length_unit, file.format)
+    sensors, notes = geometry_of(frf_files(data)[0], place.geometry, place.length_unit, file.format)
     if sensors is not None and not {c.node for c in (*frf_set.outputs, *frf_set.inputs)} & set(sensors.nodes):
         raise InputError(
             str(place.geometry or data),
@@ -67,7 +72,8 @@ def _measured(data: Path, file: FrfFileOptions, place: Place) -> tuple[Measured,
             "the nodes of the FRFs",
             "check its node numbers",
         )
+    untold = file.window_decay_per_s is None and not frf_set.window_decay_per_s
     return (
         Measured(data.stem, str(data), frf_set, (), sensors, None if sensors is None else drawn(sensors)),
-        [*notes, *(f"{data}: {note}" for note in frf_set.notes)],
+        [*notes, *([NO_WINDOW] if untold else ()), *(f"{data}: {note}" for note in frf_set.notes)],
     )

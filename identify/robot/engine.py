@@ -81,21 +81,27 @@ class Engine:
         inside = pose[:3, :3] @ point + pose[:3, 3]
         return np.asarray(self._data.xpos[body + 1] + self._data.xmat[body + 1].reshape(3, 3) @ inside)
 
+    def gravity_forces(self) -> Array:
+        """(n,): generalised forces that hold the mechanism against gravity at zero displacement, N, N m."""
+        [forces] = self._weight(mujoco.MjData(self._model))
+        return np.asarray(forces)
+
     def gravity_stiffness(self) -> Array:
         """K_g (n, n): derivative of the generalised gravity forces, symmetric, N/m, N, N m/rad."""
         return self._gravity_stiffness
 
     @cached_property
     def _gravity_stiffness(self) -> Array:
-        def bias(data: mujoco.MjData) -> Array:
-            found = np.zeros((1, self._model.nv))
-            mujoco.mj_kinematics(self._model, data)
-            mujoco.mj_comPos(self._model, data)
-            mujoco.mj_comVel(self._model, data)
-            mujoco.mj_rne(self._model, data, 0, found[0])
-            return found
+        return _fixed(self._derivatives(self._weight)[0])
 
-        return _fixed(self._derivatives(bias)[0])
+    def _weight(self, data: mujoco.MjData) -> Array:
+        """(1, n): generalised forces against gravity at the displacements of the data."""
+        found = np.zeros((1, self._model.nv))
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        mujoco.mj_comVel(self._model, data)
+        mujoco.mj_rne(self._model, data, 0, found[0])
+        return found
 
     def coriolis(self, rates: Array) -> Array:
         """(n, n), N s/m, N m s/rad: derivative of the Coriolis and centrifugal forces by the rates of all

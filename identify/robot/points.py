@@ -8,8 +8,6 @@ axes in that order (the convention of URDF's rpy).
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +18,7 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
-from identify.core.text_input import LARGEST, read_csv
+from identify.core.text_input import LARGEST, joined, read_csv
 from identify.robot.description import Robot
 from identify.robot.pose import pose
 
@@ -94,12 +92,12 @@ def points_text(path: Path, points: Mapping[int, Point]) -> str:
     written = []
     for _, text, cells in lines:
         if cells is header:
-            written.append(_line(columns) if columns != header else text)
+            written.append(joined(columns) if columns != header else text)
         elif cells:
             old = dict(zip(header, cells, strict=True))
             new = _cells(told[int(old["node"])], points.get(int(old["node"])), wide=wide)
             row = {**dict.fromkeys(columns, "0"), **old, **new}
-            written.append(_line([row[name] for name in columns]))
+            written.append(joined([row[name] for name in columns]))
         else:
             written.append(text)
     return "\n".join(written) + "\n"
@@ -116,12 +114,6 @@ def _cells(told: Point, point: Point | None, *, wide: bool) -> dict[str, str]:
             name: f"{x:.9g}" for name, x in zip(ANGLES, turn.as_euler("xyz", degrees=True), strict=True)
         }
     return found
-
-
-def _line(cells: list[str]) -> str:
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="").writerow(cells)
-    return stream.getvalue()
 
 
 def check_links(points: Mapping[int, Point], robot: Robot) -> None:

@@ -97,7 +97,7 @@ def at_posture(robot: Robot, posture: Array) -> Mechanism:
     for number, (joint, link, angle) in enumerate(
         zip(robot.joints, robot.links[1:], posture, strict=True), start=1
     ):
-        align = _z_to(joint.axis)
+        align = z_to(joint.axis)
         pose = link_in_body @ joint.origin @ turned(angle * joint.axis) @ align
         link_in_body = align.T @ joint.mount
         bodies.append(_body(f"joint{number}", len(bodies) - 1, pose, link, link_in_body))
@@ -126,7 +126,7 @@ def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) 
     return Body(name, parent, pose, link.mass, turn @ link.centre + shift, turn @ link.inertia @ turn.T)
 
 
-def _z_to(axis: Array) -> Array:
+def z_to(axis: Array) -> Array:
     """(4, 4), the shortest rotation that takes z to `axis`."""
     cross, cosine = np.cross([0.0, 0.0, 1.0], axis), float(axis[2])
     sine = float(np.linalg.norm(cross))

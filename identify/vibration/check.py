@@ -17,10 +17,12 @@ from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
-from identify.measured.finding import STUDY, Checked, Finding, kept, listing
+from identify.measured.finding import STUDY, Checked, Finding, kept, listing, worst_first
 from identify.measured.frf_set import FrfSet
 from identify.measured.quality import check
+from identify.measured.quality_hits import hit_findings
 from identify.measured.quality_robot import check_robot
+from identify.measured.source import read_history
 from identify.model.modes import complex_modes
 from identify.robot.description import Robot
 from identify.robot.points import Point, read_points
@@ -32,6 +34,7 @@ from identify.vibration.link_ends import left_open
 from identify.vibration.nuisances.sentences import kind_of
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
+from identify.vibration.rigid_links import rigid_link_findings
 from identify.vibration.study import MeasurementSettings, StudyFile, read_study
 from identify.vibration.uncertainty import fitted_information
 
@@ -68,7 +71,10 @@ def checks_of(file: StudyFile) -> Checked:
     }
     labels = None if points is None else {node: point.name for node, point in points.items()}
     known = {name: data for name, data in sets.items() if data is not None}
-    findings = {name: _of_set(data, settings[name], labels, file) for name, data in known.items()}
+    findings = {
+        name: [*_of_set(data, settings[name], labels, file), *_of_hits(settings[name], file)]
+        for name, data in known.items()
+    }
     problem = None if refused else kept(lambda: _loaded(file, known), refused)
     found = list(_radians(settings))
     if problem is not None:
@@ -82,9 +88,10 @@ def checks_of(file: StudyFile) -> Checked:
             *_uncertain(problem),
             *_without_body(problem.robot),
         ]
-        for name, finding in geometry_findings(problem):
+        for name, finding in (*rigid_link_findings(problem), *geometry_findings(problem)):
             findings[name].append(finding)
-    return Checked({**findings, STUDY: found}, tuple(map(file.at_its_line, refused)))
+    told = {name: worst_first(some) for name, some in {**findings, STUDY: found}.items()}
+    return Checked(told, tuple(map(file.at_its_line, refused)))
 
 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
@@ -105,6 +112,13 @@ def _of_set(
     silent = (*silent, *(("unknown-point",) if labels is None else ()))
     found = check(data, labels or {}, file.study.band_hz)
     return [one for one in found if one.check not in silent]
+
+
+def _of_hits(settings: MeasurementSettings, file: StudyFile) -> Iterator[Finding]:
+    """The findings on the time records of impacts, where the FRFs are estimated from them."""
+    if settings.estimate is not None and settings.estimate.excitation == "impacts":
+        for path in (settings.source, *settings.repeats):
+            yield from hit_findings(read_history(file.resolve(path), settings, settings.estimate))
 
 
 def _radians(settings: Mapping[str, MeasurementSettings]) -> Iterator[Finding]:

@@ -92,7 +92,7 @@ def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
     """The given names, or file stems; a number is added where two are the same."""
     names: list[str] = []
     for settings in measurements:
-        name = settings.name or settings.source.stem
+        name = settings.label
         names.append(name if name not in names else f"{name}_{len(names) + 1}")
     return names
 
@@ -128,9 +128,9 @@ def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
 
 def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
     """The FRFs of a measurement as its file and its repeats give them."""
-    return read_source(
-        [file.resolve(path) for path in (settings.source, *settings.repeats)], settings, settings.estimate
-    )
+    own = [file.resolve(path) for path in settings.sources]
+    repeats = [file.resolve(path) for path in settings.repeats]
+    return read_source([own[0] if len(own) == 1 else own, *repeats], settings, settings.estimate)
 
 
 def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:

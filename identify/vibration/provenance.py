@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from identify.core.files import read_bytes
+from identify.measured.loaders import frf_files
+from identify.measured.several import is_pattern
 from identify.results import fit as results
 from identify.results import tables
 from identify.results.provenance import provenance, sha256
@@ -23,7 +25,12 @@ def study_inputs(file: StudyFile) -> list[tuple[str, str]]:
     study = file.study
     paths = [study.robot.urdf or study.robot.dh or Path(), study.points, study.reference, study.modal_choices]
     for m in study.measurements:
-        paths += [m.source, m.shapes, *m.repeats]
+        for path in (*m.sources, *m.repeats):
+            there = file.resolve(path)
+            folder = path if there.is_dir() else path.parent
+            several = there.is_dir() or is_pattern(path)
+            paths += [folder / one.name for one in frf_files(there)] if several else [path]
+        paths.append(m.shapes)
     return [(str(path), sha256(file.resolve(path))) for path in paths if path is not None]
 
 

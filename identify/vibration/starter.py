@@ -4,18 +4,24 @@ files that they say.
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
+import numpy as np
 
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.text import listed
 from identify.core.yaml_input import YAML_SUFFIXES
+from identify.measured.band import suggested_band
+from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.loaders import load_frf_set
+from identify.measured.frf_set import FrfSet
+from identify.measured.loaders import frf_files, load_frf_set
+from identify.measured.several import is_pattern
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
@@ -30,18 +36,25 @@ points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where th
 measurements:
 {%- for m in measurements %}
   - {{ m.key }}: {{ m.file }}{{ m.comment }}
+{%- for line in m.lines %}
+    {{ line }}
+{%- endfor %}
     posture_deg: null                # FILL IN: angles of {{ joints }}, such as {{ zeros }}
 {%- if m.key == "file" %}
 {%- if m.unknown %}
     quantity: null                   # FILL IN: receptance, mobility or accelerance; the file does not say
     unit: null                       # FILL IN: such as m/s^2/N or g/N
 {%- endif %}
+{%- if m.coherence %}
     averages: null                   # FILL IN: averages behind each FRF; the noise follows from them
+{%- else %}
+    noise: {relative: 0.02}          # CHECK: noise over each FRF; there is no coherence that would tell it
+{%- endif %}
     window_decay_per_s: 0.0          # CHECK: sigma of an exponential window exp(-sigma t); 0: none
 {%- endif %}
     use: fit                         # or `validate`: never fitted, only predicted
 {%- endfor %}
-{{ "" if has_frf else "# " }}band_hz: {{ band }}                  # what is compared
+{{ "" if has_frf else "# " }}band_hz: {{ band }}                  # what is compared{{ why }}
 effects:                             # the physics of the model; one line per effect
   - kind: joint-compliance
     joints: all
@@ -66,14 +79,24 @@ class Starter:
     to_do: list[str]
 
 
-def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None) -> Starter:
-    """Write the config; InputError for a file that exists, which is kept, and for one that cannot be read."""
+def write_starter(
+    robot: Path,
+    data: list[Path],
+    out: Path,
+    points: Path | None,
+    options: FrfFileOptions | None = None,
+) -> Starter:
+    """Write the config; options: what the user says of all files.
+
+    InputError for a file that exists, which is kept, and for one that cannot be read.
+    """
     if out.exists():
         raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
     key = "dh" if robot.suffix in YAML_SUFFIXES else "urdf"
     described = read_robot(RobotSettings.model_validate({key: robot.resolve()}), Path())
     folder = out.resolve().parent
-    entries = [_measurement(path, folder) for path in data]
+    told = options or FrfFileOptions()
+    entries = [_measurement(files, folder, told, len(described.joints)) for files in _grouped(data, told)]
     bands = [entry.band for entry in entries if entry.band]
     points = points or robot.parent / "points.csv"
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
@@ -86,11 +109,12 @@ def write_starter(robot: Path, data: list[Path], out: Path, points: Path | None)
         zeros=[0.0] * len(described.joints),
         joints=_joints(described),
         band=(
-            [round(max(band[0] for band in bands), 3), round(min(band[1] for band in bands), 3)]
+            [_round(min(band[0] for band in bands)), _round(max(band[1] for band in bands))]
             if bands
             else [3, 80]
         ),
         has_frf=bool(bands),
+        why=", proposed from coherence and the first resonances: CHECK" if bands else "",
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
     write_text(out, text)
@@ -133,34 +157,87 @@ class _Entry:
     band: tuple[float, float] | None = None
     unknown: bool = False
     nodes: tuple[int, ...] = ()
+    lines: tuple[str, ...] = ()
+    coherence: bool = True
 
 
-def _measurement(path: Path, folder: Path) -> _Entry:
+def _grouped(data: list[Path], options: FrfFileOptions) -> list[list[Path]]:
+    """The files of each measurement: those of one folder that have no FRF in common are parts of one."""
+    groups: list[list[Path]] = []
+    pairs: list[set[tuple[Channel, Channel]]] = []
+    for path in data:
+        own = set() if len(data) == 1 or not path.is_file() else _pairs(path, options)
+        alike = bool(groups and own and pairs[-1]) and groups[-1][0].parent == path.parent
+        if alike and not own & pairs[-1]:
+            groups[-1].append(path)
+            pairs[-1] |= own
+        else:
+            groups.append([path])
+            pairs.append(own)
+    return groups
+
+
+def _pairs(path: Path, options: FrfFileOptions) -> set[tuple[Channel, Channel]]:
+    """The FRFs in a file, none where it is a table of modes."""
     if path.suffix in YAML_SUFFIXES:
-        return _Entry("modes", _relative(path, folder))
-    unknown = False
+        return set()
+    read, _ = _loaded([path], options)
+    rows, columns = np.nonzero(read.measured)
+    return {(read.outputs[i], read.inputs[j]) for i, j in zip(rows, columns, strict=True)}
+
+
+def _loaded(files: list[Path], options: FrfFileOptions) -> tuple[FrfSet, bool]:
+    """The FRFs of files, and whether they only do not say their quantity or unit, for which the config then
+    asks.
+    """
+    source = files[0] if len(files) == 1 else files
     try:
-        frf_set = load_frf_set(path, FrfFileOptions())
+        return load_frf_set(source, options), False
     except InputError as error:
-        unknown = (
-            True  # perhaps the file only does not say its quantity or unit: then the config asks for them
-        )
+        guess = options.model_copy(update={"quantity": "accelerance", "unit": "m/s^2/N"})
         try:
-            frf_set = load_frf_set(path, FrfFileOptions(quantity="accelerance", unit="m/s^2/N"))
+            return load_frf_set(source, guess), True
         except InputError:
             raise error from None
+
+
+def _measurement(files: list[Path], folder: Path, options: FrfFileOptions, joints: int) -> _Entry:
+    if files[0].suffix in YAML_SUFFIXES:
+        return _Entry("modes", _relative(files[0], folder))
+    frf_set, unknown = _loaded(files, options)
+    parts = [one for path in files for one in frf_files(path)]
     size = (
         f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)}"
-        " lines"
+        f" lines{f', in {len(parts)} files of one posture' if len(parts) > 1 else ''}"
     )
+    said = options.model_dump(exclude_defaults=True, include={"columns", "names"})
     return _Entry(
         "file",
-        _relative(path, folder),
+        _named(files, folder),
         size,
-        (float(frf_set.frequency_hz[0]), float(frf_set.frequency_hz[-1])),
+        suggested_band(frf_set, joints),
         unknown,
         tuple(sorted({channel.node for channel in (*frf_set.outputs, *frf_set.inputs)})),
+        tuple(f"{key}: {json.dumps(value)}" for key, value in said.items()),
+        frf_set.coherence is not None,
     )
+
+
+def _named(files: list[Path], folder: Path) -> str:
+    """Files as the key `file` has them: one, all of their kind in a folder by a pattern, or a list."""
+    if len(files) == 1:
+        return (
+            json.dumps(_relative(files[0], folder)) if is_pattern(files[0]) else _relative(files[0], folder)
+        )
+    pattern = files[0].parent / f"*{files[0].suffix}"
+    if sorted(files[0].parent.glob(pattern.name)) == sorted(files):
+        return json.dumps(_relative(pattern, folder))
+    return json.dumps([_relative(path, folder) for path in files])
+
+
+def _round(frequency: float) -> float:
+    """To three digits."""
+    return float(f"{frequency:.3g}")
 
 
 def _joints(robot: Robot) -> str:

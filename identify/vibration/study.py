@@ -8,13 +8,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from identify.core.config import ConfigFile, Settings, read_settings, read_yaml
 from identify.core.errors import InputError, InputErrors
 from identify.core.text import count
 from identify.fitting.plan import StageSettings, as_list
-from identify.measured.frf_records import FrfFileOptions
+from identify.measured.frf_records import TEXT, FrfFileOptions
+from identify.measured.several import name_of
 from identify.measured.source import Estimation
 from identify.modal.choices import with_choices
 from identify.modal.settings import ModalSettings
@@ -32,6 +41,17 @@ _ROBUST_THEN_LIKELY: tuple[dict[str, Any], ...] = (
 """Default stages of FRF least squares: log residuals find the valley from poor guesses, the likelihood its
 bottom.
 """
+
+
+def _one_or_several(value: Any, read: ValidatorFunctionWrapHandler) -> Any:
+    """A path or a list of some; ValueError for anything else."""
+    try:
+        found = read(value)
+    except ValidationError:
+        found = []
+    if found == []:
+        raise ValueError(f"found {value!r}; expected a path, or a list of paths")
+    return found
 
 
 class RelativeNoise(Settings):
@@ -57,9 +77,11 @@ class MeasurementSettings(FrfFileOptions):
     """One measurement: a file of FRFs, or a table of modes, at one posture."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-    name: str | None = Field(None, description="default: the file's name")
-    file: Path | None = Field(
-        None, description="FRFs: .uff, .unv, .csv, .h5, .mat; with `estimate`, time histories"
+    name: str | None = Field(None, description="default: the name of the file or folder")
+    file: Annotated[Path | list[Path] | None, WrapValidator(_one_or_several)] = Field(
+        None,
+        description="FRFs: .uff, .unv, .csv, .txt, .h5, .mat; a list, a folder or a pattern such as p1/*.csv"
+        " where they are in several; with `estimate`, time histories",
     )
     estimate: Estimation | None = Field(None, description="estimate FRFs from the time histories in the file")
     repeats: list[Path] = Field(
@@ -96,7 +118,10 @@ class MeasurementSettings(FrfFileOptions):
         if self.modes is not None:
             beside, keys = "modes", {*FrfFileOptions.model_fields, "repeats", "estimate", "noise", "impact"}
         elif self.estimate is not None:
-            beside, keys = "estimate", {"quantity", "unit", "averages", "variables", "channels", "shapes"}
+            beside, keys = (
+                "estimate",
+                {"quantity", "unit", "averages", "variables", "channels", "shapes", *TEXT},
+            )
             if self.estimate.excitation != "impacts":
                 keys.add("window_decay_per_s")
         else:
@@ -109,9 +134,19 @@ class MeasurementSettings(FrfFileOptions):
         return self
 
     @property
+    def sources(self) -> list[Path]:
+        """The files, folders or patterns, of whichever kind."""
+        return self.file if isinstance(self.file, list) else [self.file or self.modes or Path()]
+
+    @property
     def source(self) -> Path:
-        """The file, whichever kind."""
-        return self.file or self.modes or Path()
+        """The file, folder or pattern; of several the first."""
+        return self.sources[0]
+
+    @property
+    def label(self) -> str:
+        """The name: as given, or that of the file, or of the folder of several."""
+        return self.name or name_of(self.sources)
 
 
 class VibrationStage(StageSettings):

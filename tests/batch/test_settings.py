@@ -50,6 +50,13 @@ def test_lists_patterns_tables_and_studies(folder: Path) -> None:
     assert [one.get("use") for one in batch.joint.measurements] == [None, None, "validate", None, None, None]
 
 
+def test_several_files_of_one_measurement_stay_together(folder: Path) -> None:
+    text = "study: base/study.yaml\nmeasurements:\n  - {file: [base/p1.csv, base/p9.csv], posture_deg: [1]}\n"
+    [item] = read_batch(_batch(folder, text)).items
+    assert item.measurements is not None
+    assert (item.name, item.measurements[0]["file"]) == ("p1", ["p1.csv", "p9.csv"])
+
+
 def test_the_measurements_of_the_study_itself(folder: Path) -> None:
     base = folder / "base" / "study.yaml"
     base.write_text(

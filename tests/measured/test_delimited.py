@@ -104,7 +104,6 @@ def test_what_is_written_is_read_bit_by_bit(
         ("# unit: g/N", "# unit: V/N", "'V/N'"),
         ("frequency_hz,output", "f,output", "the columns f, output"),
         ("real,imag,", "real,real,", "line 4: a column name that comes twice"),
-        (",", ";", "frequency_hz;output"),
     ],
 )
 def test_errors_of_the_long_layout_name_the_line(tmp_path: Path, old: str, new: str, found: str) -> None:

@@ -51,7 +51,7 @@ def test_the_key_format_decides_where_the_suffix_does_not(tmp_path: Path) -> Non
 def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path, suffix: str) -> None:
     (tmp_path / f"folder{suffix}").mkdir()
     for name in ("missing", "folder"):
-        with pytest.raises(InputError, match="the file cannot be read"):
+        with pytest.raises(InputError, match=r"the file cannot be read|a folder without any file of FRFs"):
             load_frf_set(tmp_path / f"{name}{suffix}")
     if suffix in (".uff", ".csv"):
         with pytest.raises(InputError, match="the file cannot be read"):

@@ -113,6 +113,12 @@ def poor(frf_set: FrfSet, output: int = 3, level: float = 1.0) -> FrfSet:
     return replace(scaled(frf_set, level, output), coherence=coherence)
 
 
+def poor_under_one_force(frf_set: FrfSet) -> FrfSet:
+    coherence = np.full(frf_set.frf.shape, 0.99)
+    coherence[:, 3, 1] = 0.3
+    return replace(frf_set, coherence=coherence)
+
+
 def partly_nan(frf_set: FrfSet) -> FrfSet:
     frf = frf_set.frf.copy()
     frf[7, 2, 1] = np.nan
@@ -150,8 +156,10 @@ FAULTS: list[tuple[str, str, Callable[[FrfSet], FrfSet], str]] = [
     ("identical-channels", "fail", copied, r"1:\+Y and 2:\+Y have the same values"),
     ("dead-channel", "fail", lambda s: scaled(s, 0, 4), r"Output 2:\+Y is zero or constant"),
     ("dead-channel", "fail", lambda s: scaled(s, 0, slice(None), 1), r"Input 3:\+Y is zero or constant"),
-    ("coherence", "warn", poor, r"below 0\.8 at 2:\+X .* though it moves"),
-    ("coherence", "info", lambda s: poor(s, level=1e-3), "hardly anything moves"),
+    ("noisy-channel", "warn", poor, r"2:\+X is 1\d times as noisy as channels that move as much"),
+    ("noisy-channel", "warn", poor_under_one_force, r"2:\+X is 1\d times as noisy under 3:\+Y as"),
+    ("coherence", "warn", lambda s: replace(s, coherence=np.full(s.frf.shape, 0.6)), "double hits"),
+    ("coherence", "info", lambda s: poor(s, level=1e-3), r"1 of 9 channels with a low .* which is no fault"),
     ("coherence", "fail", lambda s: replace(s, coherence=np.full(s.frf.shape, 0.2)), "mostly noise"),
     ("no-coherence", "warn", lambda s: replace(s, coherence=None), "no coherence"),
     ("no-averages", "warn", lambda s: replace(s, averages=None), "say averages"),

@@ -44,6 +44,14 @@ def test_a_point_has_its_link_position_and_link_axes(tmp_path: Path) -> None:
     assert np.array_equal(wrist.axes, np.eye(3))
 
 
+def test_cells_may_be_separated_by_semicolons_with_decimal_commas(tmp_path: Path) -> None:
+    text = "sep=;\nnode;name;link;x_m;y_m;z_m\n1;a, b;arm;0,5;-1,25e-1;1\n"
+    point = read_points(points_file(tmp_path, text))[1]
+    assert (point.name, point.position.tolist()) == ("a, b", [0.5, -0.125, 1.0])
+    with pytest.raises(InputErrors, match=r"line 2: x_m is '0,5.1'"):
+        read_points(points_file(tmp_path, "node;name;link;x_m;y_m;z_m\n1;a;arm;0,5.1;0;0\n"))
+
+
 def test_columns_may_come_in_any_order_with_spaces_and_a_byte_order_mark(tmp_path: Path) -> None:
     points = read_points(points_file(tmp_path, '\ufeffx_m, y_m ,z_m,link,name,node\n1, 2 ,3,arm,"a, b",7\n'))
     assert points[7].position.tolist() == [1, 2, 3]
@@ -100,7 +108,7 @@ def test_what_is_written_is_read(rows: list[tuple[float | str, ...]]) -> None:
             "node,name,x_m,y_m,z_m\n",
             "line 1: no column link in 'node,name,x_m,y_m,z_m'; expected the columns node,name,link",
         ),
-        ("node;name;link;x_m;y_m;z_m\n", "separated by commas"),
+        ("node name link x_m y_m z_m\n", "separated by commas"),
         (HEADER.replace("x_m", "x_mm"), "no column x_m"),
         (HEADER + ",rx_rad\n", "unknown or doubled columns"),
         (HEADER + ",x_m\n", "unknown or doubled columns"),

@@ -1,5 +1,5 @@
-"""Measurement points, coordinate systems and trace lines of universal files: datasets 15, 2411, 18, 2420, 82
-and the units 164.
+"""Measurement points, coordinate systems and trace lines of universal files: datasets 15, 2411, 18, 2420, 82,
+2412 and the units 164.
 
 Formats: SDRC universal datasets 15, 18, 82 (1987), 2411 (1987), 2420 (1994).  Lengths are in the file's unit:
 dataset 164 says which; a file without it needs `length_unit`.  Positions stand in the definition system,
@@ -22,6 +22,8 @@ from identify.measured.uff.cursor import EXPORT
 
 System = tuple[Array, Array]
 
+_WITH_SECTION = (11, 21, 22, 23, 24)
+"""Types of elements of dataset 2412 that have a line for their section and orientation."""
 LENGTH_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048}
 """Units of length a user can name, in m."""
 
@@ -60,7 +62,9 @@ def read_geometry(path: Path, length_unit: str | None = None) -> MeasuredGeometr
     for node in (node for line in found.lines for node in line):
         if node not in found.nodes:
             raise InputError(
-                str(path), f"a trace line (dataset 82) through node {node}", "a node of dataset 15 or 2411"
+                str(path),
+                f"a trace line (dataset 82 or 2412) through node {node}",
+                "a node of dataset 15 or 2411",
             )
     return MeasuredGeometry(nodes, position, axes, tuple(found.lines))
 
@@ -88,6 +92,7 @@ def _found(path: Path) -> _Found:
         18: _systems18,
         2420: _systems2420,
         82: _lines82,
+        2412: _rods2412,
         164: _units164,
     }
     for block in blocks(path):
@@ -215,6 +220,21 @@ def _lines82(block: Block, found: _Found) -> None:
             found.lines.append(tuple(run))
         if not node:
             run = []
+
+
+def _rods2412(block: Block, found: _Found) -> None:
+    """6I10 an element (number, type, ..., nodes), for rods and beams 3I10, then the nodes 8I10; those of two
+    nodes are lines.
+    """
+    while not block.done:
+        kind, count = (values := block.integers(6))[1], values[5]
+        if kind in _WITH_SECTION:
+            block.integers(3)
+        nodes: list[int] = []
+        while len(nodes) < count:
+            nodes += block.integers(min(8, count - len(nodes)))
+        if count == 2:
+            found.lines.append((nodes[0], nodes[1]))
 
 
 def _units164(block: Block, found: _Found) -> None:

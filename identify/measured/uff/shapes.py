@@ -170,7 +170,13 @@ def _values(block: Block, size: int, is_complex: bool) -> dict[int, Complex]:
 
 
 def write_shapes(path: Path, table: ModalTable, geometry: MeasuredGeometry | None = None) -> None:
-    """Write shapes (complex, dataset 55 with analysis type 3) after their geometry; values keep 6 digits.
+    """Write shapes after their geometry; InputError as `shapes_text`."""
+    text = "" if geometry is None else geometry_text(geometry)
+    path.write_text(text + shapes_text(table, str(path)), encoding="ascii", newline="\n")
+
+
+def shapes_text(table: ModalTable, where: str) -> str:
+    """Shapes (complex, dataset 55 with analysis type 3); values keep 6 digits.
 
     Modal A is 2j omega_d times the modal mass of the shape as it stands, so that a residue is the product of
     two components over it; 0 where no modal mass is known.
@@ -179,19 +185,16 @@ def write_shapes(path: Path, table: ModalTable, geometry: MeasuredGeometry | Non
     """
     if table.shapes is None or not np.isfinite(table.shapes).all():
         raise InputError(
-            str(path), "a modal table without shapes, or with unknown components", "shapes at all channels"
+            where, "a modal table without shapes, or with unknown components", "shapes at all channels"
         )
     if not np.isfinite(table.damping_ratio).all():
         raise InputError(
-            str(path),
+            where,
             "a mode with unknown damping",
             "a damping ratio for every mode",
             "complete the modal table",
         )
-    text = "" if geometry is None else geometry_text(geometry)
-    path.write_text(
-        text + "".join(_dataset55(table, r) for r in range(len(table))), encoding="ascii", newline="\n"
-    )
+    return "".join(_dataset55(table, r) for r in range(len(table)))
 
 
 def _dataset55(table: ModalTable, r: int) -> str:

@@ -1,0 +1,128 @@
+"""Universal files for Test.Lab, ME'scope and others: measured and fitted FRFs (58b), and the model's mode
+shapes with modal A (55) on their geometry (2411, 2412, 2420).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+from typing import ClassVar, cast
+
+import numpy as np
+
+from identify.core import atomic
+from identify.core.arrays import Array, Complex, Texts
+from identify.export.base import Exported, Format, Job
+from identify.export.linear import LinearModel, lines_of
+from identify.measured.channel import Channel
+from identify.measured.frf_set import FrfSet, Quantity
+from identify.measured.modal_table import ModalTable
+from identify.measured.uff.geometry_write import new_geometry_text
+from identify.measured.uff.shapes import shapes_text
+from identify.measured.uff.write import write_uff58
+from identify.model.geometry import sensor_geometry
+from identify.results.fit import FrfComparison, MeasurementResult
+
+
+class UniversalFiles(Format):
+    """The main file has geometry and shapes; beside it, `_fitted` has FRFs of the model and, at a posture
+    that was measured, `_measured` those that it was fitted to.
+    """
+
+    suffix: ClassVar[str] = ".uff"
+
+    def paths(self, path: Path) -> list[Path]:
+        """Shapes, fitted and measured FRFs."""
+        return [
+            path,
+            *(path.with_name(f"{path.stem}_{what}{path.suffix}") for what in ("fitted", "measured")),
+        ]
+
+    def write(self, job: Job) -> Exported:
+        """Two or three files."""
+        shapes, fitted, measured = self.paths(job.path)
+        model = job.model
+        geometry = sensor_geometry(model.system.site.engine, model.points)
+        text = new_geometry_text(geometry) + shapes_text(mode_table(model), str(shapes))
+        atomic.write_text(shapes, text)
+        at = _measurement(model)
+        if at is None or at.frf is None:
+            line_hz = lines_of(job.band_hz)
+            frfs = FrfSet(line_hz, model.receptance(line_hz), model.channels, model.channels, "receptance")
+            _write(fitted, frfs)
+            return Exported([shapes, fitted], (*model.notes, *_no_measurement(at)))
+        _write(fitted, _frf_set(at.frf, at.frf.fitted))
+        _write(measured, _frf_set(at.frf, at.frf.measured))
+        return Exported([shapes, fitted, measured], (*model.notes, *_window(at.frf)))
+
+
+def mode_table(model: LinearModel) -> ModalTable:
+    """The modes as a table, with modal masses of 1 kg: a residue is phi_i phi_j / (2 j omega_d)."""
+    modes = model.modes
+    scale = np.sqrt(2j * modes.eigenvalues.imag)
+    return ModalTable(
+        modes.frequency_hz,
+        modes.damping_ratio,
+        model.channels,
+        np.asarray(scale[:, None] * (modes.shapes @ model.out.T)),
+        modal_mass_kg=np.ones(len(modes.frequency_hz)),
+    )
+
+
+def _write(path: Path, frfs: FrfSet) -> None:
+    atomic.write_atomically(path, partial(_binary, frfs))
+
+
+def _binary(frfs: FrfSet, path: Path) -> None:
+    write_uff58(path, frfs, binary=True)
+
+
+def _measurement(model: LinearModel) -> MeasurementResult | None:
+    """The measurement at the model's posture, where there is one."""
+    at = [
+        one
+        for one in model.fit.measurements.values()
+        if np.allclose(np.deg2rad(one.posture_deg), model.posture, rtol=0, atol=1e-9)
+    ]
+    named = [one for one in at if model.name.endswith(f" {one.name}")]
+    return next(iter([*named, *at]), None)
+
+
+def _frf_set(compared: FrfComparison, values: Complex) -> FrfSet:
+    """Pairs as they were compared as a set; NaN where a pair was not measured."""
+    outputs, inputs = _channels(compared.output), _channels(compared.input)
+    frf = np.full((len(compared.frequency_hz), len(outputs), len(inputs)), np.nan, dtype=complex)
+    coherence = None if compared.coherence is None else np.full(frf.shape, np.nan)
+    for pair, (output, force) in enumerate(zip(compared.output, compared.input, strict=True)):
+        at = outputs.index(Channel.parse(output)), inputs.index(Channel.parse(force))
+        frf[:, at[0], at[1]] = values[:, pair]
+        if coherence is not None and values is compared.measured:
+            coherence[:, at[0], at[1]] = cast(Array, compared.coherence)[:, pair]
+    return FrfSet(
+        compared.frequency_hz,
+        frf,
+        outputs,
+        inputs,
+        cast(Quantity, compared.quantity),
+        coherence,
+        window_decay_per_s=compared.window_decay_per_s,
+    )
+
+
+def _channels(texts: Texts) -> tuple[Channel, ...]:
+    return tuple(dict.fromkeys(Channel.parse(text) for text in texts))
+
+
+def _window(compared: FrfComparison) -> Iterable[str]:
+    decay = compared.window_decay_per_s
+    if decay:
+        yield (
+            f"FRFs are as they were measured, with an exponential window of {decay:g} 1/s, which the format"
+            f" cannot say: `identify modes --window-decay {decay:g}`; shapes are without it"
+        )
+
+
+def _no_measurement(at: MeasurementResult | None) -> Iterable[str]:
+    if at is None:
+        yield "nothing was measured at this posture: the FRFs are receptances of the model between all points"

@@ -1,0 +1,1 @@
+"""Tests of what takes a fitted model to other programs."""
