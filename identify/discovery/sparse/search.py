@@ -202,7 +202,8 @@ def _parts(found: Found, bent: set[str]) -> dict[str, float]:
 def _with(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
     """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
     unknowns, x = _begun(found, effects, values)
-    return _settled(unknowns.problem, unknowns, effects, x, Penalised(unknowns), _MORE)
+    steps = _MORE if len(effects) > len(found.effects) else _STEPS
+    return _settled(found.study, unknowns, effects, x, Penalised(unknowns), steps)
 
 
 def _begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
