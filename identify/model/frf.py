@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex, real_product
+from identify.core.arrays import Array, Complex, product_by_real, real_product
 from identify.model.hessenberg import motion_under
 from identify.model.superposition import TOLERANCE, is_symmetric, modal_form, probed
 from identify.model.system import Factors
@@ -117,10 +117,11 @@ def _late(s: Complex, record: float | Array) -> Complex:
 
 def dynamic_stiffness(mass: Array, damping: Array, stiffness: Array, s: Complex) -> Complex:
     """Z (..., lines, n, n) = K + s C + s^2 M."""
-    line = s[..., None, None]
-    return np.asarray(
-        stiffness[..., None, :, :] + line * damping[..., None, :, :] + line**2 * mass[..., None, :, :]
-    )
+    powers = np.stack([np.ones_like(s), s, s * s], axis=-1)
+    parts = np.stack(np.broadcast_arrays(stiffness, damping, mass), axis=-3)
+    flat = parts.reshape(*parts.shape[:-2], -1)
+    z = powers @ flat if np.iscomplexobj(flat) else product_by_real(powers, flat)
+    return z.reshape(*z.shape[:-1], *parts.shape[-2:])
 
 
 def frf_by_solve(
@@ -176,7 +177,7 @@ def gradient_with(
     left = (-(s**power)[:, None, None] * to_out) @ (vectors * factors.weight[columns])
     right = np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
     for k in range(3):
-        right[:, powers == k] = vectors[:, powers == k].T @ motion[k]
+        right[:, powers == k] = real_product(vectors[:, powers == k].T, motion[k])
     gradient = _products(left, right, factors.owner[columns], parameters)
     if end is not None:
         gradient = gradient + end.gradient(matrices, s, to_out, power)
