@@ -9,6 +9,7 @@ import itertools
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from identify.batch.executor import open_executor
+from identify.batch.executor import here, open_executor
 from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
 from identify.batch.loop import Watch, run_jobs
@@ -84,7 +85,9 @@ def run_map(
     with held(path):
         if not resume:
             shutil.rmtree(folder, ignore_errors=True)
-        with open_executor(workers, cluster) as executor:
+        short = len(files) == 1 and found.wanted is None
+        alone = short and workers is None and cluster is None
+        with nullcontext(here()) if alone else open_executor(workers, cluster) as executor:
             index = BatchIndex(
                 folder / "index.json",
                 {"map": fit.name, "workers": executor.about},

@@ -10,6 +10,7 @@ has no coordinates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -97,7 +98,7 @@ def at_posture(robot: Robot, posture: Array) -> Mechanism:
     for number, (joint, link, angle) in enumerate(
         zip(robot.joints, robot.links[1:], posture, strict=True), start=1
     ):
-        align = _z_to(joint.axis)
+        align = _z_to(*joint.axis.tolist())
         pose = link_in_body @ joint.origin @ turned(angle * joint.axis) @ align
         link_in_body = align.T @ joint.mount
         bodies.append(_body(f"joint{number}", len(bodies) - 1, pose, link, link_in_body))
@@ -126,10 +127,10 @@ def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) 
     return Body(name, parent, pose, link.mass, turn @ link.centre + shift, turn @ link.inertia @ turn.T)
 
 
-def _z_to(axis: Array) -> Array:
-    """(4, 4), the shortest rotation that takes z to `axis`."""
-    cross, cosine = np.cross([0.0, 0.0, 1.0], axis), float(axis[2])
-    sine = float(np.linalg.norm(cross))
+@cache
+def _z_to(x: float, y: float, z: float) -> Array:
+    """(4, 4), the shortest rotation that takes the z axis to that one."""
+    sine = float(np.hypot(x, y))
     if sine < 1e-12:
-        return np.eye(4) if cosine > 0 else turned([np.pi, 0.0, 0.0])
-    return turned(cross / sine * np.arctan2(sine, cosine))
+        return np.eye(4) if z > 0 else turned([np.pi, 0.0, 0.0])
+    return turned(np.array([-y, x, 0.0]) / sine * np.arctan2(sine, z))
