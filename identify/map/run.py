@@ -160,7 +160,8 @@ def map_part(
     if result_file.kind_of(path) == MapPart.KIND and result_file.read(path, MapPart).key == key:
         return {"kept": True}
     with one_thread():
-        fitted, errors = _model(model, Path(model).stat().st_mtime_ns)
+        changed = Path(model).stat().st_mtime_ns
+        fitted = _model(model, changed)
         there = asked["point"]
         point = Point(0, "tip", there["link"], np.array(there["position"]), np.eye(3), "")
         lines, angles = np.array(asked["lines"]), np.array(postures)
@@ -169,16 +170,20 @@ def map_part(
         limit = None
         if asked["limit"] is not None:
             wanted = Wanted.of(asked["limit"])
+            errors = _errors(model, changed)
             limit = map_limits(wanted, fitted, errors, point, angles, systems, rows)
     result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows, limit), path)
     return {"kept": False}
 
 
 @lru_cache(maxsize=2)
-def _model(path: str, changed: int) -> tuple[FittedModel, Array]:
-    fit = fit_of(Path(path))
-    model = fitted_model(fit, path)
-    return model, misfit(fit, model)
+def _model(path: str, changed: int) -> FittedModel:
+    return fitted_model(fit_of(Path(path)), path)
+
+
+@lru_cache(maxsize=2)
+def _errors(path: str, changed: int) -> Array:
+    return misfit(fit_of(Path(path)), _model(path, changed))
 
 
 def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:
