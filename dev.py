@@ -56,7 +56,7 @@ def ready() -> None:
         return
     if not program("python").exists():
         subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
-    run("python", "-m", "pip", "install", "-q", "--disable-pip-version-check", _UV)
+    run("python", "-m", "pip", "install", "-q", "--no-compile", "--disable-pip-version-check", _UV)
     install = ("-m", "uv", "pip", "install", "-q")
     run("python", *install, "--require-hashes", "-r", "requirements.lock")
     run("python", *install, "--no-deps", "--no-build-isolation", "-e", ".")

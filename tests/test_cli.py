@@ -194,6 +194,33 @@ def test_a_fit_imports_what_it_needs_when_it_needs_it() -> None:
     assert "scipy.optimize" in _imported("import scipy; scipy.optimize.least_squares", late)
 
 
+LATE = (
+    *("scipy.optimize", "scipy.signal", "scipy.stats", "scipy.interpolate"),
+    *("matplotlib", "plotly", "typst", "jinja2", "glfw", "pandas"),
+)
+"""What takes a tenth of a second and more to import, and few commands need."""
+_TX200 = str(ROOT / "configs" / "umons_tx200.yaml")
+_UFF = str(ROOT / "data" / "arm_hammer_test" / "posture1.uff")
+
+
+@pytest.mark.parametrize(
+    ("words", "budget"),
+    [
+        (("check", str(ROOT / "configs" / "arm_hammer_test.yaml")), set()),
+        (("fit", _TX200, "--starts", "2", "--no-report", "--out", "fit.h5"), {"scipy.optimize"}),
+        (("modes", _UFF, "--no-report", "--band", "3", "40", "--out", "modes.h5"), {"scipy.optimize"}),
+        (("map", "tx200.h5", "--grid", "2:-30:30:3", "--no-report", "--out", "map.h5"), set()),
+        (("report", "tx200.h5"), {"matplotlib", "typst", "jinja2"}),
+    ],
+    ids=lambda given: given[0] if isinstance(given, tuple) else "",
+)
+def test_a_command_imports_no_more_than_its_budget(
+    fitted: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], budget: set[str]
+) -> None:
+    monkeypatch.chdir(fitted.parent)
+    assert _imported(_command(*words), LATE) == budget
+
+
 def test_modes_of_a_plain_file_need_no_robot(tmp_path: Path) -> None:
     words = (str(ROOT / "data/arm_hammer_test/posture1.uff"), "--out", str(tmp_path / "m.h5"))
     code = _command("modes", *words, "--no-report", "--quiet", "--band", "3", "40")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any, Literal
 
 from identify.core.errors import InputError, InputErrors
@@ -34,6 +35,12 @@ class JobOutcome:
     error: str = ""
     value: Mapping[str, Any] = field(default_factory=dict)
     seconds: float = 0.0
+
+
+def called(call: str, arguments: Mapping[str, Any], attempt: int) -> dict[str, Any]:
+    """What a call `module:function` returns, in this process."""
+    module, name = call.split(":")
+    return dict(getattr(import_module(module), name)(**arguments, attempt=attempt) or {})
 
 
 def failure(error: BaseException) -> JobOutcome:

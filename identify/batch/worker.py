@@ -20,7 +20,7 @@ import time
 from importlib import import_module
 from typing import Any, BinaryIO, Self
 
-from identify.batch.job import JobOutcome, failure
+from identify.batch.job import JobOutcome, called, failure
 from identify.core.threads import work_in
 from identify.results.provenance import computing
 
@@ -42,7 +42,7 @@ def main() -> None:
         asked = json.loads(lines.get())
         began = time.perf_counter()
         with _Attempt() as attempt:
-            attempt.outcome = JobOutcome("done", value=_call(**asked))
+            attempt.outcome = JobOutcome("done", value=called(**asked))
         outcome = dataclasses.replace(attempt.outcome, seconds=time.perf_counter() - began)
         _say(answers, dataclasses.asdict(outcome))
 
@@ -59,11 +59,6 @@ class _Attempt:
         if isinstance(error, Exception):
             self.outcome = failure(error)
         return isinstance(error, Exception)
-
-
-def _call(call: str, arguments: dict[str, Any], attempt: int) -> dict[str, Any]:
-    module, name = call.split(":")
-    return dict(getattr(import_module(module), name)(**arguments, attempt=attempt) or {})
 
 
 def _listen(source: BinaryIO, lines: queue.Queue[bytes]) -> None:

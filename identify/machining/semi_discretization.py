@@ -13,8 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
-from scipy.optimize import brentq
+import scipy
 
 from identify.core.arrays import Array, Index
 from identify.core.interruption import check
@@ -68,7 +67,9 @@ class TimeDomain:
                 return np.inf
             low, high = high, min(_FINER * high, most)
         close = 100 * _CLOSE if self.coarse else _CLOSE
-        return float(brentq(lambda depth: self.multiplier(rpm, depth) - 1.0, low, high, rtol=close))
+        return float(
+            scipy.optimize.brentq(lambda depth: self.multiplier(rpm, depth) - 1.0, low, high, rtol=close)
+        )
 
     def _over_a_period(self, rpm: float, depth: float, steps: int) -> tuple[Array, int]:
         """What a tooth period does to state and past displacements, newest first, and how many of the axes

@@ -9,6 +9,7 @@ import itertools
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from identify.batch.executor import open_executor
+from identify.batch.executor import here, open_executor
 from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
 from identify.batch.loop import Watch, run_jobs
@@ -84,7 +85,9 @@ def run_map(
     with held(path):
         if not resume:
             shutil.rmtree(folder, ignore_errors=True)
-        with open_executor(workers, cluster) as executor:
+        short = len(files) == 1 and found.wanted is None
+        alone = short and workers is None and cluster is None
+        with nullcontext(here()) if alone else open_executor(workers, cluster) as executor:
             index = BatchIndex(
                 folder / "index.json",
                 {"map": fit.name, "workers": executor.about},
@@ -157,7 +160,8 @@ def map_part(
     if result_file.kind_of(path) == MapPart.KIND and result_file.read(path, MapPart).key == key:
         return {"kept": True}
     with one_thread():
-        fitted, errors = _model(model, Path(model).stat().st_mtime_ns)
+        changed = Path(model).stat().st_mtime_ns
+        fitted = _model(model, changed)
         there = asked["point"]
         point = Point(0, "tip", there["link"], np.array(there["position"]), np.eye(3), "")
         lines, angles = np.array(asked["lines"]), np.array(postures)
@@ -166,16 +170,20 @@ def map_part(
         limit = None
         if asked["limit"] is not None:
             wanted = Wanted.of(asked["limit"])
+            errors = _errors(model, changed)
             limit = map_limits(wanted, fitted, errors, point, angles, systems, rows)
     result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows, limit), path)
     return {"kept": False}
 
 
 @lru_cache(maxsize=2)
-def _model(path: str, changed: int) -> tuple[FittedModel, Array]:
-    fit = fit_of(Path(path))
-    model = fitted_model(fit, path)
-    return model, misfit(fit, model)
+def _model(path: str, changed: int) -> FittedModel:
+    return fitted_model(fit_of(Path(path)), path)
+
+
+@lru_cache(maxsize=2)
+def _errors(path: str, changed: int) -> Array:
+    return misfit(fit_of(Path(path)), _model(path, changed))
 
 
 def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:

@@ -11,24 +11,15 @@ solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex, product_by_real, real_product
 from identify.model.hessenberg import motion_under
-from identify.model.modes import state_eigen
+from identify.model.superposition import TOLERANCE, is_symmetric, modal_form, probed
 from identify.model.system import Factors
-from identify.model.truncation import (
-    TruncationCorrection,
-    end_of_record,
-    left_at_end,
-    rest_by_exponential,
-)
+from identify.model.truncation import TruncationCorrection, end_of_record, rest_by_exponential
 
-_TOLERANCE = 1e-9
-"""Largest relative residual |Z x - B| / |B| of a route before the next one is taken instead."""
 _FEW_INPUTS, _FEW_LINES = 3, 24
 """Inputs, and lines times inputs for each coordinate, up to which recurrences for more than one input take
 less time than eigenvalues.
@@ -67,22 +58,17 @@ def _by_recurrence(
     each = np.broadcast_to(s, (*before, s.shape[-1])).reshape(-1, s.shape[-1])
     h = np.empty((*each.shape, len(out), force.shape[1]), dtype=complex)
     exact = np.ones(len(h), dtype=bool)
-    probe = _probed(s.shape[-1])
+    probe = probed(s.shape[-1])
     with np.errstate(all="ignore"):  # what is not finite is no solution, which the residual notices
         z = dynamic_stiffness(m, c, k, each[:, probe])
         for number, load in enumerate(force.T):
             motion = motion_under(load, m, c, k, each)
             h[..., number] = motion.seen(out, each**power)
             residual = (z @ motion.at(probe)[..., None])[..., 0] - load
-            exact &= np.abs(residual).max(axis=(1, 2)) <= _TOLERANCE * np.abs(load).max(initial=0.0)
+            exact &= np.abs(residual).max(axis=(1, 2)) <= TOLERANCE * np.abs(load).max(initial=0.0)
     for one in np.flatnonzero(~exact).tolist():
         h[one] = _by_modes(m[one], c[one], k[one], each[one], out, force, power, None)
     return h.reshape(*before, *h.shape[1:])
-
-
-def _probed(lines: int) -> list[int]:
-    """Numbers of the lines at which the residual is looked at."""
-    return [0, lines // 2, lines - 1]
 
 
 def _by_modes(
@@ -96,7 +82,7 @@ def _by_modes(
     record: float | Array | None,
 ) -> Complex:
     """`frf` through eigenvalues, or by solves."""
-    modal = _modal(mass, damping, stiffness, s, force)
+    modal = modal_form(mass, damping, stiffness, s, force)
     if modal is None:
         rest = (
             0.0
@@ -104,137 +90,38 @@ def _by_modes(
             else rest_by_exponential(mass, damping, stiffness, s, out, force, power, record)
         )
         return frf_by_solve(mass, damping, stiffness, s, out, force, power) - rest
-    line = (s**power)[..., None, None]
-    if record is None or (left := modal.left(s, power, record)) is None:
-        return line * modal.superposed(out, s, modal.participation)
-    both = modal.superposed(out, s, np.concatenate([modal.participation, left], axis=-1))
-    inputs = force.shape[1]
-    return np.asarray(line * both[..., :inputs] - _late(s, record) * both[..., inputs:])
+    parts = [(s**power, np.ones_like(modal.eigenvalues))]
+    left = None if record is None else modal.left(s, power, record)
+    if record is not None and left is not None:
+        parts.append((-_late(s, record), left))
+    return modal.superposed(out, s, parts)
 
 
 def end_added(
     matrices: tuple[Array, Array, Array], s: Complex, out: Array, force: Array, power: int, record: float
 ) -> Complex:
     """(lines, outputs, inputs): what the end of the record adds to H."""
-    modal = _modal(*matrices, s, force)
+    modal = modal_form(*matrices, s, force)
     if modal is None:
         return np.asarray(-rest_by_exponential(*matrices, s, out, force, power, record))
     left = modal.left(s, power, record)
     if left is None:
         return np.zeros((len(s), len(out), force.shape[1]), dtype=complex)
-    return np.asarray(-_late(s, record) * modal.superposed(out, s, left))
+    return modal.superposed(out, s, [(-_late(s, record), left)])
 
 
 def _late(s: Complex, record: float | Array) -> Complex:
-    """e^(-sT) (..., lines, 1, 1)."""
-    return np.asarray(np.exp(-s * np.asarray(record)[..., None])[..., None, None])
-
-
-class _Modal(NamedTuple):
-    """Modes of a model: eigenvalues (..., r), shapes (..., n, r) and what a force does to them (..., r,
-    inputs); paired: one of each conjugate pair.
-    """
-
-    eigenvalues: Complex
-    shapes: Complex
-    participation: Complex
-    paired: bool
-
-    def superposed(self, out: Array, s: Complex, participation: Complex) -> Complex:
-        """(..., lines, outputs, inputs) at s (..., lines)."""
-        return _superpose(out @ self.shapes, self.eigenvalues, participation, s, self.paired)
-
-    def left(self, s: Complex, power: int, record: float | Array) -> Complex | None:
-        """What a force does to the modes (..., r, inputs) as it is after `record` seconds; None where that is
-        nothing.
-        """
-        left = left_at_end(self.eigenvalues, s, record)
-        if not left.any():
-            return None
-        return np.asarray(self.participation * (self.eigenvalues**power * left)[..., None])
-
-
-def _modal(mass: Array, damping: Array, stiffness: Array, s: Complex, force: Array) -> _Modal | None:
-    """None where the model is (nearly) defective: the modes do not solve Z x = B at some lines."""
-    eigenvalues, shapes = state_eigen(mass, damping, stiffness)
-    without = None if _symmetric(damping) else _without_symmetry(mass, eigenvalues, shapes, force)
-    # LAPACK puts the conjugate pairs of a real matrix side by side, Im > 0 first.
-    paired = not np.iscomplexobj(stiffness) and bool(np.all(eigenvalues[..., ::2].imag > 0))
-    if paired:
-        eigenvalues, shapes, without = (
-            eigenvalues[..., ::2],
-            shapes[..., ::2],
-            None if without is None else without[..., ::2, :],
-        )
-    probe = s[..., _probed(s.shape[-1])]
-    with np.errstate(all="ignore"):  # a defective system divides by zero here, which the residual notices
-        participation = (
-            _participation(mass, damping, eigenvalues, shapes, force) if without is None else without
-        )
-        x = _superpose(shapes, eigenvalues, participation, probe, paired)
-    residual = dynamic_stiffness(mass, damping, stiffness, probe) @ x - force
-    if not np.abs(residual).max(initial=0.0) <= _TOLERANCE * np.abs(force).max(initial=0.0):
-        return None
-    return _Modal(eigenvalues, shapes, participation, paired)
-
-
-def _participation(
-    mass: Array, damping: Array, eigenvalues: Complex, shapes: Complex, force: Array
-) -> Complex:
-    """phi_r' B / phi_r' (2 lambda_r M + C) phi_r, (..., r, inputs): the left vectors of a symmetric system
-    are its right ones.
-    """
-    norm = np.sum(shapes * (2 * eigenvalues[..., None, :] * (mass @ shapes) + damping @ shapes), axis=-2)
-    return np.asarray(np.swapaxes(shapes, -1, -2) @ force / norm[..., None])
-
-
-def _symmetric(damping: Array) -> bool:
-    """Whether matrices (..., n, n) are symmetric: all are but the damping of a robot that moves, which has
-    Coriolis terms.
-    """
-    return bool(
-        np.abs(damping - np.swapaxes(damping, -1, -2)).max(initial=0.0)
-        <= 1e-12 * np.abs(damping).max(initial=0.0)
-    )
-
-
-def _without_symmetry(mass: Array, eigenvalues: Complex, shapes: Complex, force: Array) -> Complex:
-    """(..., r, inputs): participation of all modes without symmetry, by the inverse of the matrix of state
-    vectors.
-    """
-    states = np.concatenate([shapes, eigenvalues[..., None, :] * shapes], axis=-2)
-    pushed = np.linalg.solve(mass, np.broadcast_to(force, (*mass.shape[:-1], force.shape[1])))
-    return np.asarray(np.linalg.solve(states, np.concatenate([np.zeros_like(pushed), pushed], axis=-2)))
-
-
-def _superpose(
-    shapes: Complex, eigenvalues: Complex, participation: Complex, s: Complex, paired: bool
-) -> Complex:
-    """sum_r shapes_r participation_r / (s - lambda_r), with the conjugate terms where paired, as products
-    over all output-input pairs.
-    """
-    outputs, inputs = shapes.shape[-2], participation.shape[-1]
-    residues = np.swapaxes(shapes, -1, -2)[..., :, :, None] * participation[..., :, None, :]
-    residues = residues.reshape(*residues.shape[:-2], outputs * inputs)
-    values = eigenvalues[..., None, :]
-    if paired:  # R/(s - l) + R*/(s - l*) = (2 Re(R) s - 2 Re(R l*)) / (s^2 - 2 Re(l) s + |l|^2)
-        squared = (s * s)[..., None] - 2 * values.real * s[..., None] + np.abs(values) ** 2
-        constant = -2 * (residues * np.conj(eigenvalues)[..., :, None]).real
-        inverse = 1.0 / squared
-        product = s[..., None] * product_by_real(inverse, 2 * residues.real) + product_by_real(
-            inverse, constant
-        )
-    else:
-        product = (1.0 / (s[..., None] - values)) @ residues
-    return np.asarray(product.reshape(*product.shape[:-1], outputs, inputs))
+    """e^(-sT) (..., lines)."""
+    return np.asarray(np.exp(-s * np.asarray(record)[..., None]))
 
 
 def dynamic_stiffness(mass: Array, damping: Array, stiffness: Array, s: Complex) -> Complex:
     """Z (..., lines, n, n) = K + s C + s^2 M."""
-    line = s[..., None, None]
-    return np.asarray(
-        stiffness[..., None, :, :] + line * damping[..., None, :, :] + line**2 * mass[..., None, :, :]
-    )
+    powers = np.stack([np.ones_like(s), s, s * s], axis=-1)
+    parts = np.stack(np.broadcast_arrays(stiffness, damping, mass), axis=-3)
+    flat = parts.reshape(*parts.shape[:-2], -1)
+    z = powers @ flat if np.iscomplexobj(flat) else product_by_real(powers, flat)
+    return z.reshape(*z.shape[:-1], *parts.shape[-2:])
 
 
 def frf_by_solve(
@@ -290,7 +177,7 @@ def gradient_with(
     left = (-(s**power)[:, None, None] * to_out) @ (vectors * factors.weight[columns])
     right = np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
     for k in range(3):
-        right[:, powers == k] = vectors[:, powers == k].T @ motion[k]
+        right[:, powers == k] = real_product(vectors[:, powers == k].T, motion[k])
     gradient = _products(left, right, factors.owner[columns], parameters)
     if end is not None:
         gradient = gradient + end.gradient(matrices, s, to_out, power)
@@ -354,7 +241,7 @@ def _solve_both(
         if end is None
         else force - end.load(matrices[0], matrices[1], s)
     )
-    if not _symmetric(matrices[1]):
+    if not is_symmetric(matrices[1]):
         z = dynamic_stiffness(*matrices, s)
         to_out = np.linalg.solve(
             np.swapaxes(z, 1, 2), np.broadcast_to(out.T.astype(complex), (len(s), *out.T.shape))

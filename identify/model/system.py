@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -335,13 +335,13 @@ def factored(changes: Iterable[Change], size: int) -> Factors:
     """Changes of so many coordinates as thin columns: the eigenvectors of each matrix, without those whose
     eigenvalue is nothing beside its largest.
     """
-    rows, numbers = [np.zeros((0, size))], list[tuple[int, int]]()
-    weight: list[Any] = [np.zeros(0)]
-    for one in changes:
-        values, directions = np.linalg.eigh(one.matrix)
-        kept = np.abs(values) > _NOTHING * np.abs(values).max(initial=0.0)
-        rows.append(directions[:, kept].T)
-        weight.append(values[kept] * one.factor)
-        numbers += [(one.power, one.owner)] * int(kept.sum())
-    power, owner = np.array(numbers, int).reshape(-1, 2).T
-    return Factors(np.concatenate(rows).T, power, np.concatenate(weight), owner)
+    every = list(changes)
+    power, owner = (np.array([getattr(one, name) for one in every], dtype=int) for name in ("power", "owner"))
+    values, directions = np.linalg.eigh(np.array([one.matrix for one in every]).reshape(-1, size, size))
+    kept = np.abs(values) > _NOTHING * np.abs(values).max(axis=1, keepdims=True, initial=0.0)
+    change = np.nonzero(kept)[0]
+    factor = np.array([one.factor for one in every])
+    if not np.any(np.imag(factor)):
+        factor = np.real(factor)
+    vectors = np.swapaxes(directions, 1, 2)[kept].T
+    return Factors(vectors, power[change], values[kept] * factor[change], owner[change])

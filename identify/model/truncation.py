@@ -22,7 +22,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex
+from identify.core.arrays import Array, Complex, Mask
 from identify.model.modes import state_eigen
 from identify.model.system import Factors
 
@@ -122,26 +122,26 @@ class EndOfRecord:
         return np.asarray(np.exp(-line * self.record) * load)
 
 
-def _outlasts(
-    eigenvalues: Complex, s: Complex, record: float | Array
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether motions with eigenvalues (..., r) last beyond records (...) as seen through the window that s
-    (..., lines) implies, (..., 1); and which of them grow, (..., r), and do not count.
+def _outlasts(eigenvalues: Complex, s: Complex, record: float | Array) -> tuple[Array, Mask, Mask]:
+    """How fast motions with eigenvalues (..., r) grow as seen through the window that s (..., lines) implies,
+    (..., r), 1/s; whether they last beyond records (...), (..., 1); and which of them grow, (..., r), and do
+    not count.
     """
     growth = eigenvalues.real - s.real.min(axis=-1)[..., None]
     grows = growth >= 0
     slowest = np.max(growth, axis=-1, where=~grows, initial=-np.inf)[..., None]
     lasts = slowest * np.asarray(record).real[..., None] > np.log(NEGLIGIBLE)
-    return np.asarray(lasts), np.asarray(grows)
+    return growth, np.asarray(lasts), np.asarray(grows)
 
 
 def left_at_end(eigenvalues: Complex, s: Complex, record: float | Array) -> Complex:
     """e^(lambda T) of motions with eigenvalues (..., r), (..., r), at the ends of records (...); zero where
-    the model does not outlast the record or they grow.
+    the model does not outlast the record, where they grow, and where what is left is less than rounding.
     """
-    lasts, grows = _outlasts(eigenvalues, s, record)
-    kept = lasts & ~grows
-    return np.asarray(kept * np.exp(np.where(kept, eigenvalues, 0.0) * np.asarray(record)[..., None]))
+    growth, lasts, grows = _outlasts(eigenvalues, s, record)
+    record = np.asarray(record)[..., None]
+    kept = lasts & ~grows & (growth * record > np.log(np.finfo(float).eps))
+    return np.asarray(kept * np.exp(np.where(kept, eigenvalues, 0.0) * record))
 
 
 def end_of_record(
@@ -271,7 +271,7 @@ def rest_by_exponential(
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], axis=-1))
     upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
     state = np.concatenate([upper, lower], axis=-2)
-    lasts, grows = _outlasts(np.linalg.eigvals(state), s, record)
+    _, lasts, grows = _outlasts(np.linalg.eigvals(state), s, record)
     lasts, some = lasts[..., None], np.asarray(grows.any(axis=-1))
     propagator = scipy.linalg.expm(record[..., None, None] * (lasts & ~some[..., None, None]) * state)
     bound, each = np.broadcast_to(s.real.min(axis=-1), some.shape), np.broadcast_to(record, some.shape)

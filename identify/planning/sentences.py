@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.stats
+import scipy.special
 
 from identify.core.thresholds import SIGMAS_95
 from identify.planning.known import Known
@@ -39,7 +39,7 @@ def verdict_apart(
 ) -> tuple[str, ...]:
     """How well the test tells the model from a rival; the difference is the last row of the table."""
     apart, random = (SIGMAS_95 / half[-1] for half in (promised.promised, promised.random))
-    chance = 100 * scipy.stats.norm.cdf(apart / 2)
+    chance = 100 * scipy.special.ndtr(apart / 2)
     enough = "enough to decide" if apart > 2 * SIGMAS_95 else "too little to decide"
     return (
         f"{sizes[0]} postures, {sizes[1]} impacts and {sizes[2]} sensors tell the model from {rival}:"

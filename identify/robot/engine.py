@@ -5,20 +5,15 @@ Its sibling `engine_motion` has the same mechanism in motion; nothing else in id
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+import copy
+from collections.abc import Mapping, Sequence
+from functools import cached_property, lru_cache
 
 import mujoco
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask, cross
 from identify.robot.posture import AXES, Mechanism
-
-_STEP = 1e-5
-"""Displacement (m, rad) for the differences of gravity forces: truncation ~1e-10 and rounding ~1e-11 of their
-scale.
-"""
-
 
 _TURN = 1e-4
 """Angle, rad, for the differences of mass matrices and motions: truncation 1e-9."""
@@ -30,6 +25,9 @@ DRIVE_ARMATURE = 1.0
 _MOST = 6
 """Coordinates that the engine lets one body have."""
 
+_KEPT = 16
+"""Compiled models that are remembered."""
+
 
 class Engine:
     """A mechanism compiled for the dynamics engine; everything is evaluated at zero elastic displacement, and
@@ -38,7 +36,7 @@ class Engine:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self._model = compile_mechanism(mechanism, {body.name: AXES for body in mechanism.bodies})
+        self._model = _at_poses(mechanism)
         self._data = mujoco.MjData(self._model)
         mujoco.mj_fwdPosition(self._model, self._data)
         self._jacobians: dict[tuple[str, bytes], Array] = {}
@@ -92,7 +90,32 @@ class Engine:
 
     @cached_property
     def _gravity_stiffness(self) -> Array:
-        return _fixed(self._derivatives(self._weight)[0])
+        body = self._model.jnt_bodyid
+        arm = np.where(self._turns[:, None], self._data.subtree_com[body] - self._data.xanchor, 0.0)
+        moved = np.where(self._turns[:, None], cross(self._data.xaxis, arm), self._data.xaxis)
+        return _fixed(self._stiffness_of(self._model.body_subtreemass[body, None] * moved))
+
+    @cached_property
+    def _turns(self) -> Mask:
+        """(n,): which coordinates are angles."""
+        return np.asarray(self._model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)
+
+    @cached_property
+    def _above(self) -> Mask:
+        """(n, n): whether a coordinate, the row, moves what another, the column, moves."""
+        above = np.eye(self._model.nv, dtype=bool)
+        for number, parent in enumerate(self._model.dof_parentid.tolist()):
+            if parent >= 0:
+                above[:, number] |= above[:, parent]
+        return above
+
+    def _stiffness_of(self, moved: Array) -> Array:
+        """(n, n): second derivative of the potential of weights whose first moment m x moves by (n, 3) per
+        coordinate, along the base's axes: a coordinate that turns about an axis turns what lies behind it.
+        """
+        turned = np.where(self._turns[:, None], cross(self.mechanism.gravity, self._data.xaxis), 0.0)
+        upper = np.where(self._above, -turned @ moved.T, 0.0)
+        return np.asarray(upper + upper.T - np.diag(np.diag(upper)))
 
     def _weight(self, data: mujoco.MjData) -> Array:
         """(1, n): generalised forces against gravity at the displacements of the data."""
@@ -167,42 +190,51 @@ class Engine:
 
     def _weight_stiffnesses(self, frame: str, points: Array, where: str) -> Array:
         body, pose = self.mechanism.frame(frame, where)
-        insides, linear = (
-            [pose[:3, :3] @ point + pose[:3, 3] for point in points],
-            np.zeros((3, self._model.nv)),
-        )
-
-        def weights(data: mujoco.MjData) -> Array:
-            mujoco.mj_kinematics(self._model, data)
-            mujoco.mj_comPos(self._model, data)
-            place, turn, found = data.xpos[body + 1], data.xmat[body + 1].reshape(3, 3), []
-            for inside in insides:
-                mujoco.mj_jac(self._model, data, linear, None, place + turn @ inside, body + 1)
-                found.append(-linear.T @ self.mechanism.gravity)
-            return np.array(found)
-
-        return self._derivatives(weights)
-
-    def _derivatives(self, forces: Callable[[mujoco.MjData], Array]) -> Array:
-        """Central differences of generalised forces (forces, n), which are asked for at changed coordinates,
-        over all coordinates, made symmetric: (forces, n, n).
-        """
-        data, columns = mujoco.MjData(self._model), []
-        for coordinate in range(self._model.nv):
-            sides = []
-            for step in (_STEP, -_STEP):
-                data.qpos[:] = 0.0
-                data.qpos[coordinate] = step
-                sides.append(forces(data))
-            columns.append((sides[0] - sides[1]) / (2 * _STEP))
-        stiffness = np.stack(columns, axis=1)
-        return np.asarray((stiffness + stiffness.swapaxes(1, 2)) / 2)
+        place, turn = self._data.xpos[body + 1], self._data.xmat[body + 1].reshape(3, 3)
+        found, linear = [], np.zeros((3, self._model.nv))
+        for point in points:
+            world = place + turn @ (pose[:3, :3] @ point + pose[:3, 3])
+            mujoco.mj_jac(self._model, self._data, linear, None, world, body + 1)
+            found.append(self._stiffness_of(linear.T))
+        return np.array(found)
 
 
 def _fixed(array: Array) -> Array:
     """The array, not to be written to: it is handed out again."""
     array.setflags(write=False)
     return array
+
+
+def _at_poses(mechanism: Mechanism) -> mujoco.MjModel:
+    """The engine's model with all coordinates, at the poses of the bodies: compiled once for all postures."""
+    bodies = mechanism.bodies
+    model = copy.copy(_compiled(_Inertias(mechanism)))
+    model.body_pos[1:] = [body.pose[:3, 3] for body in bodies]
+    model.body_quat[1:] = [_quaternion(body.pose[:3, :3]) for body in bodies]
+    return model
+
+
+class _Inertias:
+    """A mechanism that equals others with the same bodies at other poses."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        told = [
+            (one.name, one.parent, one.mass, *one.centre, *one.inertia.ravel()) for one in mechanism.bodies
+        ]
+        self._told = (*mechanism.gravity, *told)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Inertias) and self._told == other._told
+
+    def __hash__(self) -> int:
+        return hash(self._told)
+
+
+@lru_cache(maxsize=_KEPT)
+def _compiled(given: _Inertias) -> mujoco.MjModel:
+    mechanism = given.mechanism
+    return compile_mechanism(mechanism, {body.name: AXES for body in mechanism.bodies})
 
 
 def compile_mechanism(

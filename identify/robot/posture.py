@@ -10,6 +10,7 @@ has no coordinates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -127,9 +128,13 @@ def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) 
 
 
 def z_to(axis: Array) -> Array:
-    """(4, 4), the shortest rotation that takes z to `axis`."""
-    cross, cosine = np.cross([0.0, 0.0, 1.0], axis), float(axis[2])
-    sine = float(np.linalg.norm(cross))
+    """(4, 4), the shortest rotation that takes the z axis to `axis`."""
+    return _z_to(*axis.tolist())
+
+
+@cache
+def _z_to(x: float, y: float, z: float) -> Array:
+    sine = float(np.hypot(x, y))
     if sine < 1e-12:
-        return np.eye(4) if cosine > 0 else turned([np.pi, 0.0, 0.0])
-    return turned(cross / sine * np.arctan2(sine, cosine))
+        return np.eye(4) if z > 0 else turned([np.pi, 0.0, 0.0])
+    return turned(np.array([-y, x, 0.0]) / sine * np.arctan2(sine, z))

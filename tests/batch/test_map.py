@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.batch import executor
 from identify.batch.executor import open_executor
 from identify.core.errors import InputError
 from identify.map.asked import MapOptions, parse_grid
@@ -212,3 +213,21 @@ def test_results_that_cannot_be_mapped(at_once: None, model: Path, tmp_path: Pat
         parse_grid("2:-60:60")
     with pytest.raises(InputError, match="not a file for a map"):
         run_map(model, GRID, model)
+
+
+def test_a_short_map_starts_no_other_process(model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def started(*_: object) -> None:
+        raise AssertionError("a worker was started")
+
+    options = MapOptions(grid=((1, -60.0, 60.0, 2),), lines=8, modes=2)
+    with monkeypatch.context() as patched:
+        patched.setattr(executor, "perform", started)
+        alone, _ = run_map(model, options, model.with_name("alone.h5"))
+    assert alone.workers == "this process"
+    asked, _ = run_map(model, options, model.with_name("asked.h5"), workers=1)
+    assert asked.workers == "1 local worker"
+    assert np.array_equal(asked.rows.receptance_m_per_n, alone.rows.receptance_m_per_n)
+    many = MapOptions(grid=((1, -60.0, 60.0, PART + 1),), lines=8, modes=2)
+    with monkeypatch.context() as patched, pytest.raises(InputError, match="worker was started"):
+        patched.setattr(executor, "perform", started)
+        run_map(model, many, model.with_name("many.h5"))

@@ -50,7 +50,7 @@ def evaluations(folder: Path) -> None:
     points = [(f"link{n}", np.array([0.05 * k, 0.0, 0.1])) for n in range(1, 7) for k in (1, 2)]
     out = np.vstack([model.jacobian(link, at)[1] for link, at in points])
     force = out[-1:].T
-    objective, _, data = _problem(folder, ALL_AXES)
+    objective, _, data = problem(folder, ALL_AXES)
     ended = parse_cost("frf-least-squares").objective(Targets(frf=(replace(data, record=2.0),)))
     population = values * np.exp(np.random.default_rng(0).normal(size=(20, len(values))) * 0.2)
 
@@ -91,7 +91,7 @@ def evaluations(folder: Path) -> None:
 def fits(folder: Path) -> None:
     """Gauss-Newton from 10 % off, exact gradients against finite differences, for 12 and 72 parameters."""
     for axes in (["rz"], ALL_AXES):
-        objective, parameters, data = _problem(folder, axes)
+        objective, parameters, data = problem(folder, axes)
         scale = Scale(tuple(parameters))
         start = scale.to_x(
             initial(parameters) * np.exp(0.1 * np.random.default_rng(1).normal(size=len(parameters)))
@@ -121,7 +121,7 @@ def fits(folder: Path) -> None:
         print(f"(gap {differences():.3f}): {times[1] / times[0]:.1f} times faster")
 
 
-def _problem(folder: Path, axes: list[str]) -> tuple[Objective, list[Parameter], FrfTarget]:
+def problem(folder: Path, axes: list[str]) -> tuple[Objective, list[Parameter], FrfTarget]:
     """Speed only: the data come from the model itself, with 1 % noise."""
     model, parameters, _ = system(arm(folder), [{"kind": "joint-compliance", "axes": axes}])
     out = np.vstack(

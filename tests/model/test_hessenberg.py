@@ -14,6 +14,7 @@ from identify.core.parameters import Scale
 from identify.model import frf as frf_module
 from identify.model import hessenberg
 from identify.model.frf import end_added, frf, frf_by_solve
+from identify.model.superposition import modal_form
 from tests.arms import ALL_EFFECTS, arm, initial, system
 
 S = 2j * np.pi * np.linspace(0.5, 150.0, 60)
@@ -72,19 +73,19 @@ def test_any_values_that_a_fit_may_try(tmp_path: Path, by_modes: list[int]) -> N
     out = model.jacobian("link6", np.zeros(3))
     assert _error(matrices, out, out[:1].T) < 1e-10
     assert not by_modes
-    assert any(frf_module._modal(*(one[n] for one in matrices), S, out[:1].T) is None for n in range(40))
+    assert any(modal_form(*(one[n] for one in matrices), S, out[:1].T) is None for n in range(40))
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-14, 1e-9, 1e-4])
 def test_defective_and_nearly_so(by_modes: list[int], apart: float) -> None:
-    """Critical damping: two equal eigenvalues with one eigenvector, by which `_modal` is no way."""
+    """Critical damping: two equal eigenvalues with one eigenvector, by which `modal_form` is no way."""
     stiffness = np.array([[3e4, -1e4], [-1e4, 3e4]])
     values, shapes = np.linalg.eigh(stiffness)
     damping = shapes * (2 * np.sqrt(values) * (1 + apart)) @ shapes.T
     matrices, force = (np.eye(2), damping, stiffness), np.array([[1.0], [0.2]])
     assert _error(matrices, np.eye(2), force) < 1e-12
     assert not by_modes
-    assert (frf_module._modal(*matrices, S, force) is None) == (apart < 1e-4)
+    assert (modal_form(*matrices, S, force) is None) == (apart < 1e-4)
 
 
 def test_a_force_that_does_not_reach_all(by_modes: list[int]) -> None:
@@ -130,7 +131,7 @@ def test_the_residual_notices_a_wrong_form(
     monkeypatch.setattr(hessenberg, "_reduced", wrong)
     assert _error(matrices, out, force) < 1e-8
     assert len(by_modes) == 1
-    monkeypatch.setattr(frf_module, "_TOLERANCE", np.inf)
+    monkeypatch.setattr(frf_module, "TOLERANCE", np.inf)
     assert _error(matrices, out, force) > 1e-7
     assert len(by_modes) == 1
 

@@ -11,7 +11,7 @@ import pytest
 from identify.model.effects.base import parse_effect
 from identify.model.frf import end_added, frf, frf_and_gradient, frf_by_solve, frf_slope
 from identify.model.modes import state_eigen
-from identify.model.truncation import end_by_matrices, end_of_record, rest_by_exponential
+from identify.model.truncation import end_by_matrices, end_of_record, left_at_end, rest_by_exponential
 from tests.arms import ALL_EFFECTS, arm, initial, system
 from tests.targets import model, predictor
 
@@ -242,3 +242,12 @@ def test_records_that_begin_before_the_impact_have_less_of_the_response(tmp_path
     assert h == pytest.approx(shorter, rel=1e-8)
     expected = (several[0] - several[1]) / 2e-5
     assert gradient[..., -1] == pytest.approx(expected, rel=1e-5, abs=1e-6 * np.abs(expected).max())
+
+
+def test_what_is_left_is_kept_down_to_rounding() -> None:
+    """Of a model that outlasts its record; nothing of one that does not."""
+    eigenvalues = np.array([-2.0 + 60j, -30.0 + 200j, -90.0 + 300j])
+    left = left_at_end(eigenvalues, S, T)
+    assert left[:2] == pytest.approx(np.exp(eigenvalues[:2] * T), rel=1e-12)
+    assert left[2] == 0 != np.exp(eigenvalues[2] * T)
+    assert not left_at_end(eigenvalues, S + 25.0, T).any()

@@ -7,13 +7,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
 from identify.core.errors import InputError
 from identify.robot.description import Joint, Link, Robot
-from identify.robot.engine import Engine
-from identify.robot.posture import at_posture, attach
+from identify.robot.engine import Engine, _compiled, compile_mechanism
+from identify.robot.posture import AXES, at_posture, attach
 from identify.robot.urdf import read_urdf
 from tests.robot.random_arm import general_arm, random_posture, write
 
@@ -160,3 +161,57 @@ def test_what_is_remembered_cannot_be_written_to() -> None:
     for known in (near, engine.gravity_stiffness(), engine.weight_stiffness(frame, np.zeros(3))):
         with pytest.raises(ValueError, match="read-only"):
             known[0, 0] = 1.0
+
+
+def test_gravity_stiffness_is_the_derivative_of_the_weights(tmp_path: Path) -> None:
+    """Of the bodies, and of a point mass: against central differences of their potential."""
+    robot = read_urdf(write(tmp_path, general_arm(2)))
+    mechanism, point = at_posture(robot, random_posture(2)), np.array([0.1, -0.2, 0.3])
+    engine = Engine(mechanism)
+    model = compile_mechanism(mechanism, {body.name: AXES for body in mechanism.bodies})
+    data, step = mujoco.MjData(model), 1e-4
+    body, pose = mechanism.frame("link4", "test")
+    inside = pose[:3, :3] @ point + pose[:3, 3]
+
+    def potentials(displacement: np.ndarray) -> np.ndarray:
+        data.qpos[:] = displacement
+        mujoco.mj_kinematics(model, data)
+        weights = model.body_mass @ data.xipos
+        one = data.xpos[body + 1] + data.xmat[body + 1].reshape(3, 3) @ inside
+        return -np.array([weights, one]) @ mechanism.gravity
+
+    unit, count = step * np.eye(model.nv), model.nv
+    expected = np.zeros((2, count, count))
+    for row in range(count):
+        for column in range(row + 1):
+            corners = [
+                one * other * potentials(one * unit[row] + other * unit[column])
+                for one in (1, -1)
+                for other in (1, -1)
+            ]
+            expected[:, row, column] = expected[:, column, row] = np.sum(corners, axis=0) / (4 * step**2)
+    found = engine.gravity_stiffness(), engine.weight_stiffness("link4", point)
+    for one, other in zip(found, expected, strict=True):
+        assert one == pytest.approx(other, abs=1e-5 * np.abs(other).max())
+
+
+def test_engines_at_other_postures_share_what_is_compiled_and_nothing_else(tmp_path: Path) -> None:
+    robot = read_urdf(write(tmp_path, general_arm(2)))
+    first, second = (at_posture(robot, random_posture(seed)) for seed in (3, 4))
+    rates, at = np.linspace(0.1, 1.0, 6 * len(first.bodies)), np.array([0.1, 0.0, 0.2])
+
+    def told(engine: Engine) -> list[np.ndarray]:
+        turned = engine.turning(2, "link5", at)
+        return [engine.mass_matrix(), engine.gravity_stiffness(), engine.coriolis(rates), *turned]
+
+    _compiled.cache_clear()
+    one = Engine(first)
+    other = Engine(second)
+    assert _compiled.cache_info().misses == 1
+    shared = told(other), told(one)
+    for engine, mechanism in zip(shared, (second, first), strict=True):
+        _compiled.cache_clear()
+        for found, expected in zip(engine, told(Engine(mechanism)), strict=True):
+            assert found == pytest.approx(expected, rel=1e-10, abs=1e-10 * np.abs(expected).max())
+    heavier = replace(robot, links=(*robot.links[:-1], replace(robot.links[-1], mass=99.0)))
+    assert Engine(at_posture(heavier, random_posture(3))).mass_matrix() != pytest.approx(shared[1][0])

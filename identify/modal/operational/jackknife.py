@@ -53,7 +53,7 @@ def jackknife(found: Correlations, rows: int, modes: Sequence[Candidate], orders
         check()
         left = (count * mean - block) / (count - 1)
         moved.append(_followed(whole, _sets(subspace(found, left, rows, picked[-1]), picked), modes))
-    widened = scipy.stats.t.ppf(PERCENTILES_95[1] / 100, count - 1) / SIGMAS_95
+    widened = scipy.special.stdtrit(count - 1, PERCENTILES_95[1] / 100) / SIGMAS_95
     frequency, damping, shapes = (np.array(values) for values in zip(*moved, strict=True))
     parts = _median(shapes.real) + 1j * _median(shapes.imag)
     return Scatter(*(widened * _deviation(moves) for moves in (_median(frequency), _median(damping), parts)))

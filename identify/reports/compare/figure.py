@@ -5,11 +5,11 @@ frequency.
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
 from identify.reports.compare.pick import Shared
 from identify.reports.fit import pick
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, Room, head, plain_decades, wide
 from identify.results.comparison import Comparison
@@ -39,10 +39,10 @@ def ratios(comparison: Comparison) -> tuple[list[str], dict[str, Array]]:
     return names, found
 
 
-def parameters(comparison: Comparison) -> Figure:
+def parameters(comparison: Comparison) -> mpl.Figure:
     """Values with their intervals over those of the first run."""
     names, found = ratios(comparison)
-    figure = Figure((WIDTH_IN, 0.8 + (0.13 + 0.06 * len(found)) * len(names)))
+    figure = mpl.Figure((WIDTH_IN, 0.8 + (0.13 + 0.06 * len(found)) * len(names)))
     [axes] = Room(0.15 + wide(names), top=0.12 + 0.18 * -(-len(found) // _IN_ROW)).axes(figure)
     rows = np.arange(len(names))
     for number, (label, values) in enumerate(found.items()):
@@ -79,9 +79,9 @@ def band_gaps(frf: FrfComparison) -> tuple[Array, Array]:
     return found.edges_hz, np.sqrt(np.nanmean(found.values**2, axis=1))
 
 
-def residuals(one: Shared) -> Figure:
+def residuals(one: Shared) -> mpl.Figure:
     """The residual of every run over frequency, all common FRFs together."""
-    figure = Figure((WIDTH_IN, 2.0))
+    figure = mpl.Figure((WIDTH_IN, 2.0))
     [axes] = Room(0.55).axes(figure)
     for number, (label, frf) in enumerate(one.frfs.items()):
         edges, values = band_gaps(frf)

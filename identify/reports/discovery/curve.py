@@ -7,10 +7,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from identify.core.text import capital, listed
 from identify.core.thresholds import SIGMAS_95
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import Column, Curves, Table, number, words
 from identify.reports.kit.figures import BLUE, INK, MUTED, ORANGE, WIDTH_IN
 from identify.reports.kit.report import EVERYWHERE, PAGE, Drawing, Heading, Part, Section, Tabular, Text
@@ -140,11 +140,11 @@ def chosen(curve: CurveTable) -> list[int]:
     return [n for n, name in enumerate(curve.entries) if " with " not in name][:_MOST]
 
 
-def figure(curve: CurveTable) -> Figure:
+def figure(curve: CurveTable) -> mpl.Figure:
     """Real and imaginary part over frequency, a row for each coordinate."""
     entries = chosen(curve)
     high = 0.5 + 1.5 * len(entries)
-    drawn = Figure((WIDTH_IN, high))
+    drawn = mpl.Figure((WIDTH_IN, high))
     grid = drawn.subplots(len(entries), 2, squeeze=False, sharex=True)
     drawn.subplots_adjust(0.9 / WIDTH_IN, 0.42 / high, 1 - 0.08 / WIDTH_IN, 1 - 0.32 / high, 0.22, 0.15)
     for row, entry in enumerate(entries):

@@ -7,10 +7,6 @@ from __future__ import annotations
 from textwrap import fill
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from identify.core.arrays import Array
 from identify.core.thresholds import CONVINCING
@@ -25,6 +21,7 @@ from identify.reports.discovery.pick import (
     reach,
     standing,
 )
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit import robot_figure
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import (
@@ -51,14 +48,14 @@ _MOST_CHANNELS = 60
 """Channels that a map of the PDF has labels for."""
 
 
-def parts(bars: list[Bars]) -> Figure:
+def parts(bars: list[Bars]) -> mpl.Figure:
     """The gap in the parts of the fitted data, a panel a kind, in columns of about the same height."""
     columns: list[list[Bars]] = [[] for _ in range(_COLUMNS)]
     for one in sorted(bars, key=lambda b: -len(b.names)):
         min(columns, key=lambda column: sum(_height(b) for b in column)).append(one)
     columns = [column for column in columns if column]
     high = max(sum(_height(b) for b in column) for column in columns)
-    figure = Figure((WIDTH_IN, high))
+    figure = mpl.Figure((WIDTH_IN, high))
     most = max(float(b.gap.max()) for b in bars)
     for place, column in enumerate(columns):
         top = 0.0
@@ -69,11 +66,11 @@ def parts(bars: list[Bars]) -> Figure:
     return figure
 
 
-def on_robot(result: DiscoveryResult) -> Figure:
+def on_robot(result: DiscoveryResult) -> mpl.Figure:
     """The gap at every point of the robot, and where the added effects sit."""
     found, far = gaps_on_robot(result), reach(result)
     marks = robot_figure.Marks(result.marks.at_m, result.marks.along)
-    colors = robot_figure.Colors(DIVERGING, (1 / far, far))
+    colors = robot_figure.Colors(mpl.shades(DIVERGING), (1 / far, far))
     return robot_figure.coloured(found.geometry, found.gaps, marks, colors, GAP)
 
 
@@ -91,7 +88,7 @@ def _box(place: int, columns: int, top: float, bars: Bars, high: float) -> tuple
     return place * width + 0.11, 1 - (top + 0.2 + inside) / high, width - 0.15, inside / high
 
 
-def _bars(axes: Axes, bars: Bars, most: float) -> None:
+def _bars(axes: mpl.Axes, bars: Bars, most: float) -> None:
     rows = np.arange(len(bars.names))
     axes.barh(rows, bars.gap, color=BLUE, height=0.7)
     axes.axvline(1.0, color=INK, lw=0.6, ls=":")
@@ -112,7 +109,7 @@ def _bars(axes: Axes, bars: Bars, most: float) -> None:
     )
 
 
-def options(step: StepResult) -> Figure:
+def options(step: StepResult) -> mpl.Figure:
     """The best candidates: the gap that each leaves on fitted and on other data, and the evidence for it."""
     o, chosen = step.options, few(step.options)
     names, gap, other, evidence = (
@@ -123,7 +120,7 @@ def options(step: StepResult) -> Figure:
     )
     rows, labels = np.arange(len(names)), [fill(name, _LABEL) for name in names]
     lines = 1 + max((label.count("\n") for label in labels), default=0)
-    figure = Figure((WIDTH_IN, 0.85 + (0.06 + 0.11 * lines) * len(rows)))
+    figure = mpl.Figure((WIDTH_IN, 0.85 + (0.06 + 0.11 * lines) * len(rows)))
     left, right = Room(0.15 + wide(labels, 7), top=0.28).axes(figure, (3, 2))
     left.hlines(rows, np.minimum(gap, step.gap), np.maximum(gap, step.gap), color=GRID, lw=3, zorder=1)
     known = np.flatnonzero(np.isfinite(evidence))
@@ -148,19 +145,19 @@ def options(step: StepResult) -> Figure:
     return figure
 
 
-def _evidence_axis(axes: Axes, evidence: Array) -> None:
+def _evidence_axis(axes: mpl.Axes, evidence: Array) -> None:
     """Logarithmic, with a line where evidence convinces, and words where there is none."""
     for row in np.flatnonzero(~np.isfinite(evidence)):
         axes.text(1.1, float(row), "ruled out by a look at few lines", fontsize=6, color=MUTED, va="center")
     axes.axvline(CONVINCING, color=PALETTE[1], lw=0.7, ls=":", zorder=0)
     high = max(100.0, float(np.max(evidence, where=np.isfinite(evidence), initial=1.0)))
     axes.set(xscale="log", xlim=(0.8, 2.0 * high), xlabel=f"Evidence ({NONE})")
-    axes.xaxis.set_major_locator(LogLocator(numticks=6))
-    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_locator(mpl.LogLocator(numticks=6))
+    axes.xaxis.set_minor_locator(mpl.NullLocator())
     axes.grid(False, axis="y")
 
 
-def _gap_axis(axes: Axes, values: Array) -> None:
+def _gap_axis(axes: mpl.Axes, values: Array) -> None:
     """From noise up, logarithmic where gaps are far apart."""
     axes.set_xlabel(GAP)
     values = values[np.isfinite(values)]  # a model without a solution leaves an infinite gap
@@ -169,14 +166,14 @@ def _gap_axis(axes: Axes, values: Array) -> None:
         axes.set_xlim(low - 0.12 * (high - low + 0.1), high + 0.3 * (high - low + 0.1))
         return
     axes.set(xscale="log", xlim=(low / 1.12, high * 1.5))
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_locator(mpl.LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(mpl.FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_locator(mpl.NullLocator())
 
 
-def falls(rows: list[Fall]) -> Figure:
+def falls(rows: list[Fall]) -> mpl.Figure:
     """The gap of each model from noise up, and what every addition does to it."""
-    figure = Figure((WIDTH_IN, 0.85 + 0.36 * len(rows)))
+    figure = mpl.Figure((WIDTH_IN, 0.85 + 0.36 * len(rows)))
     labels = [fill(row.label, _LABEL) for row in rows]
     [axes] = Room(0.15 + wide(labels), top=0.28).axes(figure)
     begin, end = (np.array([getattr(row, side) for row in rows]) for side in ("begin", "end"))
@@ -220,14 +217,14 @@ def falls(rows: list[Fall]) -> Figure:
     return figure
 
 
-def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
+def gap_map(result: DiscoveryResult, number_of: int) -> mpl.Figure:
     """The gap of one measurement by band and channel, of the study's and of the final model in the same
     colours.
     """
     title, panels = gap_maps(result)[number_of]
     channels, bands = result.map_before.channels, result.map_before.bands_hz
     most = reach(result)
-    figure = Figure((WIDTH_IN, float(np.clip(0.85 + 0.075 * len(channels), 1.8, 5.2))))
+    figure = mpl.Figure((WIDTH_IN, float(np.clip(0.85 + 0.075 * len(channels), 1.8, 5.2))))
     several, beside = Room(0.35 + wide(channels, 5), top=0.42).with_bar(figure, len(panels))
     every = -(-len(channels) // _MOST_CHANNELS)
     for axes, (label, gap) in zip(several, panels, strict=True):
@@ -236,8 +233,8 @@ def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
             bands,
             rows,
             np.maximum(gap.T, 1e-6),
-            norm=LogNorm(1 / most, most),
-            cmap=DIVERGING,
+            norm=mpl.LogNorm(1 / most, most),
+            cmap=mpl.shades(DIVERGING),
             rasterized=True,
         )
         axes.grid(False)
@@ -248,9 +245,9 @@ def gap_map(result: DiscoveryResult, number_of: int) -> Figure:
             ylim=(len(channels), 0),
             xlim=(bands[0], bands[-1]),
         )
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-        axes.xaxis.set_minor_locator(NullLocator())
+        axes.xaxis.set_major_locator(mpl.LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(mpl.FormatStrFormatter("%g"))
+        axes.xaxis.set_minor_locator(mpl.NullLocator())
     several[0].set_ylabel("Response channel")
     several[0].set_yticks(np.arange(0, len(channels), every) + 0.5, channels[::every], fontsize=5)
     several[0].tick_params(length=0, axis="y")

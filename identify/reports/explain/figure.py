@@ -5,18 +5,18 @@ shares, gaps.
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from identify.reports.explain.pick import bars, history
 from identify.reports.explain.tables import scale, title
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import BLUE, GRID, INK, ORANGE, PALETTE, WIDTH_IN
 from identify.results.explain import Curves, TargetResult
 
 
-def histories(found: TargetResult, curves: Curves) -> Figure:
+def histories(found: TargetResult, curves: Curves) -> mpl.Figure:
     """Left the history of every joint, right what is left of it."""
     unit, count = scale(found)[1], len(found.joints)
-    figure = Figure((WIDTH_IN, 0.6 + 1.35 * count), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 0.6 + 1.35 * count), layout="constrained")
     rows = figure.subplots(count, 2, sharex=True, squeeze=False)
     for row, joint in enumerate(found.joints):
         h = history(found, curves, row)
@@ -36,12 +36,12 @@ def histories(found: TargetResult, curves: Curves) -> Figure:
     return figure
 
 
-def shares(found: TargetResult) -> Figure:
+def shares(found: TargetResult) -> mpl.Figure:
     """A bar per step and joint: how much of the squares there were at first each effect took when it was
     added.
     """
     names, values = bars(found)
-    figure = Figure((WIDTH_IN, 0.9 + 0.17 * max(len(names), 3)), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 0.9 + 0.17 * max(len(names), 3)), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(3, 1))
     rows = np.arange(len(names), dtype=float)
     height = 0.8 / len(found.joints)

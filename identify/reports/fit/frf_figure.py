@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array
 from identify.reports.fit.measurement_tables import pair_name
 from identify.reports.fit.pick import is_drive_point, shown_frfs
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE, number, unit
 from identify.reports.kit.figures import BLUE, GREEN, INK, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.small_panels import Box, Panel, SmallPanels, limits, ticks
@@ -34,7 +34,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 
 def overlays(
     frf: FrfComparison, modelled: str = "fitted", beside: Mapping[str, NDArray[np.complex128]] | None = None
-) -> Figure:
+) -> mpl.Figure:
     """The FRFs that `pick.shown_frfs` chooses, three a row.
 
     modelled: what the curve beside the measured one is called; beside: further curves by name, each (lines,
@@ -43,7 +43,7 @@ def overlays(
     pairs = shown_frfs(frf)
     rows = -(-len(pairs) // _COLUMNS)
     high = _ROW_IN + (0.0 if frf.coherence is None else _COHERENCE_IN)
-    figure = Figure((WIDTH_IN, high * rows + _LEGEND_IN))
+    figure = mpl.Figure((WIDTH_IN, high * rows + _LEGEND_IN))
     panels = SmallPanels(figure)
     for place, pair in enumerate(pairs):
         row, column = divmod(place, _COLUMNS)

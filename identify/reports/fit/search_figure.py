@@ -5,9 +5,9 @@ together.
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from identify.reports.fit import pick
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import BLUE, DIVERGING, MUTED, PALETTE, WIDTH_IN, Room, head, wide
 from identify.results.fit import FitResult
@@ -18,7 +18,7 @@ _AGREES = 1e-3
 """Starts whose costs differ by less than this part have found the same minimum."""
 
 
-def starts(result: FitResult) -> Figure:
+def starts(result: FitResult) -> mpl.Figure:
     """Every free parameter between its bounds, before and after each start; crosses: starts that ended at a
     worse cost.
     """
@@ -28,7 +28,7 @@ def starts(result: FitResult) -> Figure:
     same = s.cost - best <= _AGREES * max(best, 1e-12)
     names = [name for name, free in zip(p.name, p.free, strict=True) if free]
     small = min(7.0, 420 / max(len(names), 1))
-    figure = Figure((WIDTH_IN, 2.9))
+    figure = mpl.Figure((WIDTH_IN, 2.9))
     [axes] = Room(0.5, bottom=_TILTED * wide(names, small) + 0.12, top=0.3).axes(figure)
     where = np.arange(int(p.free.sum()))
     axes.plot(
@@ -59,16 +59,21 @@ def starts(result: FitResult) -> Figure:
     return figure
 
 
-def correlation(result: FitResult) -> Figure:
+def correlation(result: FitResult) -> mpl.Figure:
     """The correlation matrix of the free parameters."""
     names = [name for name, free in zip(result.parameters.name, result.parameters.free, strict=True) if free]
     size = float(np.clip(1.6 + 0.17 * len(names), 2.6, WIDTH_IN - 1.5))
     small = min(6.5, 260 / max(len(names), 1))
     long = wide(names, small)
-    figure = Figure((size + 1.1, size))
+    figure = mpl.Figure((size + 1.1, size))
     [axes], beside = Room(long + 0.1, bottom=_TILTED * long + 0.12, top=0.08).with_bar(figure)
     mesh = axes.pcolormesh(
-        result.correlation, vmin=-1, vmax=1, cmap=DIVERGING, edgecolors="white", linewidth=0.4
+        result.correlation,
+        vmin=-1,
+        vmax=1,
+        cmap=mpl.shades(DIVERGING),
+        edgecolors="white",
+        linewidth=0.4,
     )
     axes.grid(False)
     ticks = np.arange(len(names)) + 0.5

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from identify.core.text import capital
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import unit
 from identify.reports.kit.figures import INK, PALETTE, WIDTH_IN
 from identify.results.joints import CurveResult, Panel
@@ -20,10 +19,12 @@ def scale(of: str) -> tuple[float, str]:
     return SHOWN.get(of, (1.0, unit(of)))
 
 
-def curve(found: CurveResult) -> Figure:
+def curve(found: CurveResult) -> mpl.Figure:
     """The panels of a curve, one under the other."""
     panels = list(found.panels.items())
-    figure = Figure((WIDTH_IN, 2.9 if len(panels) == 1 else 0.4 + 1.3 * len(panels)), layout="constrained")
+    figure = mpl.Figure(
+        (WIDTH_IN, 2.9 if len(panels) == 1 else 0.4 + 1.3 * len(panels)), layout="constrained"
+    )
     rows = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
     for axes, (name, panel) in zip(rows, panels, strict=True):
         _draw(axes, panel)

@@ -7,9 +7,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import BLUE, GRID, MUTED, ORANGE, WIDTH_IN
 from identify.results.circular import CircularTest
 
@@ -21,7 +20,7 @@ _SHARE = 0.4
 """Of the radius, that the largest error is drawn as, before the factor is made round."""
 
 
-def circles(tests: dict[str, CircularTest], axes: tuple[str, str] = ("X", "Y")) -> Figure:
+def circles(tests: dict[str, CircularTest], axes: tuple[str, str] = ("X", "Y")) -> mpl.Figure:
     """A panel of what was recorded, where it was, and one of what was simulated, on the same enlarged
     scale.
     """
@@ -33,7 +32,7 @@ def circles(tests: dict[str, CircularTest], axes: tuple[str, str] = ("X", "Y")) 
     worst = max(float(np.abs(test.error).max()) for name, test in tests.items() if name != "command")
     radius = tests["command"].radius
     factor = _round(_SHARE * radius / max(worst, 1e-9))
-    figure = Figure((WIDTH_IN if len(panels) == 2 else 0.55 * WIDTH_IN, 4.0), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN if len(panels) == 2 else 0.55 * WIDTH_IN, 4.0), layout="constrained")
     for place, (title, prefix) in zip(np.atleast_1d(figure.subplots(1, len(panels))), panels, strict=True):
         _panel(
             place, {name: tests[prefix + name] for name in _LOOKS if prefix + name in tests}, radius, factor
@@ -49,7 +48,7 @@ def _round(value: float) -> float:
     return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value))
 
 
-def _panel(axes: Axes, tests: dict[str, CircularTest], radius: float, factor: float) -> None:
+def _panel(axes: mpl.Axes, tests: dict[str, CircularTest], radius: float, factor: float) -> None:
     angle = np.linspace(0, 2 * np.pi, 361)
     division = radius * 0.2
     for ring in (-1, 0, 1):

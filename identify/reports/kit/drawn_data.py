@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
-from matplotlib.container import BarContainer
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import Column as Heading
 from identify.reports.kit.cells import Table, number, words
 
 
-def drawn_curves(figure: Figure) -> list[Table]:
+def drawn_curves(figure: mpl.Figure) -> list[Table]:
     """One table of all labelled lines and bars (of all where none is labelled), one of every coloured map;
     empty where there are none.
     """
@@ -34,32 +30,32 @@ def drawn_curves(figure: Figure) -> list[Table]:
     return found + [table for axes in figure.axes for table in _maps(axes)]
 
 
-def _lines(panel: int, axes: Axes) -> Iterator[tuple[str, ...]]:
+def _lines(panel: int, axes: mpl.Axes) -> Iterator[tuple[str, ...]]:
     title = axes.get_title(loc="left") or str(panel)
     drawn = [(str(line.get_label()), _places(line)) for line in axes.get_lines()]
     drawn += [
-        (str(bars.get_label()), _tops(bars)) for bars in axes.containers if isinstance(bars, BarContainer)
+        (str(bars.get_label()), _tops(bars)) for bars in axes.containers if isinstance(bars, mpl.BarContainer)
     ]
     named = [one for one in drawn if not one[0].startswith("_")]
     for name, places in named or drawn:
         yield from ((title, name.lstrip("_"), number(x), number(y)) for x, y in places)
 
 
-def _tops(bars: BarContainer) -> Iterator[tuple[float, float]]:
+def _tops(bars: mpl.BarContainer) -> Iterator[tuple[float, float]]:
     """Middle and end of every bar, across and up."""
     for bar in bars.patches:
         (x, y), wide, high = bar.get_xy(), bar.get_width(), bar.get_height()
         yield (x + wide / 2, y + high) if bars.orientation == "vertical" else (x + wide, y + high / 2)
 
 
-def _places(line: Line2D) -> Iterator[tuple[float, float]]:
+def _places(line: mpl.Line2D) -> Iterator[tuple[float, float]]:
     x, y = (np.asarray(values, dtype=float) for values in (line.get_xdata(), line.get_ydata()))
     return zip(x.tolist(), y.tolist(), strict=True)
 
 
-def _maps(axes: Axes) -> Iterator[Table]:
+def _maps(axes: mpl.Axes) -> Iterator[Table]:
     for mesh in axes.collections:
-        values = mesh.get_array() if isinstance(mesh, QuadMesh) else None
+        values = mesh.get_array() if isinstance(mesh, mpl.QuadMesh) else None
         if values is None:
             continue
         title = axes.get_title(loc="left") or "map"

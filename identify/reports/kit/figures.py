@@ -11,17 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.colorbar import Colorbar
-from matplotlib.colors import LinearSegmentedColormap, LogNorm
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from identify.fitting.uncertainty import AT_LOWER, AT_UPPER
 from identify.reports.fit import pick
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE, number, unit
 from identify.results.fit import FitResult, FrfComparison, MeasurementResult
 
@@ -37,9 +32,9 @@ _STATUS = {
     AT_UPPER: ("#cc79a7", "^"),
     "fixed": ("#7f7f7f", "s"),
 }
-DIVERGING = LinearSegmentedColormap.from_list("gap", ["#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04"])
-_RISING = LinearSegmentedColormap.from_list("rising", ["#f3f3f1", "#e8903a", "#8c2d04"])
-_MAC = LinearSegmentedColormap.from_list("mac", ["#f3f3f1", "#0072b2"])
+DIVERGING = ("#0b5394", "#7fb6dc", "#f3f3f1", "#e8903a", "#8c2d04")
+_RISING = ("#f3f3f1", "#e8903a", "#8c2d04")
+_MAC = ("#f3f3f1", "#0072b2")
 _BAR_TICKS = (0.001, 0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4, 10, 30, 100)
 _WIDE = 10.0
 """Ratio from which a logarithmic axis pays."""
@@ -83,22 +78,22 @@ def fonts() -> Path:
     return Path(mpl.get_data_path()) / "fonts" / "ttf"
 
 
-def outlined(figure: Figure) -> bytes:
+def outlined(figure: mpl.Figure) -> bytes:
     """The figure as SVG that looks the same where its fonts are not installed."""
     with mpl.rc_context({"svg.fonttype": "path"}):
         return svg(figure)
 
 
-def plain_powers(figure: Figure) -> Figure:
+def plain_powers(figure: mpl.Figure) -> mpl.Figure:
     """The same figure with plain numbers on its logarithmic axes: no text is read as a formula."""
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-        if isinstance(axis.get_major_formatter(), mpl.ticker.LogFormatter):
-            axis.set_major_formatter(mpl.ticker.FormatStrFormatter("%g"))
-            axis.set_minor_formatter(mpl.ticker.NullFormatter())
+        if isinstance(axis.get_major_formatter(), mpl.LogFormatter):
+            axis.set_major_formatter(mpl.FormatStrFormatter("%g"))
+            axis.set_minor_formatter(mpl.NullFormatter())
     return figure
 
 
-def svg(figure: Figure) -> bytes:
+def svg(figure: mpl.Figure) -> bytes:
     """The figure as SVG without date or random names, for readers that have `fonts`."""
     plain_powers(figure)
     engine = figure.get_layout_engine()
@@ -110,13 +105,13 @@ def svg(figure: Figure) -> bytes:
     return stream.getvalue()
 
 
-def parameters(result: FitResult) -> Figure:
+def parameters(result: FitResult) -> mpl.Figure:
     """Left, start and fitted values with their intervals between the bounds; right, the size of the
     intervals.
     """
     table = result.parameters
     rows = np.arange(len(table.name))
-    figure = Figure((WIDTH_IN, 0.75 + 0.165 * len(rows)))
+    figure = mpl.Figure((WIDTH_IN, 0.75 + 0.165 * len(rows)))
     left, right = Room(0.15 + wide(table.name), bottom=0.4, top=0.3).axes(figure, (3, 2), 0.35)
     place = {
         name: pick.between_bounds(table, getattr(table, name))
@@ -144,25 +139,25 @@ def parameters(result: FitResult) -> Figure:
     return figure
 
 
-def head(figure: Figure, axes: Axes, columns: int) -> None:
+def head(figure: mpl.Figure, axes: mpl.Axes, columns: int) -> None:
     """A legend at the upper left end of a figure."""
     figure.legend(*axes.get_legend_handles_labels(), loc="upper left", ncols=columns, borderaxespad=0.2)
 
 
-def gap_map(name: str, frf: FrfComparison) -> Figure:
+def gap_map(name: str, frf: FrfComparison) -> mpl.Figure:
     """Band by FRF: RMS residual over noise, or over the measurement where the noise is not known."""
     found, order = pick.gap_map(frf), pick.map_order(frf)
     values = np.maximum(found.values.T[order], 1e-12)
-    figure = Figure((WIDTH_IN, float(np.clip(0.9 + 0.026 * len(order), 2.2, 4.2))))
+    figure = mpl.Figure((WIDTH_IN, float(np.clip(0.9 + 0.026 * len(order), 2.2, 4.2))))
     ticks = _first_of_inputs(frf, order)
     labels = [f"{frf.output[order[row]]} / {frf.input[order[row]]}" for row in ticks]
     [axes], beside = Room(0.42 + wide(labels)).with_bar(figure)
     top = float(np.nanmax(values))
     reach = float(np.clip(top, 4.0, 100.0))
     low, high = (1 / reach, reach) if found.in_noise else (1e-3, float(np.clip(top, 1.0, 10.0)))
-    colors = DIVERGING if found.in_noise else _RISING
+    colors = mpl.shades(DIVERGING if found.in_noise else _RISING)
     rows = np.arange(len(order) + 1)
-    mesh = axes.pcolorfast(found.edges_hz, rows, values, norm=LogNorm(low, high), cmap=colors)
+    mesh = axes.pcolorfast(found.edges_hz, rows, values, norm=mpl.LogNorm(low, high), cmap=colors)
     axes.grid(False)
     axes.set_yticks([row + 0.5 for row in ticks], labels)
     axes.set(xlabel="Frequency (Hz)", ylabel="Output / input", ylim=(len(order), 0), title=name)
@@ -171,7 +166,7 @@ def gap_map(name: str, frf: FrfComparison) -> Figure:
     return figure
 
 
-def decades_beside(bar: Colorbar, label: str, limits: tuple[float, float]) -> None:
+def decades_beside(bar: mpl.Colorbar, label: str, limits: tuple[float, float]) -> None:
     """A bar of colours on a logarithmic scale between limits: its label, and plain numbers beside it."""
     low, high = limits
     shown = [tick for tick in _BAR_TICKS if low <= tick * 1.001 and tick <= high * 1.001]
@@ -192,12 +187,14 @@ class Room:
     bottom: float = 0.42
     top: float = 0.22
 
-    def axes(self, figure: Figure, shares: Sequence[float] = (1.0,), apart: float = 0.15) -> list[Axes]:
+    def axes(
+        self, figure: mpl.Figure, shares: Sequence[float] = (1.0,), apart: float = 0.15
+    ) -> list[mpl.Axes]:
         """Axes side by side, as wide as their shares, so far apart; several share y."""
         width, height = figure.get_size_inches()
         each = (width - self.left - self.right - (len(shares) - 1) * apart) / sum(shares)
         bottom, high = self.bottom / height, (height - self.bottom - self.top) / height
-        found: list[Axes] = []
+        found: list[mpl.Axes] = []
         at = self.left
         for share in shares:
             box = (at / width, bottom, share * each / width, high)
@@ -207,7 +204,7 @@ class Room:
             axes.tick_params(labelleft=False)
         return found
 
-    def with_bar(self, figure: Figure, count: int = 1) -> tuple[list[Axes], Axes]:
+    def with_bar(self, figure: mpl.Figure, count: int = 1) -> tuple[list[mpl.Axes], mpl.Axes]:
         """Axes of so many maps, and of their bar of colours to their right."""
         width, height = figure.get_size_inches()
         maps = Room(self.left, self.right + 0.72, self.bottom, self.top).axes(figure, (1.0,) * count)
@@ -257,13 +254,13 @@ def pair_mac(m: MeasurementResult) -> Mac | None:
     )
 
 
-def mac(found: Sequence[Mac]) -> Figure:
+def mac(found: Sequence[Mac]) -> mpl.Figure:
     """MAC matrices, three a row where they are small."""
     most = max(one.values.shape[1] for one in found)
     columns = min(len(found), 3 if most <= 8 else 1)
     rows = -(-len(found) // columns)
     height = 0.75 + 0.26 * max(len(one.values) for one in found)
-    figure = Figure((max(WIDTH_IN * columns / 3, min(WIDTH_IN, 0.7 + 0.42 * most), 3.2), height * rows))
+    figure = mpl.Figure((max(WIDTH_IN * columns / 3, min(WIDTH_IN, 0.7 + 0.42 * most), 3.2), height * rows))
     each, high = 1 / columns, 1 / rows
     left, bottom = 0.62 / figure.get_figwidth(), 0.42 / figure.get_figheight()
     for place, one in enumerate(found):
@@ -276,8 +273,8 @@ def mac(found: Sequence[Mac]) -> Figure:
     return figure
 
 
-def _mac(axes: Axes, one: Mac) -> None:
-    axes.pcolormesh(one.values, vmin=0, vmax=1, cmap=_MAC, edgecolors="white", linewidth=1.0)
+def _mac(axes: mpl.Axes, one: Mac) -> None:
+    axes.pcolormesh(one.values, vmin=0, vmax=1, cmap=mpl.shades(_MAC), edgecolors="white", linewidth=1.0)
     axes.grid(False)
     for (row, column), value in np.ndenumerate(one.values):
         axes.text(
@@ -294,11 +291,11 @@ def _mac(axes: Axes, one: Mac) -> None:
     axes.set(xlabel=one.across, ylabel=one.down, ylim=(len(one.values), 0))
 
 
-def profiles(result: FitResult) -> Figure:
+def profiles(result: FitResult) -> mpl.Figure:
     """Profile likelihoods, three a row."""
     count = len(result.profiles)
     rows = -(-count // 3)
-    figure = Figure((WIDTH_IN, 1.9 * rows), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 1.9 * rows), layout="constrained")
     panels = figure.subplots(rows, 3, squeeze=False).ravel()
     for axes, (name, curve) in zip(panels, result.profiles.items(), strict=False):
         row = result.parameters.name.index(name)
@@ -314,9 +311,9 @@ def profiles(result: FitResult) -> Figure:
     return figure
 
 
-def convergence(result: FitResult) -> Figure:
+def convergence(result: FitResult) -> mpl.Figure:
     """Best cost of every start and stage over the evaluations of the start."""
-    figure = Figure((WIDTH_IN, 2.1))
+    figure = mpl.Figure((WIDTH_IN, 2.1))
     [axes] = Room(0.62, top=0.1).axes(figure)
     for start, stage, evaluations, cost in pick.cost_lines(result.history):
         label = f"start {start + 1}" if stage == 0 else None
@@ -332,13 +329,13 @@ def convergence(result: FitResult) -> Figure:
     return figure
 
 
-def plain_decades(axis: Axis) -> None:
+def plain_decades(axis: mpl.Axis) -> None:
     """Label a logarithmic axis in plain numbers where they are short, which need not be set as formulas: 1, 2
     and 5 over few decades.
     """
     low, high = axis.get_view_interval()
     if low > 1e-5 and high < 1e5:
         few = high < 1e3 * low
-        axis.set_major_locator(mpl.ticker.LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
-        axis.set_major_formatter(mpl.ticker.FormatStrFormatter("%g"))
-        axis.set_minor_locator(mpl.ticker.NullLocator())
+        axis.set_major_locator(mpl.LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+        axis.set_major_formatter(mpl.FormatStrFormatter("%g"))
+        axis.set_minor_locator(mpl.NullLocator())

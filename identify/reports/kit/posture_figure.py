@@ -7,10 +7,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.posture_pick import Postures, Quantity
@@ -22,12 +21,12 @@ _COLORS = "cividis"
 """A colour map that colour-blind readers see as others do."""
 
 
-def trends(postures: Postures, quantities: Sequence[Quantity]) -> Figure:
+def trends(postures: Postures, quantities: Sequence[Quantity]) -> mpl.Figure:
     """Each quantity with its 95 % interval over the angle of the joint it changes with, or over the number of
     the posture.
     """
     rows = -(-len(quantities) // _COLUMNS)
-    figure = Figure((WIDTH_IN, 1.75 * rows), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 1.75 * rows), layout="constrained")
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
     for axes, one in zip(panels, quantities, strict=False):
         x, label = _across(postures, one)
@@ -53,7 +52,7 @@ def _joined(postures: Postures, one: Quantity) -> bool:
     return len(postures.varied) == 1 and postures.joint_of(one) >= 0 and len(set(angles)) == len(angles)
 
 
-def _trend(axes: Axes, x: Array, one: Quantity, joined: bool) -> None:
+def _trend(axes: mpl.Axes, x: Array, one: Quantity, joined: bool) -> None:
     faint = np.zeros(len(x), dtype=bool) if one.faint is None else one.faint
     if one.level is not None:
         axes.axhspan(one.level[1], one.level[2], color=ORANGE, alpha=0.35, lw=0)
@@ -71,9 +70,9 @@ def _trend(axes: Axes, x: Array, one: Quantity, joined: bool) -> None:
         axes.set_ylim(low - room, high + room)
 
 
-def modes(postures: Postures, kind: str) -> Figure:
+def modes(postures: Postures, kind: str) -> mpl.Figure:
     """All frequencies, or all damping ratios, over the joint that explains the first one best."""
-    figure = Figure((WIDTH_IN, 2.6), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 2.6), layout="constrained")
     axes = figure.subplots()
     found = postures.of(kind)
     x, label = _across(postures, found[0])
@@ -98,11 +97,11 @@ def modes(postures: Postures, kind: str) -> Figure:
     return figure
 
 
-def maps(postures: Postures, quantities: Sequence[Quantity]) -> Figure:
+def maps(postures: Postures, quantities: Sequence[Quantity]) -> mpl.Figure:
     """Each quantity as colour: over the two joints that tell most, and over the place of the tool from the
     side and from above.
     """
-    figure = Figure((WIDTH_IN, 2.0 * len(quantities)), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 2.0 * len(quantities)), layout="constrained")
     panels = figure.subplots(len(quantities), 3, squeeze=False)
     reach = np.hypot(postures.tool_m[:, 0], postures.tool_m[:, 1])
     x, y, z = postures.tool_m.T

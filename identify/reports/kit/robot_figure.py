@@ -9,13 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm
-from matplotlib.figure import Figure
 
 from identify.core.arrays import Array
 from identify.reports.fit.pick import arrows
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN, decades_beside
 from identify.reports.kit.shapes import ModeView
 from identify.results.tables import Bodies, Geometry
@@ -30,7 +27,7 @@ _EYE = np.array(
     [np.cos(_ELEVATION) * np.cos(_AZIMUTH), np.cos(_ELEVATION) * np.sin(_AZIMUTH), np.sin(_ELEVATION)]
 )
 """Where the eye is, far away."""
-_SHADES = LinearSegmentedColormap.from_list("shades", ["#848e99", "#e9ecee"])
+_SHADES = ("#848e99", "#e9ecee")
 _REACH = 0.16
 """Largest displacement drawn, as a part of the robot's size."""
 
@@ -45,7 +42,7 @@ class PostureView:
     inputs: Sequence[str] = ()
 
 
-def postures(views: Sequence[PostureView]) -> Figure:
+def postures(views: Sequence[PostureView]) -> mpl.Figure:
     """The robot at its first six postures; points in the colour of their link, with their nodes."""
     shown = [view.geometry for view in views[:POSTURES]]
     below = len(shown) > 1
@@ -80,7 +77,7 @@ def postures(views: Sequence[PostureView]) -> Figure:
     return figure
 
 
-def _arrows(axes: Axes, view: PostureView) -> None:
+def _arrows(axes: mpl.Axes, view: PostureView) -> None:
     """From every point in the directions of its channels; at inputs a longer one."""
     g = view.geometry
     size = float(np.ptp(_places(g), axis=0).max())
@@ -100,7 +97,7 @@ def _arrows(axes: Axes, view: PostureView) -> None:
             )
 
 
-def shapes(g: Geometry, views: Sequence[ModeView]) -> Figure:
+def shapes(g: Geometry, views: Sequence[ModeView]) -> mpl.Figure:
     """At most six modes: at rest (grey), the model at both ends; at one end its points, ringed where
     measured.
 
@@ -154,7 +151,7 @@ class Marks:
 
 def coloured(
     geometry: Geometry, panels: Sequence[tuple[str, Array]], marks: Marks, colors: Colors, label: str
-) -> Figure:
+) -> mpl.Figure:
     """The robot once a panel (title, values (points,), NaN for none), its points in the colour of their
     value on a logarithmic scale.
     """
@@ -168,7 +165,7 @@ def coloured(
             x[known],
             y[known],
             c=values[known],
-            norm=LogNorm(*colors.limits),
+            norm=mpl.LogNorm(*colors.limits),
             cmap=colors.map,
             s=26,
             edgecolors=INK,
@@ -190,11 +187,11 @@ def coloured(
 class Colors:
     """A logarithmic scale of colours between limits."""
 
-    map: Colormap
+    map: mpl.Colormap
     limits: tuple[float, float]
 
 
-def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> None:
+def _measured_alone(axes: mpl.Axes, g: Geometry, view: ModeView, size: float) -> None:
     if view.measured_points is None:
         return
     moved = g.points + size * view.measured_points.real
@@ -208,7 +205,9 @@ def _measured_alone(axes: Axes, g: Geometry, view: ModeView, size: float) -> Non
     axes.set_title(view.label.replace("damping ", ""))
 
 
-def _grid(geometries: Sequence[Geometry], foot: float = 0.0, right: float = 0.0) -> tuple[Figure, list[Axes]]:
+def _grid(
+    geometries: Sequence[Geometry], foot: float = 0.0, right: float = 0.0
+) -> tuple[mpl.Figure, list[mpl.Axes]]:
     """Equal panels, three a row, high enough for the highest picture, with room below and at the right side,
     inches.
     """
@@ -221,7 +220,7 @@ def _grid(geometries: Sequence[Geometry], foot: float = 0.0, right: float = 0.0)
     rows = -(-len(geometries) // columns)
     across = WIDTH_IN / max(columns, 1.6)
     up = min(across * height / width, 2.6)
-    figure = Figure((across * columns, rows * (up + _TITLE_IN) + foot + 0.05))
+    figure = mpl.Figure((across * columns, rows * (up + _TITLE_IN) + foot + 0.05))
     whole, tall = figure.get_size_inches()
     across = (whole - right) / columns
     panels = []
@@ -240,7 +239,7 @@ def _places(geometry: Geometry) -> Array:
     return np.concatenate([geometry.points, geometry.skeleton, *seen])
 
 
-def _robot(axes: Axes, g: Geometry, color: str) -> None:
+def _robot(axes: mpl.Axes, g: Geometry, color: str) -> None:
     """The bodies of the links and the skeleton, which is thick where it alone stands for a link."""
     if g.bodies is not None:
         _solids(axes, g.bodies)
@@ -257,7 +256,7 @@ def _robot(axes: Axes, g: Geometry, color: str) -> None:
     )
 
 
-def _solids(axes: Axes, bodies: Bodies, moved: Array | None = None) -> None:
+def _solids(axes: mpl.Axes, bodies: Bodies, moved: Array | None = None) -> None:
     """The bodies of the links at rest, or with their middles shifted and themselves turned (b, 6), the
     farthest triangle first, each as light as it faces the eye.
     """
@@ -271,9 +270,9 @@ def _solids(axes: Axes, bodies: Bodies, moved: Array | None = None) -> None:
     facing = normal @ _EYE
     light = np.clip(np.where(facing < 0, -1, 1) * (0.75 * facing + 0.45 * normal[:, 2]) + 0.1, 0, 1)
     order = np.argsort(corners.mean(axis=1) @ _EYE)
-    colors = _SHADES(light[order])
+    colors = mpl.shades(_SHADES)(light[order])
     faces = list(projected(corners[order]).transpose(1, 2, 0))
-    drawn = PolyCollection(faces, facecolors=colors, edgecolors=colors, linewidths=0.2, zorder=0.5)
+    drawn = mpl.PolyCollection(faces, facecolors=colors, edgecolors=colors, linewidths=0.2, zorder=0.5)
     drawn.set_rasterized(True)
     axes.add_collection(drawn)
 
@@ -296,13 +295,13 @@ def _corners(geometry: Geometry) -> Array:
     return np.array([[low[0], low[1], 0], [high[0], low[1], 0], [high[0], high[1], 0], [low[0], high[1], 0]])
 
 
-def _floor(axes: Axes, geometry: Geometry) -> None:
+def _floor(axes: mpl.Axes, geometry: Geometry) -> None:
     """A floor grid of 0.5 m below the robot and the base's axes."""
     (x0, y0, _), _, (x1, y1, _), _ = _corners(geometry)
     lines = [[[x, y0, 0], [x, y1, 0]] for x in np.arange(x0, x1 + 1e-9, _STEP_M)]
     lines += [[[x0, y, 0], [x1, y, 0]] for y in np.arange(y0, y1 + 1e-9, _STEP_M)]
     ends = projected(np.array(lines)).transpose(1, 2, 0)
-    axes.add_collection(LineCollection(list(ends), colors=GRID, linewidths=0.5, zorder=0))
+    axes.add_collection(mpl.LineCollection(list(ends), colors=GRID, linewidths=0.5, zorder=0))
     for axis, name in enumerate("XYZ"):
         end = np.zeros((2, 3))
         end[1, axis] = 0.35

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator
 
 from identify.core.arrays import Array
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import GRID, INK, MUTED
 
 Ticks = Sequence[tuple[float, str]]
@@ -69,11 +67,11 @@ def ticks(limit: tuple[float, float], log: bool = False) -> Ticks:
     """Round values inside limits; decades, or 1, 2 and 5 of them where they are few."""
     low, high = limit
     if not log:
-        found = MaxNLocator(_MOST, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+        found = mpl.MaxNLocator(_MOST, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
         return [(float(one), f"{one:g}") for one in found if low <= one <= high]
     decades = np.floor(np.log10(high)) - np.ceil(np.log10(low))
     subs = (1.0,) if decades >= 1 else (1.0, 2.0, 5.0)
-    found = LogLocator(subs=subs, numticks=_MOST).tick_values(low, high)
+    found = mpl.LogLocator(subs=subs, numticks=_MOST).tick_values(low, high)
     inside = [float(one) for one in found if low <= one <= high]
     return [(one, _power(one) if decades >= 1 else f"{one:g}") for one in inside]
 
@@ -85,7 +83,7 @@ def _power(value: float) -> str:
 class SmallPanels:
     """The panels of a figure: frame them, add curves, then finish."""
 
-    def __init__(self, figure: Figure) -> None:
+    def __init__(self, figure: mpl.Figure) -> None:
         width, height = figure.get_size_inches()
         self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, width), ylim=(0, height))
         self.axes.set_axis_off()
@@ -147,7 +145,7 @@ class SmallPanels:
     def finish(self) -> None:
         """Draw what was collected."""
         grid, frame = (
-            LineCollection(lines, colors=color, linewidths=0.5, zorder=zorder)
+            mpl.LineCollection(lines, colors=color, linewidths=0.5, zorder=zorder)
             for lines, color, zorder in ((self._grid, GRID, 0.5), (self._frame, MUTED, 2.5))
         )
         self.axes.add_collection(grid)
@@ -155,7 +153,7 @@ class SmallPanels:
         for name, (look, places) in self._curves.items():
             self.axes.plot(*np.concatenate(places, axis=1), label=name, **look)
         for name, (color, rings) in self._bands.items():
-            filled = PolyCollection(rings, facecolors=color, alpha=0.25, lw=0, label=name)
+            filled = mpl.PolyCollection(rings, facecolors=color, alpha=0.25, lw=0, label=name)
             self.axes.add_collection(filled)
 
     def _text(self, x: float, y: float, text: str, across: str, up: str) -> None:

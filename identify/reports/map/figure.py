@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import PALETTE, WIDTH_IN
 from identify.results.map import MapResult
 
 
-def receptances(result: MapResult, rows: Sequence[int]) -> Figure:
+def receptances(result: MapResult, rows: Sequence[int]) -> mpl.Figure:
     """Direct receptances at chosen postures."""
-    figure = Figure((WIDTH_IN, 2.4), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 2.4), layout="constrained")
     panels = figure.subplots(1, 3, sharey=True)
     for axis, axes in enumerate(panels):
         for number, row in enumerate(rows):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE, unit
 from identify.reports.kit.figures import BLUE, GRID, MUTED, PALETTE, WIDTH_IN, Room
 from identify.results.modes import AnalysedMeasurement
@@ -19,9 +19,9 @@ _MARKS: dict[str, dict[str, Any]] = {
 """How poles look that a choice touched (`identify.results.modes.MARKS`)."""
 
 
-def stabilisation(m: AnalysedMeasurement) -> Figure:
+def stabilisation(m: AnalysedMeasurement) -> mpl.Figure:
     """Poles of every order over the mode indicator, with the chosen modes and what choices did."""
-    figure = Figure((WIDTH_IN, 3.2))
+    figure = mpl.Figure((WIDTH_IN, 3.2))
     [below] = Room(left=0.6, right=0.48, top=0.36).axes(figure)
     axes = below.twinx()
     d = m.diagram

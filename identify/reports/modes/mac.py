@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from identify.core.atomic import write_atomically
@@ -14,6 +13,7 @@ from identify.core.errors import InputError
 from identify.measured.modal_table import ModalTable
 from identify.modes.compare_shapes import ShapeComparison
 from identify.reports.kit import figures
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import Column, Table, number, percent, signed, words
 from identify.reports.kit.terminal import print_table
 
@@ -94,7 +94,7 @@ def _channels(found: ShapeComparison) -> Table:
     return Table("COMAC over the pairs", (words("Channel"), Column("COMAC")), rows, note)
 
 
-def picture(found: ShapeComparison) -> Figure:
+def picture(found: ShapeComparison) -> mpl.Figure:
     """The MAC matrix; InputError where shapes are missing."""
     if found.mac is None:
         raise InputError(found.name_b, "no shapes that both have", "shapes at common channels")

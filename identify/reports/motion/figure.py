@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from matplotlib.figure import Figure
-
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import BLUE, INK, MUTED, ORANGE, WIDTH_IN
 from identify.reports.motion.pick import COMMAND, RECORDED, SIMULATED, START, panels
 from identify.results.motion import RecordResult
@@ -18,10 +17,10 @@ _LOOKS: dict[str, Any] = {
 }
 
 
-def histories(record: RecordResult, joint: int) -> Figure:
+def histories(record: RecordResult, joint: int) -> mpl.Figure:
     """Position, how far it is off, velocity, and current or torque of one joint."""
     shown = panels(record)
-    figure = Figure((WIDTH_IN, 0.6 + 0.86 * len(shown)), layout="constrained")
+    figure = mpl.Figure((WIDTH_IN, 0.6 + 0.86 * len(shown)), layout="constrained")
     rows = figure.subplots(len(shown), 1, sharex=True)
     for axes, panel in zip(rows, shown, strict=True):
         for curve in panel.curves:

@@ -70,7 +70,10 @@ def test_it_sits_in_all_its_places(kind: str, robot: Robot) -> None:
         if isinstance(place, (MeasurementEffect, NonlinearEffect)):
             assert not np.isin(system.factors.owner, numbers).any()
         else:
-            assert np.isin(numbers, system.factors.owner).all(), "each of its parameters enters the matrices"
+            springs = system.compliances
+            given = () if springs is None else (*springs.compliance, *springs.retardation)
+            entering = np.concatenate([system.factors.owner, given])
+            assert np.isin(numbers, entering).all(), "each of its parameters enters the matrices"
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -97,9 +100,8 @@ def test_matrices_are_affine_symmetric_and_stable(kind: str, robot: Robot) -> No
         for at_zero, at_one, at_two in zip(
             *(system.matrices(scale * values) for scale in (0, 1, 2)), strict=True
         ):
-            assert at_two - at_one == pytest.approx(
-                at_one - at_zero, rel=1e-9, abs=1e-9 * np.abs(at_one).max()
-            )
+            affine = pytest.approx(at_one - at_zero, rel=1e-9, abs=1e-9 * np.abs(at_one).max())
+            assert at_two - at_one == affine or system.compliances is not None
             assert at_one == pytest.approx(at_one.T, abs=1e-9 * np.abs(at_one).max())
         bodies = np.array(
             ["servo" not in name for name in system.coordinates]
@@ -123,7 +125,7 @@ def test_gradients_of_frfs_are_exact(kind: str, robot: Robot) -> None:
         target = predictor(system, lines=15)
         span = np.array([p.initial if p.log else p.upper - p.lower for p in parameters])
         values = initial(parameters) + 1e-3 * rng.uniform(0, 1, len(span)) * span
-        if isinstance(place, MeasurementEffect):
+        if isinstance(place, MeasurementEffect) or system.compliances is not None:
             free, predict = rng.permutation(len(values)), target.predict
             _, gradient = target.gradient(values, free)
         else:
@@ -136,19 +138,24 @@ def test_gradients_of_frfs_are_exact(kind: str, robot: Robot) -> None:
         for column, number in enumerate(free):
             unit = span[number] * (np.arange(len(values)) == number)
             # Curvature limits large steps, rounding small ones: one of them must do.
+            real = system.compliances is not None  # and not negative
             expected = [
-                _change(predict, values, step * unit) / (step * span[number]) for step in (2e-3, 1e-4, 1e-5)
+                _change(predict, values, step * unit, real=real) / (step * span[number])
+                for step in (1e-5 if real else 2e-3, 1e-4, 1e-6 if real else 1e-5)
             ]
             errors = [np.abs(gradient[..., column] - one).max() / np.abs(one).max() for one in expected]
             assert min(errors) < 1e-6, (place.sentence(), parameters[number].name)
 
 
-def _change(predict: Callable[[np.ndarray], np.ndarray], values: np.ndarray, step: np.ndarray) -> np.ndarray:
+def _change(
+    predict: Callable[[np.ndarray], np.ndarray], values: np.ndarray, step: np.ndarray, *, real: bool = False
+) -> np.ndarray:
     """Change of H per `step` (parameters,): H is analytic, so the mean over four directions in the complex
-    plane is exact to order four.
+    plane is exact to order four; compliances are real, whose central difference is exact to order two.
     """
+    directions = (1, -1) if real else (1, 1j, -1, -1j)
     return np.asarray(
-        sum(predict(values + direction * step) / (4 * direction) for direction in (1, 1j, -1, -1j))
+        sum(predict(values + direction * step) / (len(directions) * direction) for direction in directions)
     )
 
 
@@ -190,4 +197,6 @@ def test_what_was_taken_off_contributes_nothing(kind: str, robot: Robot) -> None
         )  # which link6 carries
         gone = any(word in place.sentence() for word in ends)
         if not isinstance(place, (MeasurementEffect, NonlinearEffect)):
-            assert np.isin(short.effects[-1][1], short.factors.owner).any() != gone, place.sentence()
+            springs = short.compliances
+            entering = short.factors.owner if springs is None else springs.compliance[springs.owner]
+            assert np.isin(short.effects[-1][1], entering).any() != gone, place.sentence()
