@@ -160,7 +160,7 @@ def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     robot = read_robot(study.robot, file.path.parent)
     points = read_points(file.resolve(study.points)) if study.points else {}
     check_links(points, robot)
-    given = _connected(file, robot, points, read_given(file, robot, known))
+    given = _connected(file, robot, points, read_given(file, robot, known, points))
     nuisances = NOTHING
     if study.uncertainty is not None:
         if study.cost.likelihood:
@@ -305,7 +305,8 @@ def _assembled(
     """Measurements with the model at each posture; `values` replace initial values; built: what is there
     already of the same robot and postures.
     """
-    postures = Postures(robot, points, file.study.effects, given[0].posture, built or Built())
+    study = file.study
+    postures = Postures(robot, points, study.effects, given[0].posture, built or Built(), study.joint_angles)
     forms = [form for effect in file.study.effects for form in effect.forms(robot, points)]
     if file.study.uncertainty is not None:
         nonlinear = any(effect.of_amplitude for effect in file.study.effects)
@@ -331,7 +332,7 @@ def _measurement(
     given: Given,
 ) -> Measurement:
     speed = given.settings.speed_deg_per_s
-    rates = None if speed is None else np.deg2rad(speed)
+    rates = None if speed is None else postures.angles.rates(speed)
     system = postures.system(given.posture, given.settings.detached, rates)
     uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):
