@@ -82,7 +82,7 @@ def read_given(
     if errors := list(doubles(list(zip(names, chosen, strict=True)))):
         raise InputErrors(errors)
     told = zip(settings, names, postures, chosen, strict=True)
-    given = collect([partial(_given, *one) for one in told])
+    given = collect([partial(given_of, *one) for one in told])
     return [along_links(one, robot, points) for one in given]
 
 
@@ -132,10 +132,11 @@ def _chosen(
         shapes = file.resolve(settings.shapes) if settings.shapes else None
         return read_modal_table(file.resolve(settings.modes), shapes)
     whole = known[name] if name in known else read_frfs(file, settings)
-    return _in_band(whole.chosen(settings.outputs, settings.inputs, name), file.study.band_hz, name)
+    return in_band(whole.chosen(settings.outputs, settings.inputs, name), file.study.band_hz, name)
 
 
-def _given(settings: MeasurementSettings, name: str, posture: Array, chosen: FrfSet | ModalTable) -> Given:
+def given_of(settings: MeasurementSettings, name: str, posture: Array, chosen: FrfSet | ModalTable) -> Given:
+    """A measurement of chosen data, with their noise where it is known and without dead channels."""
     if isinstance(chosen, ModalTable):
         return Given(name, settings, posture, chosen)
     data = without(chosen, *dead(chosen), "is zero or constant at every line, as of an open cable")
@@ -159,7 +160,10 @@ def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
     return settings.correct.applied(read_source(paths, settings, settings.estimate), paths[0].name)
 
 
-def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
+def in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
+    """The lines of a band, by default all but that of 0 Hz; InputError where there are none, or FRFs are no
+    numbers there.
+    """
     first, last = data.frequency_hz[0], data.frequency_hz[-1]
     inside = data.band(*band) if band else data.lines(data.frequency_hz > 0)
     if not len(inside.frequency_hz):

@@ -1,0 +1,112 @@
+"""What is named: mistakes beside which next to nothing is left of what no physics explains either.
+
+Study and correction are compared with every bearing, the base and the links free (`soft`), so that a mistake
+competes with all physics at once.  Of what a mistake touches it must leave at most a quarter of the squares,
+and what it explains must be worth more than its price:
+
+    ln odds = n ln(S_0 / S) - ln(hypotheses of a round) for each mistake
+
+with the RMS S of logarithms and the number n of FRFs that are touched: the lines of one FRF are not counted
+one by one, because a model that is wrong is wrong along all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.core.thresholds import CONVINCING
+from identify.setup.constants import Factor, nearest
+from identify.setup.score import Score
+from identify.setup.search import Candidate, Searched
+from identify.setup.soft import softened
+
+_LEFT = 0.25
+"""Share of the squares, on what a mistake touches, that may be left beside it."""
+_SLIGHT = np.log(1.25)
+"""Logarithm of a common factor that calibrations may have."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The mistakes that are named, those that are as likely in place of the last one, and the common factor,
+    if it is one; log_odds: that the study is as corrected, against as stated with any spring free.
+    """
+
+    candidate: Candidate
+    alike: tuple[Candidate, ...]
+    factor: Factor | None
+    log_odds: float
+
+
+def decided(found: Searched) -> Decision | None:
+    """What is named of a search; None where nothing is."""
+    plain, best = softened(found.plain.score), softened(found.best.score)
+    factor = _factor(best)
+    mistakes = len(found.best.hypotheses) + (factor is not None)
+    if not mistakes:
+        return None
+    touched = _touched(found.plain, found.best, factor)
+    before, after = _sum(plain, touched, levelled=False), _sum(best, touched, levelled=factor is not None)
+    count = sum(int(one.sum()) for one in touched)
+    price = mistakes * np.log(max(found.asked, 1))
+    log_odds = 0.5 * count * np.log(before / after) - price
+    if after > _LEFT * before or log_odds < CONVINCING:
+        return None
+    alike = tuple(
+        one for one in found.alike if count * np.log(one.score.cost / found.best.score.cost) < CONVINCING
+    )
+    return Decision(found.best, alike, factor, float(log_odds))
+
+
+def _factor(score: Score) -> Factor | None:
+    """The common factor of the measured FRFs, where it is a mistake: of what is left with it, without it
+    there would be four times as much.
+    """
+    if abs(score.level) < _SLIGHT:
+        return None
+    without, with_it = (sum(float(one.sum()) for one in score.squares(levelled=it)) for it in (False, True))
+    return nearest(np.exp(score.level)) if with_it <= _LEFT * without else None
+
+
+def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Array]:
+    """Which FRFs (pairs,) of each set a correction touches: all, where it changes more than how single
+    channels are read.
+    """
+    pairs = zip(plain.score.problem.measurements, best.score.problem.measurements, strict=True)
+    found = []
+    for one, other in pairs:
+        outputs, inputs = one.target.pairs  # type: ignore[union-attr]
+        before, after = one.target.data, other.target.data  # type: ignore[union-attr]
+        same = (
+            _model(plain) == _model(best)
+            and factor is None
+            and one.given.posture.tobytes() == other.given.posture.tobytes()
+        )
+        if not same or before.frf.shape != after.frf.shape or before.quantity != after.quantity:  # type: ignore[union-attr]
+            found.append(np.ones(len(outputs), dtype=bool))
+            continue
+        moved = np.any(before.frf != after.frf, axis=0)[outputs, inputs]  # type: ignore[union-attr]
+        names = [(a, b) for a, b in zip(before.outputs, after.outputs, strict=True)]  # type: ignore[union-attr]
+        renamed = np.array([a != b for a, b in names])[outputs]
+        links = np.array(
+            [plain.stated.points[a.node].link != best.stated.points[b.node].link for a, b in names]
+        )
+        found.append(moved | renamed | links[outputs])
+    if not any(one.any() for one in found):
+        return [np.ones_like(one) for one in found]
+    return found
+
+
+def _model(one: Candidate) -> str:
+    study = one.stated.study
+    return study.robot.model_dump_json() + repr(study.effects)
+
+
+def _sum(score: Score, touched: Sequence[Array], *, levelled: bool) -> float:
+    """Squares of the FRFs that are touched."""
+    squares = score.squares(levelled=levelled)
+    return sum(float(one[which].sum()) for one, which in zip(squares, touched, strict=False))

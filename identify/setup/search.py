@@ -1,0 +1,162 @@
+"""From a study to the mistakes that explain its data: all hypotheses are fitted for a few steps, the most
+promising for some more; what is best becomes the base for the next round, because two may be wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.core.errors import InputError, InputErrors
+from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.setup.edits import Change, Edit
+from identify.setup.hypothesis import Hypothesis
+from identify.setup.registry import KINDS
+from identify.setup.score import Score, scored
+from identify.setup.stated import Stated
+from identify.vibration.problem import Problem
+
+_GLANCE = GaussNewton(evaluations=5, tolerance=1e-2)
+_PROMISING = 10
+"""Hypotheses of a round that are fitted for more than a few steps."""
+_ROUNDS = 3
+"""Mistakes at once that are looked for."""
+_HELPS = 0.85
+"""Times the cost that a mistake must come down to, to be looked at further."""
+_LATER = ("joint-offset",)
+"""Kinds that are asked only where no other helps: they can mimic others."""
+_FINEST_DEG = 0.5
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A study with some mistakes put right: the hypotheses in their order, and how well that fits."""
+
+    stated: Stated
+    score: Score
+    hypotheses: tuple[Hypothesis, ...] = ()
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The codes of its hypotheses."""
+        return tuple(one.code for one in self.hypotheses)
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The study as stated, the best that was found, and what is about as good as its last mistake; asked: how
+    many hypotheses a round had.
+    """
+
+    plain: Candidate
+    best: Candidate
+    alike: tuple[Candidate, ...]
+    asked: int
+
+
+def searched(stated: Stated) -> Searched:
+    """The mistakes that explain most of what is left."""
+    plain = Candidate(stated, scored(stated.problem()))
+    best, alike, asked = plain, list[Candidate](), 0
+    for _ in range(_ROUNDS):
+        tried, count = _round(best)
+        asked = max(asked, count)
+        if not tried or tried[0].score.cost > _HELPS * best.score.cost:
+            break
+        best, alike = tried[0], tried[1:]
+    return Searched(plain, best, tuple(alike), asked)
+
+
+def _round(base: Candidate) -> tuple[list[Candidate], int]:
+    """One more mistake on top of those of a candidate, best first; and how many were asked for."""
+    soon = list(_of_kinds(base, [name for name in KINDS if name not in _LATER]))
+    tried = _tried(base, soon)
+    if not tried or tried[0].score.cost > _HELPS * base.score.cost:
+        later = list(_of_kinds(base, _LATER))
+        soon += later
+        tried = sorted([*tried, *map(_finer, _tried(base, later)[:1])], key=_cost)
+    return tried, len(soon)
+
+
+def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    """Hypotheses on top of a candidate, the most promising, best first."""
+    glanced = [one for h in hypotheses if (one := _with(base, h, _GLANCE)) is not None]
+    promising = sorted(glanced, key=_cost)[:_PROMISING]
+    return sorted([_settled(one) for one in promising], key=_cost)
+
+
+def _cost(one: Candidate) -> float:
+    return one.score.cost
+
+
+def _of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:
+    """All hypotheses of these kinds about what no mistake was found of yet."""
+    known = {one.about for one in base.hypotheses}
+    for name in kinds:
+        for hypothesis in KINDS[name](base.stated, base.score):
+            if hypothesis.about not in known:
+                yield hypothesis
+
+
+def _with(base: Candidate, hypothesis: Hypothesis, optimizer: GaussNewton) -> Candidate | None:
+    """A candidate with one more mistake put right; None where the study is then none."""
+    try:
+        stated = base.stated.changed(hypothesis.edits)
+        problem = stated.problem()
+        if _moving(problem) < _moving(base.score.problem):
+            return None  # what is measured to move does not stand on the ground
+        return Candidate(
+            stated, scored(problem, _start(base.score, problem), optimizer), (*base.hypotheses, hypothesis)
+        )
+    except (InputError, InputErrors, np.linalg.LinAlgError):
+        return None
+
+
+def _moving(problem: Problem) -> int:
+    """How many FRFs the model moves."""
+    return sum(len(target.observable) for use in ("fit", "validate") for target in problem.targets(use).frf)
+
+
+def _start(score: Score, problem: Problem) -> np.ndarray | None:
+    """Where a fit of another variant begins that has the same parameters."""
+    same = [p.name for p in score.problem.parameters] == [p.name for p in problem.parameters]
+    return score.values if same else None
+
+
+def _settled(one: Candidate) -> Candidate:
+    """The same, fitted to its end."""
+    score = scored(one.score.problem, one.score.values)
+    return replace(one, score=score)
+
+
+def _finer(one: Candidate) -> Candidate:
+    """An offset of a joint in ever smaller steps."""
+    step, best = 8.0, one
+    [edit] = [edit for edit in one.hypotheses[-1].edits if isinstance(edit, Edit)]
+    number = int(one.hypotheses[-1].about.removeprefix("zero"))
+    while step >= _FINEST_DEG:
+        now = _offsets(best)
+        tried = [
+            _moved(best, edit, [*now[:number], now[number] + sign * step, *now[number + 1 :]])
+            for sign in (1, -1)
+        ]
+        best = min([best, *tried], key=_cost)
+        step /= 2
+    offset = _offsets(best)[number]
+    sentence = f"the zero of joint {number + 1} is off by about {offset:.3g} degrees"
+    last = replace(best.hypotheses[-1], sentence=sentence)
+    return replace(best, hypotheses=(*best.hypotheses[:-1], last))
+
+
+def _offsets(one: Candidate) -> list[float]:
+    return list(one.stated.study.joint_angles.offset_deg or [])
+
+
+def _moved(one: Candidate, edit: Edit, offsets: list[float]) -> Candidate:
+    edits: tuple[Change, ...] = (replace(edit, value=offsets),)
+    stated = one.stated.changed(edits)
+    score = scored(stated.problem(), one.score.values, _GLANCE)
+    last = replace(one.hypotheses[-1], edits=edits)
+    return Candidate(stated, score, (*one.hypotheses[:-1], last))
