@@ -20,14 +20,12 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.thresholds import CONVINCING
 from identify.setup.constants import Factor, nearest
-from identify.setup.score import Score
+from identify.setup.score import SLIGHT, Score
 from identify.setup.search import Candidate, Searched
 from identify.setup.soft import softened
 
 _LEFT = 0.25
 """Share of the squares, on what a mistake touches, that may be left beside it."""
-_SLIGHT = np.log(1.25)
-"""Logarithm of a common factor that calibrations may have."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ def _factor(score: Score) -> Factor | None:
     """The common factor of the measured FRFs, where it is a mistake: of what is left with it, without it
     there would be four times as much.
     """
-    if abs(score.level) < _SLIGHT:
+    if abs(score.level) < SLIGHT:
         return None
     without, with_it = (sum(float(one.sum()) for one in score.squares(levelled=it)) for it in (False, True))
     return nearest(np.exp(score.level)) if with_it <= _LEFT * without else None

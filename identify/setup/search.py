@@ -14,11 +14,11 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
-from identify.setup.score import Score, scored
+from identify.setup.score import SLIGHT, Score, cost_at, scored
 from identify.setup.stated import Stated
 from identify.vibration.problem import Problem
 
-_GLANCE = GaussNewton(evaluations=5, tolerance=1e-2)
+_GLANCE = GaussNewton(evaluations=6, tolerance=1e-2)
 _PROMISING = 10
 """Hypotheses of a round that are fitted for more than a few steps."""
 _ROUNDS = 3
@@ -28,6 +28,11 @@ _HELPS = 0.85
 _LATER = ("joint-offset",)
 """Kinds that are asked only where no other helps: they can mimic others."""
 _FINEST_DEG = 0.5
+_NOTHING = 1e-3
+"""Relative change of the cost by which a hypothesis says nothing, as of the sign of a first joint that is
+upright."""
+_FACTOR = 1.03
+"""Times the cost that a common factor has to be worth: it is a mistake more."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ def searched(stated: Stated) -> Searched:
     for _ in range(_ROUNDS):
         tried, count = _round(best)
         asked = max(asked, count)
-        if not tried or tried[0].score.cost > _HELPS * best.score.cost:
+        if not tried or _cost(tried[0]) > _HELPS * _cost(best):
             break
         best, alike = tried[0], tried[1:]
     return Searched(plain, best, tuple(alike), asked)
@@ -73,7 +78,7 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
     """One more mistake on top of those of a candidate, best first; and how many were asked for."""
     soon = list(_of_kinds(base, [name for name in KINDS if name not in _LATER]))
     tried = _tried(base, soon)
-    if not tried or tried[0].score.cost > _HELPS * base.score.cost:
+    if not tried or _cost(tried[0]) > _HELPS * _cost(base):
         later = list(_of_kinds(base, _LATER))
         soon += later
         tried = sorted([*tried, *map(_finer, _tried(base, later)[:1])], key=_cost)
@@ -88,7 +93,7 @@ def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]
 
 
 def _cost(one: Candidate) -> float:
-    return one.score.cost
+    return one.score.cost * (_FACTOR if abs(one.score.level) > SLIGHT else 1.0)
 
 
 def _of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:
@@ -101,17 +106,19 @@ def _of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:
 
 
 def _with(base: Candidate, hypothesis: Hypothesis, optimizer: GaussNewton) -> Candidate | None:
-    """A candidate with one more mistake put right; None where the study is then none."""
+    """A candidate with one more mistake put right; None where the study is then none, or nothing changes."""
     try:
         stated = base.stated.changed(hypothesis.edits)
         problem = stated.problem()
+        start = _start(base.score, problem)
         if _moving(problem) < _moving(base.score.problem):
             return None  # what is measured to move does not stand on the ground
-        return Candidate(
-            stated, scored(problem, _start(base.score, problem), optimizer), (*base.hypotheses, hypothesis)
-        )
+        if start is not None and abs(cost_at(problem, start) / base.score.cost - 1) < _NOTHING:
+            return None
+        score = scored(problem, start, optimizer)
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
+    return Candidate(stated, score, (*base.hypotheses, hypothesis))
 
 
 def _moving(problem: Problem) -> int:
@@ -127,8 +134,8 @@ def _start(score: Score, problem: Problem) -> np.ndarray | None:
 
 def _settled(one: Candidate) -> Candidate:
     """The same, fitted to its end."""
-    score = scored(one.score.problem, one.score.values)
-    return replace(one, score=score)
+    anew, on = scored(one.score.problem), scored(one.score.problem, one.score.values)
+    return replace(one, score=min(anew, on, key=lambda score: score.cost))
 
 
 def _finer(one: Candidate) -> Candidate:
