@@ -54,11 +54,23 @@ _NEAR = 0.06
 """A fitted factor is off by a few per cent where the model is not yet right."""
 
 
+def near(factor: float) -> list[Factor]:
+    """All known factors near one, or itself where there is none."""
+    sign = float(np.sign(factor))
+    found = [known for known in _REASONS if abs(np.log(known / abs(factor))) < _NEAR]
+    return [_known(sign, one) for one in found] or [nearest(factor)]
+
+
+def _known(sign: float, value: float) -> Factor:
+    reversed_ = " with the other sign" if sign < 0 else ""
+    return Factor(sign * value, f"{value:.4g} times{reversed_}", _REASONS[value])
+
+
 def nearest(factor: float) -> Factor:
     """The known factor nearest to a fitted one, or the fitted one with two digits."""
     sign, size = np.sign(factor), abs(factor)
     best = min(_REASONS, key=lambda known: abs(np.log(known / size)))
     reversed_ = " with the other sign" if sign < 0 else ""
     if abs(np.log(best / size)) < _NEAR:
-        return Factor(float(sign * best), f"{best:.4g} times{reversed_}", _REASONS[best])
+        return _known(float(sign), best)
     return Factor(float(f"{sign * size:.2g}"), f"{size:.2g} times{reversed_}")

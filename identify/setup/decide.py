@@ -17,12 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.core.thresholds import CONVINCING
 from identify.setup.constants import Factor, nearest
+from identify.setup.edits import Change, Edit
 from identify.setup.score import SLIGHT, Score
 from identify.setup.search import Candidate, Searched
 from identify.setup.soft import softened
+from identify.vibration.costs.target import FrfTarget
 
 _LEFT = 0.25
 """Share of the squares, on what a mistake touches, that may be left beside it."""
@@ -38,6 +40,12 @@ class Decision:
     alike: tuple[Candidate, ...]
     factor: Factor | None
     log_odds: float
+
+    def start(self, edits: Sequence[Change]) -> Array | None:
+        """Where a fit with these edits begins: none where they have other effects than were fitted."""
+        effects = any(isinstance(one, Edit) and one.key[0] == "effects" for one in edits)
+        settled = any(one.settle for one in self.candidate.hypotheses)
+        return None if settled and not effects else self.candidate.score.values
 
 
 def decided(found: Searched) -> Decision | None:
@@ -70,33 +78,37 @@ def _factor(score: Score) -> Factor | None:
     return nearest(np.exp(score.level)) if with_it <= _LEFT * without else None
 
 
-def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Array]:
+def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Mask]:
     """Which FRFs (pairs,) of each set a correction touches: all, where it changes more than how single
     channels are read.
     """
+    same = _model(plain) == _model(best) and factor is None
     pairs = zip(plain.score.problem.measurements, best.score.problem.measurements, strict=True)
     found = []
     for one, other in pairs:
-        outputs, inputs = one.target.pairs  # type: ignore[union-attr]
-        before, after = one.target.data, other.target.data  # type: ignore[union-attr]
-        same = (
-            _model(plain) == _model(best)
-            and factor is None
-            and one.given.posture.tobytes() == other.given.posture.tobytes()
-        )
-        if not same or before.frf.shape != after.frf.shape or before.quantity != after.quantity:  # type: ignore[union-attr]
-            found.append(np.ones(len(outputs), dtype=bool))
-            continue
-        moved = np.any(before.frf != after.frf, axis=0)[outputs, inputs]  # type: ignore[union-attr]
-        names = [(a, b) for a, b in zip(before.outputs, after.outputs, strict=True)]  # type: ignore[union-attr]
-        renamed = np.array([a != b for a, b in names])[outputs]
-        links = np.array(
-            [plain.stated.points[a.node].link != best.stated.points[b.node].link for a, b in names]
-        )
-        found.append(moved | renamed | links[outputs])
-    if not any(one.any() for one in found):
-        return [np.ones_like(one) for one in found]
-    return found
+        before, after = one.target, other.target
+        assert isinstance(before, FrfTarget) and isinstance(after, FrfTarget)
+        if same and one.given.posture.tobytes() == other.given.posture.tobytes():
+            found.append(_reread(plain, best, before, after))
+        else:
+            found.append(np.ones(len(before.pairs[0]), dtype=bool))
+    return found if any(one.any() for one in found) else [np.ones_like(one) for one in found]
+
+
+def _reread(plain: Candidate, best: Candidate, before: FrfTarget, after: FrfTarget) -> Mask:
+    """Which FRFs (pairs,) of a set are those of another channel, of another size, or on another link."""
+    outputs, inputs = before.pairs
+    one, other = before.data, after.data
+    if one.frf.shape != other.frf.shape or one.quantity != other.quantity:
+        return np.ones(len(outputs), dtype=bool)
+    names = list(zip(one.outputs, other.outputs, strict=True))
+    moved = np.any(one.frf != other.frf, axis=0)[outputs, inputs]
+    links = [plain.stated.points[a.node].link != best.stated.points[b.node].link for a, b in names]
+    renamed = [a != b for a, b in names]
+    forced = [a != b for a, b in zip(one.inputs, other.inputs, strict=True)]
+    return np.asarray(
+        moved | np.array(renamed)[outputs] | np.array(links)[outputs] | np.array(forced)[inputs]
+    )
 
 
 def _model(one: Candidate) -> str:
@@ -104,7 +116,7 @@ def _model(one: Candidate) -> str:
     return study.robot.model_dump_json() + repr(study.effects)
 
 
-def _sum(score: Score, touched: Sequence[Array], *, levelled: bool) -> float:
+def _sum(score: Score, touched: Sequence[Mask], *, levelled: bool) -> float:
     """Squares of the FRFs that are touched."""
     squares = score.squares(levelled=levelled)
     return sum(float(one[which].sum()) for one, which in zip(squares, touched, strict=False))

@@ -11,19 +11,17 @@ from identify.core.parameters import Scale
 from identify.core.threads import one_thread
 from identify.fitting.optimizers.base import Search, minimized
 from identify.fitting.optimizers.gauss_newton import GaussNewton
-from identify.setup.constants import Factor
+from identify.setup.constants import Factor, near
 from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change, Edit
-from identify.setup.score import Score, scored
+from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import searched
 from identify.setup.stated import Stated, stated
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.problem import Problem
 
 LARGE = 20.0
-"""Gap above which the set-up is looked at: far more than any small effect leaves, and than a good fit needs."""
-ROUGH = 1.0
-"""RMS of logarithms, in tenths, above which it is looked at too, however large the noise."""
+"""Gap above which the set-up is looked at: far more than a small effect leaves."""
 _LIKELY = GaussNewton(evaluations=25, tolerance=1e-3)
 
 
@@ -76,16 +74,28 @@ def look(problem: Problem, gap: float | None = None) -> Looked:
 def _look(as_stated: Stated, gap: float | None) -> Looked:
     first = scored(as_stated.problem())
     quick = gap_of(first)
-    if (quick if gap is None else gap) <= LARGE and first.cost <= ROUGH:
+    if (quick if gap is None else gap) <= LARGE and first.cost <= ROUGH and abs(first.level) < SLIGHT:
         return Looked(quick)
     decision = decided(searched(as_stated))
     if decision is None:
         return Looked(quick)
-    edits = (*_edits(decision), *_of_factor(decision))
-    after = gap_of(scored(as_stated.changed(edits).problem(), None))
+    factor, edits, after = _best_factor(as_stated, decision)
     if after >= quick:
         return Looked(quick)
-    return Looked(quick, Diagnosis(_mistakes(decision), _probability(decision), quick, after, edits))
+    mistakes = _mistakes(replace(decision, factor=factor))
+    return Looked(quick, Diagnosis(mistakes, _probability(decision), quick, after, edits))
+
+
+def _best_factor(as_stated: Stated, decision: Decision) -> tuple[Factor | None, tuple[Change, ...], float]:
+    """The known factor near that which was found that leaves the least gap, all edits with it, and that
+    gap.
+    """
+    found = []
+    for factor in (None,) if decision.factor is None else near(decision.factor.value):
+        edits = (*_edits(decision), *_of_factor(replace(decision, factor=factor)))
+        score = scored(as_stated.changed(edits).problem(), decision.start(edits))
+        found.append((factor, edits, gap_of(score)))
+    return min(found, key=lambda one: one[2])
 
 
 def gap_of(score: Score) -> float:

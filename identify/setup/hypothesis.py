@@ -1,4 +1,4 @@
-"""A mistake of the set-up that may have been made: what it is, in words, and what of the study puts it right."""
+"""A mistake of the set-up that may have been made: in words, and what of the study puts it right."""
 
 from __future__ import annotations
 

@@ -7,7 +7,6 @@ from identify.setup.kinds import angles, bodies, channels, readout
 
 KINDS: dict[str, Kind] = {
     "quantity": readout.quantity,
-    "frequency": readout.radians_per_second,
     "axes": readout.base_axes,
     "postures": readout.postures,
     "joint-sign": angles.signs,

@@ -9,6 +9,7 @@ stiffnesses, over what drives of robots have.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,9 +29,11 @@ _FARTHEST = 10.0
 """Logarithms beyond which nothing more is said: mistakes of units may be a factor of ten thousand."""
 _STILL = 1e-8
 """Times the largest FRF that a point has which does not move but for rounding."""
-_SCALES, _SLOPES = np.linspace(-3.0, 3.0, 9), (-1.0, 0.0, 1.0)
-"""Logarithms of factors of all stiffnesses, and of the first against the last, that are tried first: drives of
-arms from 5 to 500 kg."""
+_SCALES, _SLOPES = tuple(np.linspace(-3.0, 3.0, 9)), (-1.0, 0.0, 1.0)
+"""Logarithms of factors of all stiffnesses, and of the first against the last, that are tried first: drives
+of arms from 5 to 500 kg."""
+ROUGH = 1.0
+"""RMS of logarithms, in tenths, up to which a set-up is right."""
 SLIGHT = np.log(1.25)
 """Logarithm of a common factor that calibrations may have."""
 _QUICK = GaussNewton(evaluations=14, tolerance=2e-3)
@@ -149,7 +152,8 @@ def scored(problem: Problem, start: Array | None = None, optimizer: GaussNewton 
     scale, shape = Scale(problem.parameters), LogShape(problem)
     magnitudes = LogShape(problem, phases=False)
     given = [] if start is None else [scale.to_x(start)]
-    starts = np.clip([*given, *_scaled(problem, scale)], *scale.bounds())
+    near: list[Sequence[float]] = [] if start is None else [_SCALES[::2], (0.0,)]
+    starts = np.clip([*given, *_scaled(problem, scale, *near)], *scale.bounds())
     costs = magnitudes.costs(np.array([scale.to_values(x) for x in starts]))
     x = starts[int(np.argmin(costs))]
     if start is None or costs[0] > costs.min():
@@ -164,7 +168,9 @@ def _led(objective: LogShape, scale: Scale, x: Array, optimizer: GaussNewton) ->
     return x if search.best_x is None else search.best_x
 
 
-def _scaled(problem: Problem, scale: Scale) -> list[Array]:
+def _scaled(
+    problem: Problem, scale: Scale, scales: Sequence[float] = _SCALES, slopes: Sequence[float] = _SLOPES
+) -> list[Array]:
     """Start values (free,) with stiffnesses a factor larger, which may fall or rise along the arm; dampers by
     its root.
     """
@@ -178,4 +184,4 @@ def _scaled(problem: Problem, scale: Scale) -> list[Array]:
         along = 2 * (int(digits) - 1) / (joints - 1) - 1 if digits.isdigit() else 0.0
         whole[place], slope[place] = power, power * along
     first = scale.to_x(problem.initial)
-    return [first + one * whole + other * slope for one in _SCALES for other in _SLOPES]
+    return [first + one * whole + other * slope for one in scales for other in slopes]

@@ -14,7 +14,7 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
-from identify.setup.score import SLIGHT, Score, cost_at, scored
+from identify.setup.score import ROUGH, SLIGHT, Score, cost_at, scored
 from identify.setup.stated import Stated
 from identify.vibration.problem import Problem
 
@@ -66,6 +66,8 @@ def searched(stated: Stated) -> Searched:
     plain = Candidate(stated, scored(stated.problem()))
     best, alike, asked = plain, list[Candidate](), 0
     for _ in range(_ROUNDS):
+        if best.score.cost <= ROUGH:
+            break
         tried, count = _round(best)
         asked = max(asked, count)
         if not tried or _cost(tried[0]) > _HELPS * _cost(best):
@@ -87,9 +89,11 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
 
 def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Hypotheses on top of a candidate, the most promising, best first."""
-    glanced = [one for h in hypotheses if (one := _with(base, h, _GLANCE)) is not None]
+    small = base.stated.glanced()
+    rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
+    glanced = [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
     promising = sorted(glanced, key=_cost)[:_PROMISING]
-    return sorted([_settled(one) for one in promising], key=_cost)
+    return sorted([_settled(base, one) for one in promising], key=_cost)
 
 
 def _cost(one: Candidate) -> float:
@@ -132,10 +136,10 @@ def _start(score: Score, problem: Problem) -> np.ndarray | None:
     return score.values if same else None
 
 
-def _settled(one: Candidate) -> Candidate:
-    """The same, fitted to its end."""
-    anew, on = scored(one.score.problem), scored(one.score.problem, one.score.values)
-    return replace(one, score=min(anew, on, key=lambda score: score.cost))
+def _settled(base: Candidate, one: Candidate) -> Candidate:
+    """A candidate that was glanced at, fitted to its end to all lines."""
+    stated = base.stated.changed(one.hypotheses[-1].edits)
+    return Candidate(stated, scored(stated.problem(), one.score.values), one.hypotheses)
 
 
 def _finer(one: Candidate) -> Candidate:

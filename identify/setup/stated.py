@@ -22,8 +22,10 @@ from identify.vibration.problem import Problem, assembled
 from identify.vibration.study import MeasurementSettings, Study, StudyFile
 
 LINES = 20
-"""Lines of each measurement that are looked at: some for each mode of a band, as few as tell set-ups apart."""
-_SETS = 4
+"""Lines of each measurement that are looked at: some for each mode of a band."""
+_GLANCED, _GLANCED_SETS = 20, 2
+"""Lines, of the band and of that in rad/s, and measurements at a first look."""
+_SETS = 3
 """Measurements that are looked at."""
 
 
@@ -74,6 +76,11 @@ class Stated:
                 points[edit.node] = replace(points[edit.node], link=edit.link)
         return replace(self, file=self.file.model_copy(update={"study": study}), data=data, points=points)
 
+    def glanced(self) -> Stated:
+        """The same at fewer lines of fewer measurements, for a first look at many variants."""
+        some = dict(list(self.sets.items())[:_GLANCED_SETS])
+        return replace(self, sets={number: _thinned(data, _GLANCED) for number, data in some.items()})
+
     def problem(self) -> Problem:
         """The study with its few lines, ready to be fitted; InputError as `load_problem`."""
         check_links(self.points, self.robot)
@@ -109,10 +116,14 @@ def stated(problem: Problem) -> Stated:
     return Stated(file.model_copy(update={"study": study}), data, problem.points, sets, records)
 
 
+def _thinned(data: FrfSet, lines: int) -> FrfSet:
+    """So many lines of a set, evenly."""
+    some = np.unique(np.linspace(0, len(data.frequency_hz) - 1, lines).astype(int))
+    return data.lines(np.isin(np.arange(len(data.frequency_hz)), some))
+
+
 def _few(file: StudyFile, given: Given) -> FrfSet:
-    """A measurement as its file has it, with its noise: a few lines of the band, and of that which the band is
-    where frequencies are in rad/s.
-    """
+    """A measurement as its file has it, with its noise, at a few lines of the band, and of it in rad/s."""
     settings = given.settings
     paths = [file.resolve(path) for path in (settings.source, *settings.repeats)]
     raw = read_source(paths, settings, settings.estimate)

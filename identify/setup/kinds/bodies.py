@@ -70,7 +70,7 @@ def payload(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 def payload_frame(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """A payload whose centre is given in other axes."""
     for number, one in enumerate(stated.study.robot.payload):
-        seen = {one.centre_m}
+        seen: set[tuple[float, ...]] = {one.centre_m}
         for order, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
             new = tuple(sign * one.centre_m[n] for n, sign in zip(order, signs, strict=True))
             if new in seen:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Complex
 from identify.core.text import listed
 from identify.measured.channel import Channel
 from identify.setup.constants import nearest
@@ -57,12 +57,13 @@ def _best(found: list[tuple[float, Hypothesis]]) -> Iterator[Hypothesis]:
 
 def turned(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """A sensor turned by right angles, with exchanged cables, or one of its axes reversed."""
-    views, found = beside(plain, stated.points), []
+    views = beside(plain, stated.points)
+    found: list[tuple[float, Hypothesis]] = []
     for node in _nodes(views):
         own = [view for view in views if node in view.nodes]
         now = sum(view.apart(node, _of(view, node)) for view in own)
         for turn in _TURNS:
-            left = sum(view.apart(node, np.einsum("ij,ljk->lik", turn, _of(view, node))) for view in own)
+            left = sum(view.apart(node, _seen(turn, _of(view, node))) for view in own)
             names = _names(own[0], node, turn)
             if left <= _LEFT * now and names:
                 edits = merged(stated, "outputs", names)
@@ -101,7 +102,8 @@ def _names(view: Beside, node: int, turn: Array) -> dict[str, str]:
 
 def exchanged(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """Two points for each other: their sensors alone, or all that is said of them."""
-    views, found = beside(plain, stated.points), []
+    views = beside(plain, stated.points)
+    found: list[tuple[float, Hypothesis]] = []
     forces = {one.node for view in views for one in view.target.data.inputs}
     for one, other in combinations(_nodes(views), 2):
         both = [view for view in views if {one, other} <= set(view.nodes)]
@@ -159,7 +161,8 @@ def links(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
         if edits:
             sentence = f"the points are on the {word} link of the points file's"
             yield Hypothesis("links-shifted", sentence, edits, "links")
-    views, found = beside(plain, stated.points), []
+    views = beside(plain, stated.points)
+    found: list[tuple[float, Hypothesis]] = []
     for node in _nodes(views):
         own = [view for view in views if node in view.nodes]
         now = sum(view.apart(node, _of(view, node)) for view in own)
@@ -177,7 +180,8 @@ def links(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """One sensor, one channel or one force by a factor."""
-    views, found = beside(plain, stated.points), []
+    views = beside(plain, stated.points)
+    found: list[tuple[float, Hypothesis]] = []
     for node in _nodes(views):
         own = [view for view in views if node in view.nodes]
         parts = [(slice(0, 3), str(node), f"the sensor at point {node}")]
@@ -216,7 +220,7 @@ def one_measurement(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 _SLIGHT = 1.3
 """A factor nearer to 1 is a calibration, not a mistake."""
-_Part = tuple[Array, Array, Array]
+_Part = tuple[Complex, Complex, Array]
 
 
 def _sized(
@@ -234,7 +238,7 @@ def _sized(
 
 
 def _factor(parts: list[_Part]) -> tuple[float, float]:
-    """The real factor that measured FRFs have beyond predicted ones, and the share of squares left with it."""
+    """The real factor that measured FRFs have beyond predicted ones, and the share of squares left."""
     both = own = now = size = 0.0
     for measured, predicted, weight in parts:
         known = ~np.isnan(measured)
@@ -257,8 +261,13 @@ def _column(view: Beside, number: int) -> _Part:
     return view.measured[..., number], view.predicted[..., number], view.weight[..., 0]
 
 
-def _of(view: Beside, node: int) -> Array:
+def _of(view: Beside, node: int) -> Complex:
     return view.predicted[:, view.nodes.index(node)]
+
+
+def _seen(turn: Array, motion: Complex) -> Complex:
+    """Motions (lines, 3, inputs) along other axes."""
+    return np.asarray(np.einsum("ij,ljk->lik", turn, motion), dtype=complex)
 
 
 def _nodes(views: list[Beside]) -> list[int]:
