@@ -73,6 +73,7 @@ ORDER = (
     "machining",
     "batch",
     "discovery",
+    "setup",
     "modes",
     "vibration",
     "explain",

@@ -62,8 +62,12 @@ def decided(found: Searched) -> Decision | None:
     log_odds = 0.5 * count * np.log(before / after) - price
     if after > _LEFT * before or log_odds < CONVINCING:
         return None
+    last = found.best.hypotheses[-1].count if found.best.hypotheses else 0
     alike = tuple(
-        one for one in found.alike if count * np.log(one.score.cost / found.best.score.cost) < CONVINCING
+        one
+        for one in found.alike
+        if one.hypotheses[-1].count <= last
+        and count * np.log(one.score.cost / found.best.score.cost) < CONVINCING
     )
     return Decision(found.best, alike, factor, float(log_odds))
 

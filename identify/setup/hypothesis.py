@@ -16,7 +16,7 @@ Settle = Callable[[Score], tuple[Change, ...]]
 class Hypothesis:
     """code: of its kind; sentence: what was done, as "the angles of joint 2 have the other sign"; edits: what
     puts it right; settle: the edits that a fit of it leads to, where they hold a number that was fitted
-    along; about: what it is about, of which one mistake at a time is looked for.
+    along; about: what it is about, of which one mistake at a time is looked for; count: how many it is.
     """
 
     code: str
@@ -24,6 +24,7 @@ class Hypothesis:
     edits: tuple[Change, ...]
     about: str
     settle: Settle | None = None
+    count: int = 1
 
     def settled(self, score: Score) -> tuple[Change, ...]:
         """What puts it right, with the numbers that a fit found."""

@@ -31,8 +31,8 @@ _FINEST_DEG = 0.5
 _NOTHING = 1e-3
 """Relative change of the cost by which a hypothesis says nothing, as of the sign of a first joint that is
 upright."""
-_FACTOR = 1.03
-"""Times the cost that a common factor has to be worth: it is a mistake more."""
+_MORE = 1.03
+"""Times the cost that one mistake more, such as a common factor, has to be worth."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,8 @@ def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]
 
 
 def _cost(one: Candidate) -> float:
-    return one.score.cost * (_FACTOR if abs(one.score.level) > SLIGHT else 1.0)
+    more = sum(h.count for h in one.hypotheses) - len(one.hypotheses) + (abs(one.score.level) > SLIGHT)
+    return float(one.score.cost * _MORE**more)
 
 
 def _of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:

@@ -29,7 +29,8 @@ def softened(score: Score) -> Score:
     small = _smaller(score.problem)
     effects = [*small.file.study.effects, *all_springs(small, shrink=False)]
     model = with_effects(small, effects, values)
-    return scored(model, _usual(model, values), _STEPS)
+    free, rigid = scored(model, _usual(model, values), _STEPS), scored(small, score.values)
+    return min(free, rigid, key=lambda one: one.cost)  # rigid is the limit of free, which steps may not reach
 
 
 def _smaller(problem: Problem) -> Problem:

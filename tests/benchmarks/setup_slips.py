@@ -15,8 +15,15 @@ from typing import Any
 import numpy as np
 
 from tests.generator.arm import Arm
-from tests.generator.measure import draw_postures, make_chain, make_plant, stated_decay, strike_all, with_noise_of
 from tests.generator.linear import linearise
+from tests.generator.measure import (
+    draw_postures,
+    make_chain,
+    make_plant,
+    stated_decay,
+    strike_all,
+    with_noise_of,
+)
 from tests.generator.rigid import Array, from_rpy, turn
 from tests.generator.spec import TestSpec
 from tests.generator.universal import Function, dataset
@@ -79,7 +86,13 @@ def write(test: Told, folder: Path) -> Path:
     (folder / "robot.urdf").write_text(test.urdf)
     head = "node,name,link,x_m,y_m,z_m"
     (folder / "points.csv").write_text("\n".join([head, *map(",".join, test.points), ""]))
-    lines = ["schema: identify/1", f"name: {folder.name}", "robot:", "  urdf: robot.urdf", *test.extra.splitlines()]
+    lines = [
+        "schema: identify/1",
+        f"name: {folder.name}",
+        "robot:",
+        "  urdf: robot.urdf",
+        *test.extra.splitlines(),
+    ]
     lines += ["points: points.csv", "band_hz: [3, 80]", "starts: 4", "measurements:"]
     for number, posture in enumerate(test.postures, start=1):
         (folder / f"posture{number}.uff").write_bytes(_universal(test, number - 1))
@@ -100,7 +113,9 @@ def _universal(test: Told, number: int) -> bytes:
             for place, point in enumerate(points):
                 for along in range(3):
                     ends = point, along, hit, axis
-                    sets.append(dataset(Function(test.frequency_hz, values[:, place, along, axis], *ends), True))
+                    sets.append(
+                        dataset(Function(test.frequency_hz, values[:, place, along, axis], *ends), True)
+                    )
     return b"".join(sets)
 
 
@@ -153,7 +168,9 @@ def world_axes(test: Told, rng: np.random.Generator) -> list[Named]:
     for number, posture in enumerate(test.true):
         axes = rotations(test, posture)
         for place, point in enumerate(test.arm.points):
-            test.frfs[number][:, place] = np.einsum("ij,ljk->lik", axes[point.link], test.frfs[number][:, place])
+            test.frfs[number][:, place] = np.einsum(
+                "ij,ljk->lik", axes[point.link], test.frfs[number][:, place]
+            )
         test.frfs[number] = np.einsum("lpjk,ik->lpji", test.frfs[number], axes[hit])
     return [("axes", "base")]
 
@@ -190,12 +207,16 @@ def wrong_link(test: Told, rng: np.random.Generator) -> list[Named]:
     names = [link.name for link in test.arm.links]
     place = int(rng.choice([n for n in range(test.hammer) if test.points[n][2] != "base_link"]))
     right = test.points[place][2]
-    test.points[place][2] = str(rng.choice([name for name in names[1:] if abs(names.index(name) - names.index(right)) in (1, 2)]))
+    test.points[place][2] = str(
+        rng.choice([name for name in names[1:] if abs(names.index(name) - names.index(right)) in (1, 2)])
+    )
     return [("wrong-link", f"point {test.points[place][0]} is on {right}")]
 
 
 def _moving(test: Told, rng: np.random.Generator) -> int:
-    return int(rng.choice([n for n in range(test.hammer) if test.arm.points[n].link not in ("base_link", "link1")]))
+    return int(
+        rng.choice([n for n in range(test.hammer) if test.arm.points[n].link not in ("base_link", "link1")])
+    )
 
 
 def cube_turned(test: Told, rng: np.random.Generator) -> list[Named]:

@@ -74,7 +74,8 @@ def _zero(now: np.ndarray, turns: dict[int, int], sentence: str, code: str = "jo
     for number, turn in turns.items():
         new[number] += turn
     about = "zero" + ",".join(map(str, turns))
-    return Hypothesis(code, sentence, _edit("offset_deg", new.tolist()), about)
+    edits = _edit("offset_deg", new.tolist())
+    return Hypothesis(code, sentence, edits, about, count=len(turns))
 
 
 def _word(turn: int) -> str:
