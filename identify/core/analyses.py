@@ -99,7 +99,12 @@ ANALYSES = (
         report="identify.reports.discovery.sections",
         schema="identify/1",
         runs={
-            "discover": Run("identify.discovery.run:run_discover", ("starts",), ("workers", "resume"), _STORY)
+            "discover": Run(
+                "identify.discovery.run:run_discover",
+                ("starts",),
+                ("workers", "resume", "as_stated"),
+                _STORY,
+            )
         },
     ),
     Analysis(

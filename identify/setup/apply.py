@@ -11,7 +11,7 @@ from typing import Any
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.text_input import read_csv
-from identify.core.yaml_input import in_one_line, round_trip, yaml_text
+from identify.core.yaml_input import flat, in_one_line, round_trip, yaml_text
 from identify.setup.edits import Change, Edit, OnLink
 from identify.vibration.study import StudyFile
 
@@ -50,7 +50,10 @@ def _beside(path: Path) -> Path:
 
 
 def _one_line(value: Any) -> Any:
-    return in_one_line(value) if isinstance(value, dict) else value
+    """A value as it stands in one line of a study."""
+    if isinstance(value, dict):
+        return in_one_line(value)
+    return flat(value) if isinstance(value, list) and not isinstance(value[0], dict) else value
 
 
 def _points(path: Path, links: dict[int, str]) -> str:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-from identify.core.errors import InputError
-from identify.core.text import capital
 from identify.measured.finding import STUDY, Checked, Finding
 from identify.setup.apply import write_corrected
 from identify.setup.bounds import findings
-from identify.setup.diagnosis import Diagnosis, look
+from identify.setup.diagnosis import look
 from identify.setup.sentences import sentences
 from identify.vibration.check import examined
 from identify.vibration.study import StudyFile, read_study
@@ -22,23 +21,13 @@ def run_checks(config: Path) -> Checked:
     Raises InputError or InputErrors where the config itself cannot be read; other refusals are kept beside
     the findings, so that one run says everything.
     """
-    return _checked(read_study(config))[0]
+    return _checked(read_study(config))
 
 
-def apply(config: Path) -> list[Path]:
-    """Write the corrected study beside the one in `config`; InputError where nothing is to be corrected."""
-    file = read_study(config)
-    _, found = _checked(file)
-    if found is None:
-        expected = "a mistake of the set-up that a change of the study puts right"
-        raise InputError("--apply", "nothing to correct", expected, "leave `--apply` out")
-    return write_corrected(file, found.edits, [capital(one.sentence) for one in found.mistakes])
-
-
-def _checked(file: StudyFile) -> tuple[Checked, Diagnosis | None]:
+def _checked(file: StudyFile) -> Checked:
     checked, problem, known = examined(file)
     if problem is None:
-        return checked, None
+        return checked
     found = {name: list(some) for name, some in checked.findings.items()}
     for name, finding in findings(problem.robot, known):
         found[name or STUDY].append(finding)
@@ -48,7 +37,11 @@ def _checked(file: StudyFile) -> tuple[Checked, Diagnosis | None]:
     if diagnosis is not None:
         text = " ".join(sentences(diagnosis, file.path.name))
         found[STUDY].append(Finding("fail", "set-up", (), text, diagnosis.probability))
-    return replace(checked, findings=found), diagnosis
+        correct = partial(
+            write_corrected, file, diagnosis.edits, [one.sentence for one in diagnosis.mistakes]
+        )
+        return replace(checked, findings=found, correct=correct)
+    return replace(checked, findings=found)
 
 
 _NO_FRFS = ("magnitude", "decibels", "real-part")

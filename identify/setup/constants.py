@@ -54,10 +54,10 @@ _NEAR = 0.06
 """A fitted factor is off by a few per cent where the model is not yet right."""
 
 
-def near(factor: float) -> list[Factor]:
-    """All known factors near one, or itself where there is none."""
+def near(factor: float, within: float = _NEAR) -> list[Factor]:
+    """All known factors within a logarithm of one, or itself where there is none."""
     sign = float(np.sign(factor))
-    found = [known for known in _REASONS if abs(np.log(known / abs(factor))) < _NEAR]
+    found = [known for known in _REASONS if abs(np.log(known / abs(factor))) < within]
     return [_known(sign, one) for one in found] or [nearest(factor)]
 
 

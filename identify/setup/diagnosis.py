@@ -11,9 +11,11 @@ from identify.core.parameters import Scale
 from identify.core.threads import one_thread
 from identify.fitting.optimizers.base import Search, minimized
 from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.setup.bounds import sag, too_stiff
 from identify.setup.constants import Factor, near
 from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change, Edit
+from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import searched
 from identify.setup.stated import Stated, stated
@@ -22,6 +24,8 @@ from identify.vibration.problem import Problem
 
 LARGE = 20.0
 """Gap above which the set-up is looked at: far more than a small effect leaves."""
+_BY_SIZE = 0.99
+"""Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
 _LIKELY = GaussNewton(evaluations=25, tolerance=1e-3)
 
 
@@ -74,6 +78,8 @@ def look(problem: Problem, gap: float | None = None) -> Looked:
 def _look(as_stated: Stated, gap: float | None) -> Looked:
     first = scored(as_stated.problem())
     quick = gap_of(first)
+    if too_stiff(first):
+        return _in_rad_per_s(as_stated, first, quick)
     if (quick if gap is None else gap) <= LARGE and first.cost <= ROUGH and abs(first.level) < SLIGHT:
         return Looked(quick)
     decision = decided(searched(as_stated))
@@ -84,6 +90,30 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
         return Looked(quick)
     mistakes = _mistakes(replace(decision, factor=factor))
     return Looked(quick, Diagnosis(mistakes, _probability(decision), quick, after, edits))
+
+
+def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked:
+    """Frequencies in rad/s, where the fitted drives are stiffer than any: accelerances are the same functions
+    of frequencies that are all scaled, with stiffnesses scaled by the square, so that a fit does not see it.
+    """
+    for hypothesis in radians_per_second(as_stated, first):
+        there = as_stated.changed(hypothesis.edits)
+        score = scored(there.problem())
+        if too_stiff(score):
+            continue
+        degrees, right = np.degrees(sag(first)), np.degrees(sag(score))
+        sentence = (
+            f"{hypothesis.sentence}: as stated, the arm would sag under its own weight by {degrees:.1g}"
+            f" degrees, which no drive is stiff enough for; in rad/s by {right:.1g}"
+        )
+        inner = _look(there, None)
+        mistake = Mistake(hypothesis.code, sentence)
+        if inner.diagnosis is None:
+            return Looked(quick, Diagnosis((mistake,), _BY_SIZE, quick, inner.gap, hypothesis.edits))
+        more = inner.diagnosis
+        edits, mistakes = (*hypothesis.edits, *more.edits), (mistake, *more.mistakes)
+        return Looked(quick, replace(more, mistakes=mistakes, edits=edits, gap_before=quick))
+    return Looked(quick)
 
 
 def _best_factor(as_stated: Stated, decision: Decision) -> tuple[Factor | None, tuple[Change, ...], float]:

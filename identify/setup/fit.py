@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from identify.core.errors import InputError
 from identify.fitting.fit import Progress
 from identify.results.fit import FitResult
 from identify.setup.diagnosis import LARGE, look
@@ -35,3 +36,16 @@ def advise(problem: Problem, gap: float) -> list[str]:
         return []
     found = look(problem, gap).diagnosis
     return [] if found is None else sentences(found, problem.file.path.name)
+
+
+def check_set_up(problem: Problem) -> None:
+    """Raise an InputError where a mistake of the set-up explains the gap: what would be found missing would
+    only make up for it, and take minutes.
+    """
+    found = look(problem).diagnosis
+    if found is not None:
+        where, name = str(problem.file.path), problem.file.path.name
+        mistakes = " and ".join(one.sentence for one in found.mistakes)
+        gaps = f"gap {found.gap_before:.3g}, {found.gap_after:.3g} without"
+        fix = f"correct it, as `identify check {name} --apply` does, or search with `--as-stated`"
+        raise InputError(where, f"{mistakes} ({gaps})", "a set-up that is right, before effects", fix)

@@ -21,6 +21,8 @@ from identify.vibration.problem import Problem
 _GLANCE = GaussNewton(evaluations=6, tolerance=1e-2)
 _PROMISING = 10
 """Hypotheses of a round that are fitted for more than a few steps."""
+_ANEW = 3
+"""Of these, those that are fitted from all starts: a wrong set-up leads into a valley of its own."""
 _ROUNDS = 3
 """Mistakes at once that are looked for."""
 _HELPS = 0.85
@@ -93,7 +95,8 @@ def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]
     rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
     glanced = [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
     promising = sorted(glanced, key=_cost)[:_PROMISING]
-    return sorted([_settled(base, one) for one in promising], key=_cost)
+    settled = sorted([_settled(base, one) for one in promising], key=_cost)
+    return sorted([*map(_anew, settled[:_ANEW]), *settled[_ANEW:]], key=_cost)
 
 
 def _cost(one: Candidate) -> float:
@@ -141,6 +144,12 @@ def _settled(base: Candidate, one: Candidate) -> Candidate:
     """A candidate that was glanced at, fitted to its end to all lines."""
     stated = base.stated.changed(one.hypotheses[-1].edits)
     return Candidate(stated, scored(stated.problem(), one.score.values), one.hypotheses)
+
+
+def _anew(one: Candidate) -> Candidate:
+    """A candidate, or what it becomes from other starts, if that is better."""
+    again = replace(one, score=scored(one.stated.problem()))
+    return min(one, again, key=_cost)
 
 
 def _finer(one: Candidate) -> Candidate:

@@ -17,7 +17,6 @@ import numpy as np
 from tests.generator.arm import Arm
 from tests.generator.linear import linearise
 from tests.generator.measure import (
-    draw_postures,
     make_chain,
     make_plant,
     stated_decay,
@@ -60,7 +59,7 @@ class Told:
 
 def told(spec: TestSpec) -> Told:
     """A test, simulated, and told as it is."""
-    postures = draw_postures(spec)
+    postures = bent(spec)
     plants = [make_plant(spec, posture) for posture in postures]
     decay = stated_decay(spec, [linearise(plant, spec.hammer_points[0]) for plant in plants])
     chain, frfs, coherences = make_chain(spec, decay, plants), [], []
@@ -78,6 +77,13 @@ def told(spec: TestSpec) -> Told:
     labels = [p.node for p in spec.arm.points]
     urdf = spec.arm.urdf()
     return Told(spec.arm, angles, frequency, frfs, coherences, decay, urdf, rows, labels, true=angles)
+
+
+def bent(spec: TestSpec) -> Array:
+    """Postures (postures, joints), degrees, far from zero, where a sign is seen."""
+    rng = np.random.default_rng([spec.seed, 0x5E])
+    size = rng.uniform([5, 12, 12, 20, 25, 10], [60, 40, 45, 70, 75, 80], (spec.postures, 6))
+    return np.round(size * rng.choice([-1, 1], (spec.postures, 6)), 1)
 
 
 def write(test: Told, folder: Path) -> Path:

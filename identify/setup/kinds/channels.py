@@ -16,7 +16,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.core.text import listed
 from identify.measured.channel import Channel
-from identify.setup.constants import nearest
+from identify.setup.constants import near
 from identify.setup.edits import Edit, OnLink
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import Score
@@ -45,8 +45,15 @@ def merged(stated: Stated, key: str, new: Mapping[Any, Any]) -> tuple[Edit, ...]
     """Entries of a correction of every measurement, beside those that are there."""
     told = [getattr(one.correct, key) for one in stated.study.measurements]
     return tuple(
-        Edit(("measurements", number, "correct", key), {**there, **new}) for number, there in enumerate(told)
+        Edit(("measurements", number, "correct", key), {**there, **_times(there, new)})
+        for number, there in enumerate(told)
     )
+
+
+def _times(there: Mapping[Any, Any], new: Mapping[Any, Any]) -> dict[Any, Any]:
+    """New entries; a factor of what has one is that much more."""
+    both = [name for name, value in new.items() if isinstance(value, float) and name in there]
+    return {**new, **{name: there[name] * new[name] for name in both if not isinstance(there[name], str)}}
 
 
 def _best(found: list[tuple[float, Hypothesis]]) -> Iterator[Hypothesis]:
@@ -212,14 +219,17 @@ def one_measurement(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
         factor, left = _factor([(view.measured, view.predicted, view.weight)])
         if left <= _LEFT and abs(np.log(abs(factor))) > np.log(_SLIGHT):
             file = stated.study.measurements[number]
-            value = file.correct.factor / nearest(factor).value
-            edit = Edit(("measurements", number, "correct", "factor"), value)
-            sentence = f"the FRFs of {file.source.name} are {nearest(factor).words} those of the others"
-            yield Hypothesis("one-measurement", sentence, (edit,), f"set{number}")
+            for known in near(factor, _ROUGHLY):
+                value = float(f"{file.correct.factor / known.value:.8g}")
+                edit = Edit(("measurements", number, "correct", "factor"), value)
+                sentence = f"the FRFs of {file.source.name} are {known.words} what they should be"
+                yield Hypothesis("one-measurement", sentence, (edit,), f"set{number}")
 
 
 _SLIGHT = 1.3
 """A factor nearer to 1 is a calibration, not a mistake."""
+_ROUGHLY = 0.25
+"""Logarithm within which a factor is known that a model found which is not yet right; fits of each tell."""
 _Part = tuple[Complex, Complex, Array]
 
 
@@ -232,9 +242,12 @@ def _sized(
     if abs(np.log(abs(factor))) < np.log(_SLIGHT):
         edits, sentence = merged(stated, side, {name: -1.0}), f"{words} has the other sign"
         return [(left, Hypothesis("sign", sentence, edits, f"{side}{name}"))]
-    known = nearest(factor)
-    edits = merged(stated, side, {name: 1 / known.value})
-    return [(left, Hypothesis("size", f"{words} reads {known.words} what it should", edits, f"{side}{name}"))]
+    found = []
+    for known in near(factor, _ROUGHLY):
+        edits = merged(stated, side, {name: float(f"{1 / known.value:.8g}")})
+        sentence = f"{words} reads {known.words} what it should"
+        found.append((left, Hypothesis("size", sentence, edits, f"{side}{name}")))
+    return found
 
 
 def _factor(parts: list[_Part]) -> tuple[float, float]:
