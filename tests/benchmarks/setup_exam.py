@@ -64,10 +64,14 @@ def main() -> None:
     parser.add_argument("--right", type=int, default=20, help="tests that are right, per arm")
     parser.add_argument("--arms", nargs="+", default=["compact", "large", "random"], choices=sorted(MAKES))
     parser.add_argument("--json", type=Path, default=RESULTS)
+    parser.add_argument("--merge", nargs="*", type=Path, default=[], help="results of single arms, as one")
     given = parser.parse_args()
-    rows: list[Row] = []
-    for number, arm in enumerate(given.arms):
-        rng = np.random.default_rng([given.seed, number])
+    rows: list[Row] = [_row(one) for path in given.merge for one in json.loads(path.read_text())["rows"]]
+    if rows:
+        given.json.write_text(json.dumps(_summary(given.seed, rows), indent=1) + "\n")
+        return
+    for arm in given.arms:
+        rng = np.random.default_rng([given.seed, sorted(MAKES).index(arm)])
         for row in _of_arm(arm, given, rng):
             rows.append(row)
             print(_line(row), flush=True)
@@ -75,11 +79,15 @@ def main() -> None:
     print(json.dumps(_summary(given.seed, rows)["score"]))
 
 
+def _row(data: dict[str, Any]) -> Row:
+    told = {"slips": tuple(data["slips"]), "said": tuple(map(tuple, data["said"]))}
+    return Row(**{**data, **told})
+
+
 def _of_arm(arm: str, given: Any, rng: np.random.Generator) -> Any:
     seed = int(rng.integers(1, 10**6))
     plain = _test(arm, seed, "none")
-    order = [name for _ in range(-(-given.slips // len(SLIPS))) for name in rng.permutation(list(SLIPS))]
-    for number, name in enumerate(order[: given.slips]):
+    for number, name in enumerate(_drawn(given, arm)):
         names = [str(name)]
         if number % _PAIRS == _PAIRS - 1 and name not in _WITHOUT_FIT:
             others = [one for one in SLIPS if one not in (*_WITHOUT_FIT, name) and _apart(one, str(name))]
@@ -88,6 +96,14 @@ def _of_arm(arm: str, given: Any, rng: np.random.Generator) -> Any:
     for number in range(given.right):
         hidden = HIDDEN[number // 2 % len(HIDDEN)] if number % 2 else "none"
         yield _scored(arm, hidden, _test(arm, int(rng.integers(1, 10**6)), hidden), [], rng)
+
+
+def _drawn(given: Any, arm: str) -> list[str]:
+    """The slips of an arm: all kinds once before any comes again, over all arms."""
+    rng, place = np.random.default_rng([given.seed, 0xE]), sorted(MAKES).index(arm) * given.slips
+    rounds = -(-len(MAKES) * given.slips // len(SLIPS))
+    order = [str(name) for _ in range(rounds) for name in rng.permutation(list(SLIPS))]
+    return order[place : place + given.slips]
 
 
 def _apart(one: str, other: str) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.core.text import listed
 from identify.measured.channel import Channel
-from identify.setup.constants import near
+from identify.setup.constants import near, nearest
 from identify.setup.edits import Edit, OnLink
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import Score
@@ -188,7 +188,7 @@ def links(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """One sensor, one channel or one force by a factor."""
     views = beside(plain, stated.points)
-    found: list[tuple[float, Hypothesis]] = []
+    sensors, forces = list[_Sized](), list[_Sized]()
     for node in _nodes(views):
         own = [view for view in views if node in view.nodes]
         parts = [(slice(0, 3), str(node), f"the sensor at point {node}")]
@@ -198,16 +198,15 @@ def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
             if one is not None
         ]
         for part, name, words in parts:
-            pairs = [(_cut(view, node, part), view) for view in own]
-            found += _sized(stated, "outputs", name, words, [pair for pair, _ in pairs])
-    yield from _best(found)
-    found = []
-    inputs = list(dict.fromkeys(one for view in views for one in view.target.data.inputs))
-    for force in inputs:
+            cuts = [_cut(view, node, part) for view in own]
+            sensors += _sized(stated, "outputs", name, words, cuts)
+    for force in dict.fromkeys(one for view in views for one in view.target.data.inputs):
         own = [view for view in views if force in view.target.data.inputs]
-        cut = [_column(view, view.target.data.inputs.index(force)) for view in own]
-        found += _sized(stated, "inputs", str(force), f"the force at {force}", cut)
-    yield from _best(found)
+        cuts = [_column(view, view.target.data.inputs.index(force)) for view in own]
+        forces += _sized(stated, "inputs", str(force), f"the force at {force}", cuts)
+    for found in (sensors, forces):
+        for _, hypotheses in sorted(found, key=lambda one: one[0])[:_SIZES]:
+            yield from hypotheses
 
 
 def one_measurement(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
@@ -228,26 +227,30 @@ def one_measurement(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 _SLIGHT = 1.3
 """A factor nearer to 1 is a calibration, not a mistake."""
-_ROUGHLY = 0.25
-"""Logarithm within which a factor is known that a model found which is not yet right; fits of each tell."""
+_ROUGHLY = 1.0
+"""Logarithm within which a factor is looked for that a model says which is not yet right: fits of each
+tell."""
+_SIZES = 4
+"""Sensors, and forces, of which sizes are proposed."""
 _Part = tuple[Complex, Complex, Array]
+_Sized = tuple[float, list[Hypothesis]]
 
 
-def _sized(
-    stated: Stated, side: str, name: str, words: str, parts: list[_Part]
-) -> list[tuple[float, Hypothesis]]:
+def _sized(stated: Stated, side: str, name: str, words: str, parts: list[_Part]) -> list[_Sized]:
+    """Factors of one sensor, channel or force that may be that by which it is off, and what is left then."""
     factor, left = _factor(parts)
+    about, found = f"{side}{name}", list[Hypothesis]()
     if left > _LEFT or (factor > 0 and abs(np.log(factor)) < np.log(_SLIGHT)):
         return []
-    if abs(np.log(abs(factor))) < np.log(_SLIGHT):
-        edits, sentence = merged(stated, side, {name: -1.0}), f"{words} has the other sign"
-        return [(left, Hypothesis("sign", sentence, edits, f"{side}{name}"))]
-    found = []
-    for known in near(factor, _ROUGHLY):
+    if factor < 0:
+        edits = merged(stated, side, {name: -1.0})
+        found.append(Hypothesis("sign", f"{words} has the other sign", edits, about))
+    sizes = [] if abs(np.log(abs(factor))) < np.log(_SLIGHT) else near(factor, _ROUGHLY)
+    sizes += [nearest(factor)] if sizes and not nearest(factor).known else []
+    for known in sizes:
         edits = merged(stated, side, {name: float(f"{1 / known.value:.8g}")})
-        sentence = f"{words} reads {known.words} what it should"
-        found.append((left, Hypothesis("size", sentence, edits, f"{side}{name}")))
-    return found
+        found.append(Hypothesis("size", f"{words} reads {known.words} what it should", edits, about))
+    return [(left, found)]
 
 
 def _factor(parts: list[_Part]) -> tuple[float, float]:
