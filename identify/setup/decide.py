@@ -13,7 +13,7 @@ one by one, because a model that is wrong is wrong along all of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,15 @@ class Decision:
     alike: tuple[Candidate, ...]
     factor: Factor | None
     log_odds: float
+
+    @property
+    def others(self) -> list[Decision]:
+        """The same decision for each of those that are as likely."""
+        every = (self.candidate, *self.alike)
+        return [
+            replace(self, candidate=one, alike=tuple(other for other in every if other is not one))
+            for one in self.alike
+        ]
 
     def start(self, edits: Sequence[Change]) -> Array | None:
         """Where a fit with these edits begins: none where they have other effects than were fitted."""

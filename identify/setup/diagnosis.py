@@ -26,6 +26,8 @@ LARGE = 20.0
 """Gap above which the set-up is looked at: far more than a small effect leaves."""
 _BY_SIZE = 0.99
 """Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
+_OTHERS = 3
+"""Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
 _LIKELY = GaussNewton(evaluations=25, tolerance=1e-3)
 
 
@@ -86,6 +88,10 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
     if decision is None:
         return Looked(quick)
     factor, edits, after = _best_factor(as_stated, decision)
+    for other in decision.others[:_OTHERS]:
+        tried = _best_factor(as_stated, other)
+        if tried[2] < after:
+            decision, (factor, edits, after) = other, tried
     if after >= quick:
         return Looked(quick)
     mistakes = _mistakes(replace(decision, factor=factor))

@@ -454,7 +454,7 @@ SLIPS: dict[str, Slip] = {
     "from_ground": from_ground(1.0),
     "from_ground_against": from_ground(-1.0),
     "masses_lb": urdf(_MASS, 1 / POUND, ("robot-units", "pounds")),
-    "robot_lb": both(urdf(_MASS, 1 / POUND, ("factor", "0.4536")), urdf(_INERTIA, 1 / POUND)),
+    "robot_lb": both(urdf(_MASS, 1 / POUND, ("factor", "2.205")), urdf(_INERTIA, 1 / POUND)),
     "robot_g_gmm2": both(urdf(_MASS, 1e3, ("robot-units", "g and g mm2")), urdf(_INERTIA, 1e9)),
     "inertia_kg_mm2": urdf(_INERTIA, 1e6, ("robot-units", "kg mm2")),
     "inertia_kg_cm2": urdf(_INERTIA, 1e4, ("robot-units", "kg cm2")),

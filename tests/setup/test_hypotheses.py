@@ -92,7 +92,7 @@ _HOLDING = {"sensor-sign": "sensor-turned", "size": "sizes"}
 
 @pytest.mark.parametrize(
     ("factor", "words"),
-    [(1 / 9.80665, "in g where"), (10.0, "by ten"), (1000.0, "mm"), (4.448, "lbf"), (0.4536, "pounds")],
+    [(1 / 9.80665, "in g where"), (10.0, "by ten"), (1000.0, "mm"), (4.448, "lbf"), (2.2046, "pounds")],
 )
 def test_a_common_factor_is_read_off(
     factor: float, words: str, tmp_path: Path, right: tuple[Stated, Score]
