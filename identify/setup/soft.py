@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.fitting.optimizers.gauss_newton import GaussNewton
-from identify.setup.score import Score, scored
+from identify.setup.score import ROUGH, Score, scored
 from identify.vibration.all_springs import all_springs
 from identify.vibration.problem import Problem, with_effects, with_given
 
@@ -27,9 +27,12 @@ def softened(score: Score) -> Score:
     """A variant with every spring free, fitted from what was found without; of fewer lines."""
     values = {p.name: float(v) for p, v in zip(score.problem.parameters, score.values, strict=True)}
     small = _smaller(score.problem)
+    rigid = scored(small, score.values)
+    if score.cost <= ROUGH:
+        return rigid  # it explains the data as it is, up to a factor
     effects = [*small.file.study.effects, *all_springs(small, shrink=False)]
     model = with_effects(small, effects, values)
-    free, rigid = scored(model, _usual(model, values), _STEPS), scored(small, score.values)
+    free = scored(model, _usual(model, values), _STEPS)
     return min(free, rigid, key=lambda one: one.cost)  # rigid is the limit of free, which steps may not reach
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from identify.core.yaml_input import yaml_text
 from identify.measured.correction import Correction
 from identify.measured.frf_records import FrfFileOptions
+from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
 from identify.measured.uff.write import write_uff58
 from identify.setup.stated import Stated, stated
@@ -51,6 +52,11 @@ def misread(folder: Path, wrong: Correction) -> list[dict[str, Any]]:
         write_uff58(path, wrong.applied(data, path.name))
         one["file"] = str(path)
     return found
+
+
+def frfs() -> FrfSet:
+    """The FRFs of the first posture."""
+    return load_frf_set(DATA / FILES[0], FrfFileOptions())
 
 
 def written(folder: Path, data: dict[str, Any]) -> Path:
