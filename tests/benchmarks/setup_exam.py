@@ -174,7 +174,9 @@ def _summary(seed: int, rows: list[Row]) -> dict[str, Any]:
             "named in right ones": sum(not row.right for row in right),
             "longest, s": max((row.seconds for row in rows), default=0.0),
         },
-        "rows": [asdict(row) for row in rows],
+        "rows": [
+            {key: None if value != value else value for key, value in asdict(row).items()} for row in rows
+        ],
     }
 
 
