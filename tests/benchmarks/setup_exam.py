@@ -162,6 +162,10 @@ def _line(row: Row) -> str:
     return f"{'ok' if row.right else 'NO'} {row.arm} {what} gap {row.gap:.4g} {row.seconds} s{said}"
 
 
+def _known(value: Any) -> Any:
+    return None if isinstance(value, float) and np.isnan(value) else value
+
+
 def _summary(seed: int, rows: list[Row]) -> dict[str, Any]:
     slips, right = [row for row in rows if row.slips], [row for row in rows if not row.slips]
     return {
@@ -174,9 +178,7 @@ def _summary(seed: int, rows: list[Row]) -> dict[str, Any]:
             "named in right ones": sum(not row.right for row in right),
             "longest, s": max((row.seconds for row in rows), default=0.0),
         },
-        "rows": [
-            {key: None if value != value else value for key, value in asdict(row).items()} for row in rows
-        ],
+        "rows": [{key: _known(value) for key, value in asdict(row).items()} for row in rows],
     }
 
 
