@@ -1,8 +1,8 @@
 """What is named: mistakes beside which next to nothing is left of what no physics explains either.
 
 Study and correction are compared with every bearing, the base and the links free (`soft`), so that a mistake
-competes with all physics at once.  Of what a mistake touches it must leave at most a quarter of the squares,
-and what it explains must be worth more than its price:
+competes with all physics at once, and in the study's own model.  Of what a mistake touches it must leave at
+most a quarter of the squares in both, and what it explains must be worth more than its price:
 
     ln odds = n ln(S_0 / S) - ln(hypotheses of a round) for each mistake
 
@@ -69,7 +69,9 @@ def decided(found: Searched) -> Decision | None:
     count = sum(int(one.sum()) for one in touched)
     price = mistakes * np.log(max(found.asked, 1))
     log_odds = 0.5 * count * np.log(before / after) - price
-    if after > _LEFT * before or log_odds < CONVINCING:
+    as_is = (found.plain.score, False), (found.best.score, factor is not None)
+    own = [_sum(score, touched, levelled=levelled) for score, levelled in as_is]
+    if after > _LEFT * before or own[1] > _LEFT * own[0] or log_odds < CONVINCING:
         return None
     last = found.best.hypotheses[-1].count if found.best.hypotheses else 0
     alike = tuple(
