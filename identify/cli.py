@@ -279,7 +279,13 @@ def excite(
 
 
 @app.command()
-def check(config: Config, quiet: Quiet = False) -> None:
+def check(
+    config: Config,
+    quiet: Quiet = False,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="write the study with its set-up corrected, beside this one")
+    ] = False,
+) -> None:
     """Examine a study of any kind and its measured data before it is run.
 
     Exit code 3 when a check fails.
@@ -294,6 +300,12 @@ def check(config: Config, quiet: Quiet = False) -> None:
         print_findings(checked.findings, whole=not checked.refused)
     if checked.refused:
         raise InputErrors(list(checked.refused))
+    if apply:
+        if checked.correct is None:
+            expected = "a mistake of the set-up that a change of the study puts right"
+            raise InputError("--apply", "nothing to correct", expected, "leave `--apply` out")
+        typer.echo("\n".join(f"wrote {path}" for path in checked.correct()))
+        return
     if checked.failed:
         raise typer.Exit(EXIT_FAILED_CHECK)
     if not quiet:

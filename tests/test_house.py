@@ -74,6 +74,7 @@ ORDER = (
     "machining",
     "batch",
     "discovery",
+    "setup",
     "modes",
     "vibration",
     "explain",

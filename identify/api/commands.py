@@ -87,12 +87,15 @@ def discover(
     out: _Path | None = None,
     starts: int | None = None,
     workers: int | None = None,
+    as_stated: bool = False,
     resume: bool = False,
     report: bool = False,
     quiet: bool = True,
 ) -> Result:
-    """Find what is missing from the model of a study; writes the better study beside the result."""
-    options = DiscoverOptions(out=_path(out), starts=starts, workers=workers, report=report, resume=resume)
+    """Find what is missing from the model of a study; writes the better study beside the result.  as_stated:
+    even where a mistake of the set-up explains the gap.
+    """
+    options = DiscoverOptions(_path(out), starts, workers, as_stated, report, resume)
     return _reported(run("discover", Path(config), options, quiet), report)
 
 

@@ -91,6 +91,9 @@ class DiscoverOptions:
     ] = None
     starts: Starts = None
     workers: Annotated[int | None, typer.Option(min=1, help="processes; default: one per core")] = None
+    as_stated: Annotated[
+        bool, typer.Option("--as-stated", help="search even where a mistake of the set-up explains the gap")
+    ] = False
     report: Report = True
     resume: KeepTried = False
     quiet: Quiet = False

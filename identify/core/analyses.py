@@ -79,11 +79,11 @@ ANALYSES = (
         success="converged",
         schema="identify/1",
         study="identify.vibration.study:Study",
-        check="identify.vibration.check:run_checks",
+        check="identify.setup.check:run_checks",
         plugs={"effects": _EFFECTS, "cost": "identify.vibration.costs.base:COSTS", "optimizer": _OPTIMIZERS},
         runs={
             "fit": Run(
-                "identify.vibration.run:run_fit",
+                "identify.setup.fit:run_fit",
                 ("seed", "starts"),
                 ("resume", "profile", "write_back"),
                 _BAR,
@@ -99,7 +99,12 @@ ANALYSES = (
         report="identify.reports.discovery.sections",
         schema="identify/1",
         runs={
-            "discover": Run("identify.discovery.run:run_discover", ("starts",), ("workers", "resume"), _STORY)
+            "discover": Run(
+                "identify.discovery.run:run_discover",
+                ("starts",),
+                ("workers", "resume", "as_stated"),
+                _STORY,
+            )
         },
     ),
     Analysis(

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent, ScalarEvent
@@ -92,6 +92,13 @@ def yaml_text(data: Any) -> str:
 def in_one_line(data: Mapping[str, Any]) -> CommentedMap:
     """A mapping that is written in one line: {a: 1, b: 2}."""
     entry = CommentedMap(data)
+    entry.fa.set_flow_style()
+    return entry
+
+
+def flat(data: Sequence[Any]) -> CommentedSeq:
+    """A list that is written in one line: [1, 2]."""
+    entry = CommentedSeq(data)
     entry.fa.set_flow_style()
     return entry
 

@@ -45,9 +45,7 @@ def advise(
     """
     target = next(m.target for m in problem.measurements if isinstance(m.target, FrfTarget))
     noise = float(np.median(target.sigma))
-    at_hand = [
-        np.deg2rad(m.settings.posture_deg) for m in problem.measurements if m.settings.detached is None
-    ]
+    at_hand = [m.given.posture for m in problem.measurements if m.settings.detached is None]
     draws = scipy.stats.qmc.Sobol(len(at_hand[0]), rng=np.random.default_rng(0)).random(_POSTURES)
     others = [at_hand[0] + np.deg2rad(_REACH_DEG) * (2 * draw - 1) for draw in draws]
     tried = [

@@ -44,6 +44,7 @@ from identify.results.discovery import (
     PartTable,
     StepResult,
 )
+from identify.setup.fit import check_set_up
 from identify.vibration.evaluate import evaluate
 from identify.vibration.measured_modes import MeasuredModes, modes_of
 from identify.vibration.nuisances.settings import FORMS_ALONE, IMPACTS_ALONE
@@ -60,9 +61,11 @@ def run_discover(
     *,
     workers: int | None = None,
     resume: bool = False,
+    as_stated: bool = False,
 ) -> tuple[DiscoveryResult, list[Path]]:
     """Find what is missing from the study in `config`; the result and the paths written: result file, then
-    the new config, if any; workers: processes, by default one per core.
+    the new config, if any; workers: processes, by default one per core; as_stated: whether it goes on where
+    a mistake of the set-up explains the gap, which else is an InputError.
 
     While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
     is not run again by it.
@@ -83,6 +86,8 @@ def run_discover(
         key = run_key(provenance_of(file), file)
 
         def compute(part: PartFile) -> DiscoveryResult:
+            if not as_stated:
+                check_set_up(problem)
             with Workers(problem, count, Memory(part), begun) as at_work:
                 at_work.seconds["reading"] = time.perf_counter() - began
                 found = discover(problem, at_work, progress)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, TypeVar
 
 from identify.core.errors import InputError, InputErrors
@@ -32,12 +33,13 @@ class Finding:
 class Checked:
     """What `identify check` found of a study: findings by measurement or record, those on the study itself
     under `STUDY`; refused: what the command that comes next would refuse; then: the words of that command,
-    which the config follows.
+    which the config follows; correct: writes what puts a mistake right that is named, beside what there is.
     """
 
     findings: Mapping[str, Sequence[Finding]]
     refused: tuple[InputError, ...] = ()
     then: str = "fit"
+    correct: Callable[[], Sequence[Path]] | None = None
 
     @property
     def failed(self) -> bool:

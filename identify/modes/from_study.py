@@ -62,6 +62,12 @@ def _measured(problem: Problem) -> list[Measured]:
             engine, points = m.system.site.engine, standing(problem.points, m.system.site)
             places = sensor_geometry(engine, points), drawn_geometry(engine, points, seen)
             found.append(
-                Measured(m.name, str(m.settings.source), m.target.data, m.settings.posture_deg, *places)
+                Measured(
+                    m.name,
+                    str(m.settings.source),
+                    m.target.data,
+                    m.given.posture_deg.tolist(),
+                    *places,
+                )
             )
     return found

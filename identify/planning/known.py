@@ -22,6 +22,7 @@ from identify.results.fit import FrfComparison, StatedUncertainty
 from identify.robot.points import read_points
 from identify.robot.read import read_robot
 from identify.vibration.fitted_model import FittedModel, fitted_model
+from identify.vibration.given import posture_of
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.study import Study, read_study
 
@@ -100,7 +101,7 @@ def _of_study(path: Path, noise: float | None, resolution: float | None, force_n
     if study.points is None:
         raise InputError(f"{where}: points", "missing", "the points that can be hit and measured")
     robot, points = read_robot(study.robot, path.parent), read_points(file.resolve(study.points))
-    posture = np.deg2rad(np.array(study.measurements[0].posture_deg))
+    posture = posture_of(study, study.measurements[0], robot, 0)
     effects = [effect for effect in study.effects if not isinstance(effect, MeasurementEffect)]
     with file.located():
         parameters = list_parameters(robot, build_site(robot, posture, effects, points=points), effects)

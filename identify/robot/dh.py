@@ -37,13 +37,20 @@ from identify.core.yaml_input import line_of, plain, read_yaml_file
 from identify.robot.description import Joint, Robot
 from identify.robot.dh_table import GROUND, DhRow, DhTable, Key, faults
 from identify.robot.pose import inverse, pose
+from identify.robot.units import SI, RobotUnits
 
 
-def read_dh(path: Path, *, unknown_bodies: bool = False, gravity: Sequence[float] | None = None) -> Robot:
+def read_dh(
+    path: Path,
+    *,
+    unknown_bodies: bool = False,
+    gravity: Sequence[float] | None = None,
+    units: RobotUnits = SI,
+) -> Robot:
     """The arm in a Denavit-Hartenberg file; a base without inertia gets mass 0.
 
     unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known; gravity: in the
-    axes of the ground, m/s^2, in place of that of the file.
+    axes of the ground, m/s^2, in place of that of the file; units: those of the file.
 
     Raises InputError for a file that cannot be read and InputErrors with every other fault: key, line, what
     was found and expected.
@@ -64,7 +71,8 @@ def read_dh(path: Path, *, unknown_bodies: bool = False, gravity: Sequence[float
     ]
     if found_faults:
         raise InputErrors(found_faults)
-    return _robot(table if gravity is None else table.model_copy(update={"gravity_m_s2": gravity}))
+    pulled = table if gravity is None else table.model_copy(update={"gravity_m_s2": gravity})
+    return units.robot(_robot(pulled))
 
 
 def _robot(table: DhTable) -> Robot:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +19,9 @@ def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = 
     unknown_bodies: links may have no mass or no inertia, because these are what is looked for.
     """
     path = settings.urdf or settings.dh or Path()
-    pull = {} if settings.gravity_m_s2 is None else {"gravity": settings.gravity_m_s2}
-    robot = (read_urdf if settings.urdf else read_dh)(folder / path, unknown_bodies=unknown_bodies, **pull)
+    pull: dict[str, Any] = {} if settings.gravity_m_s2 is None else {"gravity": settings.gravity_m_s2}
+    read = read_urdf if settings.urdf else read_dh
+    robot = read(folder / path, unknown_bodies=unknown_bodies, units=settings.units, **pull)
     for number, payload in enumerate(settings.payload):
         xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from identify.core.config import Settings
+from identify.robot.units import SI, RobotUnits
 
 Ratio = Annotated[float, Field(ge=1)]
 """Turns of a motor per turn of its joint: a number below 1 is the inverse of that."""
@@ -33,6 +34,7 @@ class RobotSettings(Settings):
     dh: Path | None = Field(
         None, description="YAML with a Denavit-Hartenberg table, masses, centres and inertias"
     )
+    units: RobotUnits = Field(SI, description="units of the robot file where it is not in kg, m and kg m2")
     payload: list[Payload] = Field([], description="bodies added to links")
     gravity_m_s2: tuple[float, float, float] | None = Field(
         None,

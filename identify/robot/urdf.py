@@ -19,6 +19,7 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.robot.description import Joint, Link, Robot, as_base, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
+from identify.robot.units import SI, RobotUnits
 from identify.robot.urdf_elements import MOVING, UrdfJoint, UrdfLink, joints, links, parse
 from identify.robot.visual import visuals
 
@@ -28,16 +29,22 @@ GRAVITY = (0.0, 0.0, -9.81)
 """m/s^2, in the axes of the root link."""
 
 
-def read_urdf(path: Path, *, unknown_bodies: bool = False, gravity: Sequence[float] = GRAVITY) -> Robot:
+def read_urdf(
+    path: Path,
+    *,
+    unknown_bodies: bool = False,
+    gravity: Sequence[float] = GRAVITY,
+    units: RobotUnits = SI,
+) -> Robot:
     """The arm in a URDF file.
 
     A base without inertia, or of zero inertia, gets mass 0.  Everything that is not one chain of revolute or
     continuous joints with physical inertias is an InputError that names the file, the line and the element;
     unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known; gravity: in the
-    axes of the root link, m/s^2.
+    axes of the root link, m/s^2; units: those of the file.
     """
     document = parse(path)
-    named, jointed = links(document), joints(document)
+    named, jointed = _in_si(units, links(document), joints(document))
     outgoing = _tree(path, named, jointed)
     children = {joint.child for joint in jointed}
     root = next(name for name in named if name not in children)
@@ -62,6 +69,19 @@ def read_urdf(path: Path, *, unknown_bodies: bool = False, gravity: Sequence[flo
     return Robot(
         document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, pull, visuals(document)
     )
+
+
+def _in_si(
+    units: RobotUnits, named: dict[str, UrdfLink], jointed: list[UrdfJoint]
+) -> tuple[dict[str, UrdfLink], list[UrdfJoint]]:
+    """What the file says, before any bodies are merged."""
+    if units.si:
+        return named, jointed
+    bodies = {
+        name: replace(link, inertial=None if link.inertial is None else units.link(link.inertial))
+        for name, link in named.items()
+    }
+    return bodies, [replace(joint, origin=units.pose(joint.origin)) for joint in jointed]
 
 
 def _tree(path: Path, named: dict[str, UrdfLink], jointed: list[UrdfJoint]) -> Outgoing:

@@ -60,6 +60,11 @@ def run_checks(config: Path) -> Checked:
 
 def checks_of(file: StudyFile) -> Checked:
     """The same of a study that was read."""
+    return examined(file)[0]
+
+
+def examined(file: StudyFile) -> tuple[Checked, Problem | None, dict[str, FrfSet]]:
+    """The same, with the problem of a fit, where nothing is refused, and FRFs by names of measurements."""
     refused: list[InputError] = []
     points = kept(lambda: read_points(file.resolve(file.study.points)) if file.study.points else {}, refused)
     names = measurement_names(file.study.measurements)
@@ -91,7 +96,7 @@ def checks_of(file: StudyFile) -> Checked:
         for name, finding in (*rigid_link_findings(problem), *geometry_findings(problem)):
             findings[name].append(finding)
     told = {name: worst_first(some) for name, some in {**findings, STUDY: found}.items()}
-    return Checked(told, tuple(map(file.at_its_line, refused)))
+    return Checked(told, tuple(map(file.at_its_line, refused))), problem, known
 
 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:

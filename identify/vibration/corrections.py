@@ -114,11 +114,12 @@ class Corrections:
 
     def posture(self, told_deg: list[float]) -> list[float]:
         """Joint angles, degrees, as found."""
-        name = posture_name(np.radians(told_deg))
-        errors = [self._errors.get((name, f"joint{n}"), 0.0) for n in range(1, len(told_deg) + 1)]
-        if not any(errors):
+        counted = self.file.study.joint_angles
+        name = posture_name(counted.posture(told_deg))
+        errors = np.array([self._errors.get((name, f"joint{n}"), 0.0) for n in range(1, len(told_deg) + 1)])
+        if not errors.any():
             return told_deg
-        return [round(float(a) + _DEGREES * e, 6) for a, e in zip(told_deg, errors, strict=True)]
+        return [round(float(a), 6) for a in np.array(told_deg) + counted.stated(errors)]
 
     def left(self) -> Left:
         """Standard deviations that are left of links, points and channels, as `uncertainty:` states them; of

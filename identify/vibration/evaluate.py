@@ -203,7 +203,7 @@ def _measurement(
         use=m.settings.use,
         file=str(m.settings.source),
         sha256=m.target.data.sha256,
-        posture_deg=np.array(m.settings.posture_deg),
+        posture_deg=m.given.posture_deg,
         gap=gap(one, fit.values),
         geometry=geometry,
         modes=modes,

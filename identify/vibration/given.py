@@ -5,7 +5,7 @@ and their noise.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,6 +14,7 @@ from identify.core.arrays import Array
 from identify.core.collect import collect
 from identify.core.errors import InputError, InputErrors
 from identify.measured.channel import Channel
+from identify.measured.correction import turned
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import read_modal_table
@@ -24,8 +25,11 @@ from identify.measured.source import read_source
 from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis
 from identify.robot.description import Robot
+from identify.robot.engine import Engine
+from identify.robot.points import Point
+from identify.robot.posture import at_posture
 from identify.vibration.same_data import doubles
-from identify.vibration.study import MeasurementSettings, RelativeNoise, StudyFile
+from identify.vibration.study import MeasurementSettings, RelativeNoise, Study, StudyFile
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,11 @@ class Given:
     basis: Basis | None = None
 
     @property
+    def posture_deg(self) -> Array:
+        """Joint angles of the robot file (joints,), degrees, without the rounding of their conversion."""
+        return np.asarray(np.round(np.rad2deg(self.posture), 9), dtype=np.float64)
+
+    @property
     def noise(self) -> Array | None:
         """Of its FRFs, where it is known."""
         return self.data.noise if isinstance(self.data, FrfSet) else None
@@ -58,23 +67,41 @@ class Given:
         return self.data.inputs if isinstance(self.data, FrfSet) else ()
 
 
-def read_given(file: StudyFile, robot: Robot, known: Mapping[str, FrfSet]) -> list[Given]:
+def read_given(
+    file: StudyFile, robot: Robot, known: Mapping[str, FrfSet], points: Mapping[int, Point]
+) -> list[Given]:
     """Every measurement of a study; known: FRFs that `read_frfs` has read already, by names of measurements.
 
     Raises InputError or InputErrors, also where one measurement stands there twice.
     """
     settings = file.study.measurements
-    postures = collect([partial(_posture, m, robot, n) for n, m in enumerate(settings)])
+    postures = collect([partial(posture_of, file.study, m, robot, n) for n, m in enumerate(settings)])
     names = measurement_names(settings)
     tasks = zip(settings, names, strict=True)
     chosen = collect([partial(_chosen, file, m, name, known) for m, name in tasks])
     if errors := list(doubles(list(zip(names, chosen, strict=True)))):
         raise InputErrors(errors)
     told = zip(settings, names, postures, chosen, strict=True)
-    return collect([partial(_given, *one) for one in told])
+    given = collect([partial(given_of, *one) for one in told])
+    return [along_links(one, robot, points) for one in given]
 
 
-def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:
+def along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Given:
+    """A measurement whose channels are along the links' axes, where its file has them along the base's."""
+    if given.settings.correct.axes == "link" or not isinstance(given.data, FrfSet):
+        return given
+    engine, axes = Engine(at_posture(robot, given.posture)), dict[int, Array]()
+    for node in {one.node for one in (*given.data.outputs, *given.data.inputs)}:
+        if node not in points:
+            raise InputError(given.name, f"channels of point {node}", "a point of the points file")
+        axes[node] = points[node].axes @ engine.axes(points[node].link).T
+    return replace(given, data=turned(given.data, axes, given.name))
+
+
+def posture_of(study: Study, settings: MeasurementSettings, robot: Robot, number: int) -> Array:
+    """Joint angles of the robot file (joints,), rad, of the measurement with that number; InputError where
+    there are too few or too many.
+    """
     for key in ("posture_deg", "speed_deg_per_s"):
         values = getattr(settings, key)
         if values is not None and len(values) != len(robot.joints):
@@ -85,7 +112,7 @@ def _posture(settings: MeasurementSettings, robot: Robot, number: int) -> Array:
             raise InputError(
                 where, f"{len(values)} angles" if key == "posture_deg" else f"{len(values)} speeds", expected
             )
-    return np.deg2rad(settings.posture_deg)
+    return study.joint_angles.posture(settings.posture_deg)
 
 
 def measurement_names(measurements: list[MeasurementSettings]) -> list[str]:
@@ -105,10 +132,11 @@ def _chosen(
         shapes = file.resolve(settings.shapes) if settings.shapes else None
         return read_modal_table(file.resolve(settings.modes), shapes)
     whole = known[name] if name in known else read_frfs(file, settings)
-    return _in_band(whole.chosen(settings.outputs, settings.inputs, name), file.study.band_hz, name)
+    return in_band(whole.chosen(settings.outputs, settings.inputs, name), file.study.band_hz, name)
 
 
-def _given(settings: MeasurementSettings, name: str, posture: Array, chosen: FrfSet | ModalTable) -> Given:
+def given_of(settings: MeasurementSettings, name: str, posture: Array, chosen: FrfSet | ModalTable) -> Given:
+    """A measurement of chosen data, with their noise where it is known and without dead channels."""
     if isinstance(chosen, ModalTable):
         return Given(name, settings, posture, chosen)
     data = without(chosen, *dead(chosen), "is zero or constant at every line, as of an open cable")
@@ -130,10 +158,14 @@ def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
     """The FRFs of a measurement as its file and its repeats give them."""
     own = [file.resolve(path) for path in settings.sources]
     repeats = [file.resolve(path) for path in settings.repeats]
-    return read_source([own[0] if len(own) == 1 else own, *repeats], settings, settings.estimate)
+    data = read_source([own[0] if len(own) == 1 else own, *repeats], settings, settings.estimate)
+    return settings.correct.applied(data, own[0].name)
 
 
-def _in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
+def in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:
+    """The lines of a band, by default all but that of 0 Hz; InputError where there are none, or FRFs are no
+    numbers there.
+    """
     first, last = data.frequency_hz[0], data.frequency_hz[-1]
     inside = data.band(*band) if band else data.lines(data.frequency_hz > 0)
     if not len(inside.frequency_hz):

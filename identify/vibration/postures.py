@@ -15,6 +15,7 @@ from identify.model.effects.site import Site
 from identify.model.system import System, assemble, build_site
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
+from identify.robot.joint_angles import AS_THE_ROBOT, JointAngles
 from identify.robot.points import Point
 
 Stand = tuple[bytes, str | None]
@@ -31,7 +32,9 @@ class Built:
 
 
 class Postures:
-    """Systems of a robot with some effects; first: the site of the whole robot at the first posture."""
+    """Systems of a robot with some effects; first: the site of the whole robot at the first posture; angles:
+    how stated ones count.
+    """
 
     def __init__(
         self,
@@ -40,7 +43,9 @@ class Postures:
         effects: Sequence[Effect],
         first: Array,
         built: Built,
+        angles: JointAngles = AS_THE_ROBOT,
     ) -> None:
+        self.angles = angles
         self._robot, self._points, self._effects = robot, points, effects
         self._engines, self._sites = dict(built.engines), dict(built.sites)
         self._systems: dict[tuple[Stand, bytes], System] = {}

@@ -84,7 +84,7 @@ class Problem:
     def __reduce__(self) -> tuple[Callable[..., Problem], tuple[Any, ...]]:
         """What it was made of: in another process the models are assembled anew."""
         values = {p.name: p.initial for p in self.parameters}
-        return _assembled, (
+        return assembled, (
             self.file,
             self.robot,
             self.points,
@@ -160,13 +160,13 @@ def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     robot = read_robot(study.robot, file.path.parent)
     points = read_points(file.resolve(study.points)) if study.points else {}
     check_links(points, robot)
-    given = _connected(file, robot, points, read_given(file, robot, known))
+    given = _connected(file, robot, points, read_given(file, robot, known, points))
     nuisances = NOTHING
     if study.uncertainty is not None:
         if study.cost.likelihood:
             _check_uncertain(given)
         nuisances, given = _uncertain(study.uncertainty, robot, points, given)
-    problem = _assembled(file, robot, points, given, nuisances=nuisances)
+    problem = assembled(file, robot, points, given, nuisances=nuisances)
     if not any(parameter.free for parameter in problem.of_effects):
         raise InputError(
             "effects", "every parameter is fixed", "at least one to fit", "remove `fixed: true` from one"
@@ -187,7 +187,7 @@ def _connected(
     if not any(isinstance(one.data, FrfSet) and any(noise_alone(one.data)) for one in given):
         return list(given)
     exact = file.model_copy(update={"study": file.study.model_copy(update={"uncertainty": None})})
-    trial = _assembled(exact, robot, points, given)
+    trial = assembled(exact, robot, points, given)
     return [
         replace(m.given, data=without_noise(m.target, trial.initial))
         if isinstance(m.target, FrfTarget)
@@ -253,7 +253,7 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
     given, known = [m.given for m in problem.measurements], list(effects[: len(study.effects)])
     new = effects[len(study.effects) :]
     same = known == list(study.effects) and not any(effect.changes_site for effect in new)
-    return _assembled(
+    return assembled(
         file,
         problem.robot,
         problem.points,
@@ -273,14 +273,14 @@ def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem
     nuisances, given = _uncertain(settings, problem.robot, problem.points, told)
     robot, points, reference = problem.robot, problem.points, problem.reference
     built = _built(problem, with_sites=True)
-    return _assembled(file, robot, points, given, values, reference, built, nuisances)
+    return assembled(file, robot, points, given, values, reference, built, nuisances)
 
 
 def with_given(problem: Problem, given: Sequence[Given]) -> Problem:
     """The same robot, effects and start values with other data of the same measurements."""
     values = {p.name: p.initial for p in problem.parameters}
     built, rest = _built(problem, with_sites=True), (problem.reference, problem.nuisances)
-    return _assembled(problem.file, problem.robot, problem.points, given, values, rest[0], built, rest[1])
+    return assembled(problem.file, problem.robot, problem.points, given, values, rest[0], built, rest[1])
 
 
 def _built(problem: Problem, *, with_sites: bool) -> Built:
@@ -292,7 +292,7 @@ def _built(problem: Problem, *, with_sites: bool) -> Built:
     )
 
 
-def _assembled(
+def assembled(
     file: StudyFile,
     robot: Robot,
     points: dict[int, Point],
@@ -305,7 +305,8 @@ def _assembled(
     """Measurements with the model at each posture; `values` replace initial values; built: what is there
     already of the same robot and postures.
     """
-    postures = Postures(robot, points, file.study.effects, given[0].posture, built or Built())
+    study = file.study
+    postures = Postures(robot, points, study.effects, given[0].posture, built or Built(), study.joint_angles)
     forms = [form for effect in file.study.effects for form in effect.forms(robot, points)]
     if file.study.uncertainty is not None:
         nonlinear = any(effect.of_amplitude for effect in file.study.effects)
@@ -331,7 +332,7 @@ def _measurement(
     given: Given,
 ) -> Measurement:
     speed = given.settings.speed_deg_per_s
-    rates = None if speed is None else np.deg2rad(speed)
+    rates = None if speed is None else postures.angles.rates(speed)
     system = postures.system(given.posture, given.settings.detached, rates)
     uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,15 @@ from identify.fitting.resume import finished, override, resumable, run_key
 from identify.results import fit as results
 from identify.vibration.evaluate import evaluate
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import load_problem
+from identify.vibration.problem import Problem, load_problem
 from identify.vibration.profile import check_profiled
 from identify.vibration.provenance import provenance_of
 from identify.vibration.records import with_records
 from identify.vibration.study import StudyFile, read_study
 from identify.vibration.write_back import WriteBack
+
+Advise = Callable[[Problem, float], Sequence[str]]
+"""Sentences on a problem that was fitted and left this gap."""
 
 
 def run_fit(
@@ -32,18 +35,19 @@ def run_fit(
     resume: bool = False,
     profile: Sequence[str] = (),
     write_back: Path | None = None,
+    advise: Advise | None = None,
 ) -> tuple[results.FitResult, list[Path]]:
     """Fit the study in `config`, write the result and return it with what was written, its path first;
     overrides replace keys of the study.
 
     profile: names of parameters whose profile likelihood is wanted; write_back: a folder for the robot and
-    the points as they were found.  While it runs, the part file beside it keeps what `resume` needs; a
-    finished run of the same study is not run again by it.
+    the points as they were found; advise: what is said first of the problem and its gap.  While it runs, the
+    part file beside it keeps what `resume` needs; a finished run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
     back = None if write_back is None else WriteBack(file, write_back)
-    result = fit_study(file, path, progress, resume=resume, profiled=profile)
+    result = fit_study(file, path, progress, resume=resume, profiled=profile, advise=advise)
     return result, [path, *(() if back is None else back.write(result))]
 
 
@@ -55,6 +59,7 @@ def fit_study(
     resume: bool = False,
     replace: bool = False,
     profiled: Sequence[str] = (),
+    advise: Advise | None = None,
 ) -> results.FitResult:
     """The same for a study that has been read; replace: where `resume` finds a run of something else, begin
     anew instead of refusing.
@@ -73,7 +78,8 @@ def fit_study(
             result = evaluate(settled, found, key, profiled)
             inputs = came_from.input_sha256  # as they were when they were read
             told = dataclasses.replace(result.provenance, input_sha256=inputs)
-            return dataclasses.replace(result, provenance=told)
+            said = () if advise is None else tuple(advise(settled, result.gap))
+            return dataclasses.replace(result, provenance=told, verdict=(*said, *result.verdict))
 
         return resumable(path, key, results.FitResult, compute, resume=resume, replace=replace)
 

@@ -118,7 +118,8 @@ def write_starter(
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
     write_text(out, text)
-    return Starter(out, [*_unfilled(text), *_points_to_write(points, entries)])
+    heavy = f"the robot file has {sum(link.mass for link in described.links):.4g} kg: compare its data sheet"
+    return Starter(out, [*_unfilled(text), *_points_to_write(points, entries), heavy])
 
 
 def _unfilled(text: str) -> list[str]:

@@ -22,12 +22,14 @@ from identify.core.config import ConfigFile, Settings, read_settings, read_yaml
 from identify.core.errors import InputError, InputErrors
 from identify.core.text import count
 from identify.fitting.plan import StageSettings, as_list
+from identify.measured.correction import AS_STATED, Correction
 from identify.measured.frf_records import TEXT, FrfFileOptions
 from identify.measured.several import name_of
 from identify.measured.source import Estimation
 from identify.modal.choices import with_choices
 from identify.modal.settings import ModalSettings
 from identify.model.effects.base import Effect, parse_effect
+from identify.robot.joint_angles import AS_THE_ROBOT, JointAngles
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 from identify.vibration.costs.base import Cost, parse_cost
@@ -89,6 +91,9 @@ class MeasurementSettings(FrfFileOptions):
     )
     modes: Path | None = Field(None, description="modal table: .yaml or .csv")
     shapes: Path | None = Field(None, description="mode shapes of a modal table in .csv")
+    correct: Correction = Field(
+        AS_STATED, description="what the file says wrongly: a factor, the quantity, rad/s, points, axes"
+    )
     posture_deg: list[float] = Field(description="joint angles, one per joint")
     speed_deg_per_s: list[float] | None = Field(
         None, description="joint speeds of a robot that moved, one per joint: Coriolis terms"
@@ -116,7 +121,8 @@ class MeasurementSettings(FrfFileOptions):
     def _of_its_kind(self) -> MeasurementSettings:
         """Keys that would do nothing beside what is measured are refused."""
         if self.modes is not None:
-            beside, keys = "modes", {*FrfFileOptions.model_fields, "repeats", "estimate", "noise", "impact"}
+            beside, keys = "modes", {"repeats", "estimate", "noise", "impact", "correct"}
+            keys |= {*FrfFileOptions.model_fields}
         elif self.estimate is not None:
             beside, keys = (
                 "estimate",
@@ -163,6 +169,10 @@ class Study(Settings):
     schema_: Literal["identify/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("study", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings = Field(description="the robot that was measured")
+    joint_angles: JointAngles = Field(
+        AS_THE_ROBOT,
+        description="how `posture_deg` counts, where not as the robot file does: order, sign, offset",
+    )
     points: Path | None = Field(
         None, description="CSV of measurement points; needed for FRFs and mode shapes"
     )

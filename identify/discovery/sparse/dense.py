@@ -10,18 +10,13 @@ from identify.core.parameters import Values
 from identify.measured.channel import Channel
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
-from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.frf_gain import FrfGain
-from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.joint_relaxation import JointRelaxation
 from identify.model.effects.link_flexibility import LinkFlexibility
-from identify.model.effects.mount_compliance import MountCompliance
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
-from identify.model.effects.springs import Axis
 from identify.model.effects.time_delay import TimeDelay
-from identify.model.system import free_coordinates
-from identify.robot.posture import AXES
+from identify.vibration.all_springs import all_springs
 from identify.vibration.problem import Problem, with_effects
 
 _RELAXES = 0.5
@@ -69,32 +64,8 @@ def with_more(problem: Problem, effects: Sequence[Effect]) -> Problem:
 
 
 def springs(problem: Problem) -> list[Effect]:
-    """Of every axis of every joint, of the base and of mounts that the study holds, and of every link
-    that it does not bend.
-    """
-    robot, free = problem.robot, free_coordinates(problem.robot, problem.file.study.effects)
-    found: list[Effect] = []
-    for number in range(1, len(robot.joints) + 1):
-        axes = _held(f"joint{number}", free)
-        if axes:
-            found.append(JointCompliance(joints=[number], axes=axes, shrink=True))
-    base = _held("base", free) if robot.links[0].mass > 0 else []
-    if base:
-        found.append(BaseCompliance(axes=base, shrink=True))
-    for number in range(1, len(robot.payloads) + 1):
-        axes = _held(f"payload{number}", free)
-        if axes:
-            found.append(MountCompliance(payload=number, axes=axes, shrink=True))
-    for link in LinkFlexibility.instances(robot, problem.points):
-        if not free & set(link.free_coordinates(robot)):
-            found.append(link.model_copy(update={"shrink": True}))
-    return found
-
-
-def _held(body: str, free: set[str]) -> list[Axis]:
-    """The axes of a body that nothing frees."""
-    axes: tuple[Axis, ...] = AXES  # type: ignore[assignment]
-    return [axis for axis in axes if f"{body}.{axis}" not in free]
+    """Every spring, by compliance."""
+    return all_springs(problem, shrink=True)
 
 
 def _of_measurement(problem: Problem) -> list[Effect]:

@@ -16,7 +16,7 @@ from identify.vibration.costs.compressed import compressed_frfs
 from identify.vibration.costs.information import Rows, each_set, over_noise, rows_of
 from identify.vibration.costs.target import FrfTarget, Targets
 
-_LOG_FLOOR = 0.1
+LOG_FLOOR = 0.1
 """Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""
 _KEPT_BYTES = 400_000_000
 """Derivatives that are kept to tell how residuals bend; that is not told of larger data, nor where every
@@ -125,7 +125,7 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
     def _weights(self, target: FrfTarget) -> Array:
         if target not in self._weight:
             noise = target.sigma[:, target.observable] / np.abs(target.measured[:, target.observable])
-            self._weight[target] = np.asarray(1.0 / np.hypot(_LOG_FLOOR, noise))
+            self._weight[target] = np.asarray(1.0 / np.hypot(LOG_FLOOR, noise))
         return self._weight[target]
 
 

@@ -1,0 +1,74 @@
+"""The corrected study, written beside the one that it corrects (`identify check --apply`)."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from identify.core.atomic import ELSEWHERE, write_text
+from identify.core.errors import InputError
+from identify.core.text_input import read_csv
+from identify.core.yaml_input import flat, in_one_line, round_trip, yaml_text
+from identify.setup.edits import Change, Edit, OnLink
+from identify.vibration.study import StudyFile
+
+_WHAT = "corrected"
+
+
+def write_corrected(file: StudyFile, edits: Sequence[Change], notes: Sequence[str]) -> list[Path]:
+    """The new study, NAME_corrected.yaml, and the points file where points are on other links; notes: what a
+    remark at its beginning says.  InputError for a file that exists, which is kept.
+    """
+    study = _beside(file.path)
+    data = round_trip().load(file.text)
+    for edit in edits:
+        if isinstance(edit, Edit):
+            Edit(edit.key, _one_line(edit.value)).put(data)
+    data["name"] = f"{file.study.name}_{_WHAT}"
+    texts = {study: ""}
+    links = {edit.node: edit.link for edit in edits if isinstance(edit, OnLink)}
+    if links and file.study.points is not None:
+        told = file.resolve(file.study.points)
+        points = _beside(told)
+        texts[points] = _points(told, links)
+        data["points"] = (file.study.points.parent / points.name).as_posix()
+    data.yaml_set_start_comment("\n".join(("Corrected by `identify check --apply`:", *notes)))
+    texts[study] = yaml_text(data)
+    for path in texts:
+        if path.exists():
+            raise InputError(str(path), "the file exists", "a new file", ELSEWHERE)
+    for path, text in texts.items():
+        write_text(path, text)
+    return list(texts)
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f"{path.stem}_{_WHAT}{path.suffix}")
+
+
+def _one_line(value: Any) -> Any:
+    """A value as it stands in one line of a study."""
+    if isinstance(value, dict):
+        return in_one_line(value)
+    return flat(value) if isinstance(value, list) and not isinstance(value[0], dict) else value
+
+
+def _points(path: Path, links: dict[int, str]) -> str:
+    """The text of a points file with some points on other links."""
+    stream = io.StringIO()
+    written = csv.writer(stream, lineterminator="\n")
+    header: list[str] = []
+    for _, _, cells in read_csv(path, "a CSV file of measurement points"):
+        if not cells:
+            continue
+        if not header:
+            header = cells
+        elif int(cells[header.index("node")]) in links:
+            at = header.index("link")
+            written.writerow([*cells[:at], links[int(cells[header.index("node")])], *cells[at + 1 :]])
+            continue
+        written.writerow(cells)
+    return stream.getvalue()

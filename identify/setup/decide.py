@@ -1,0 +1,137 @@
+"""What is named: mistakes beside which next to nothing is left of what no physics explains either.
+
+Study and correction are compared with every bearing, the base and the links free (`soft`), so that a mistake
+competes with all physics at once, and in the study's own model.  Of what a mistake touches it must leave at
+most a quarter of the squares in both, and what it explains must be worth more than its price:
+
+    ln odds = n ln(S_0 / S) - ln(hypotheses of a round) for each mistake
+
+with the RMS S of logarithms and the number n of FRFs that are touched: the lines of one FRF are not counted
+one by one, because a model that is wrong is wrong along all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.core.arrays import Array, Mask
+from identify.core.thresholds import CONVINCING
+from identify.setup.constants import Factor, nearest
+from identify.setup.edits import Change, Edit
+from identify.setup.score import SLIGHT, Score
+from identify.setup.search import Candidate, Searched
+from identify.setup.soft import softened
+from identify.vibration.costs.target import FrfTarget
+
+_LEFT = 0.25
+"""Share of the squares, on what a mistake touches, that may be left beside it."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The mistakes that are named, those that are as likely in place of the last one, and the common factor,
+    if it is one; log_odds: that the study is as corrected, against as stated with any spring free.
+    """
+
+    candidate: Candidate
+    alike: tuple[Candidate, ...]
+    factor: Factor | None
+    log_odds: float
+
+    @property
+    def others(self) -> list[Decision]:
+        """The same decision for each of those that are as likely."""
+        every = (self.candidate, *self.alike)
+        return [
+            replace(self, candidate=one, alike=tuple(other for other in every if other is not one))
+            for one in self.alike
+        ]
+
+    def start(self, edits: Sequence[Change]) -> Array | None:
+        """Where a fit with these edits begins: none where they have other effects than were fitted."""
+        effects = any(isinstance(one, Edit) and one.key[0] == "effects" for one in edits)
+        settled = any(one.settle for one in self.candidate.hypotheses)
+        return None if settled and not effects else self.candidate.score.values
+
+
+def decided(found: Searched) -> Decision | None:
+    """What is named of a search; None where nothing is."""
+    plain, best = softened(found.plain.score), softened(found.best.score)
+    factor = _factor(best)
+    mistakes = len(found.best.hypotheses) + (factor is not None)
+    if not mistakes:
+        return None
+    touched = _touched(found.plain, found.best, factor)
+    before, after = _sum(plain, touched, levelled=False), _sum(best, touched, levelled=factor is not None)
+    count = sum(int(one.sum()) for one in touched)
+    price = mistakes * np.log(max(found.asked, 1))
+    log_odds = 0.5 * count * np.log(before / after) - price
+    as_is = (found.plain.score, False), (found.best.score, factor is not None)
+    own = [_sum(score, touched, levelled=levelled) for score, levelled in as_is]
+    if after > _LEFT * before or own[1] > _LEFT * own[0] or log_odds < CONVINCING:
+        return None
+    last = found.best.hypotheses[-1].count if found.best.hypotheses else 0
+    alike = tuple(
+        one
+        for one in found.alike
+        if one.hypotheses[-1].count <= last
+        and count * np.log(one.score.cost / found.best.score.cost) < CONVINCING
+    )
+    return Decision(found.best, alike, factor, float(log_odds))
+
+
+def _factor(score: Score) -> Factor | None:
+    """The common factor of the measured FRFs, where it is a mistake: of what is left with it, without it
+    there would be four times as much.
+    """
+    if abs(score.level) < SLIGHT:
+        return None
+    without, with_it = (sum(float(one.sum()) for one in score.squares(levelled=it)) for it in (False, True))
+    return nearest(np.exp(score.level)) if with_it <= _LEFT * without else None
+
+
+def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Mask]:
+    """Which FRFs (pairs,) of each set a correction touches: all, where it changes more than how single
+    channels are read.
+    """
+    same = _model(plain) == _model(best) and factor is None
+    pairs = zip(plain.score.problem.measurements, best.score.problem.measurements, strict=True)
+    found = []
+    for one, other in pairs:
+        before, after = one.target, other.target
+        assert isinstance(before, FrfTarget) and isinstance(after, FrfTarget)
+        if same and one.given.posture.tobytes() == other.given.posture.tobytes():
+            found.append(_reread(plain, best, before, after))
+        else:
+            found.append(np.ones(len(before.pairs[0]), dtype=bool))
+    return found if any(one.any() for one in found) else [np.ones_like(one) for one in found]
+
+
+def _reread(plain: Candidate, best: Candidate, before: FrfTarget, after: FrfTarget) -> Mask:
+    """Which FRFs (pairs,) of a set are those of another channel, of another size, or on another link."""
+    outputs, inputs = before.pairs
+    one, other = before.data, after.data
+    if one.frf.shape != other.frf.shape or one.quantity != other.quantity:
+        return np.ones(len(outputs), dtype=bool)
+    names = list(zip(one.outputs, other.outputs, strict=True))
+    moved = np.any(one.frf != other.frf, axis=0)[outputs, inputs]
+    links = [plain.stated.points[a.node].link != best.stated.points[b.node].link for a, b in names]
+    renamed = [a != b for a, b in names]
+    forced = [a != b for a, b in zip(one.inputs, other.inputs, strict=True)]
+    return np.asarray(
+        moved | np.array(renamed)[outputs] | np.array(links)[outputs] | np.array(forced)[inputs]
+    )
+
+
+def _model(one: Candidate) -> str:
+    study = one.stated.study
+    return study.robot.model_dump_json() + repr(study.effects)
+
+
+def _sum(score: Score, touched: Sequence[Mask], *, levelled: bool) -> float:
+    """Squares of the FRFs that are touched."""
+    squares = score.squares(levelled=levelled)
+    return sum(float(one[which].sum()) for one, which in zip(squares, touched, strict=False))

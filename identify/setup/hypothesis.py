@@ -1,0 +1,35 @@
+"""A mistake of the set-up that may have been made: in words, and what of the study puts it right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from identify.setup.edits import Change
+from identify.setup.score import Score
+from identify.setup.stated import Stated
+
+Settle = Callable[[Score], tuple[Change, ...]]
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """code: of its kind; sentence: what was done, as "the angles of joint 2 have the other sign"; edits: what
+    puts it right; settle: the edits that a fit of it leads to, where they hold a number that was fitted
+    along; about: what it is about, of which one mistake at a time is looked for; count: how many it is.
+    """
+
+    code: str
+    sentence: str
+    edits: tuple[Change, ...]
+    about: str
+    settle: Settle | None = None
+    count: int = 1
+
+    def settled(self, score: Score) -> tuple[Change, ...]:
+        """What puts it right, with the numbers that a fit found."""
+        return self.settle(score) if self.settle else self.edits
+
+
+Kind = Callable[[Stated, Score], Iterator[Hypothesis]]
+"""The hypotheses of a kind on a study, of which a fit as stated is known."""

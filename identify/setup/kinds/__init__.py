@@ -1,0 +1,1 @@
+"""Kinds of mistakes, a file for each family."""

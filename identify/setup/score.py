@@ -1,0 +1,187 @@
+"""How well a variant of a study can explain the data, quickly: a few steps on logarithmic residuals.
+
+    r = w (ln(H / H_exp) + c),   w = 1 / hypot(0.1, sigma / |H_exp|)
+
+c is a common factor of all FRFs, eliminated, so that a wrong unit hides no other mistake; it is read off
+afterwards.  The valley of logarithms is wide, and the first steps begin at the best of several scales of all
+stiffnesses, over what drives of robots have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array, Complex, Index, logarithm
+from identify.core.errors import InputError
+from identify.core.parameters import Scale
+from identify.fitting.objective import ProductObjective
+from identify.fitting.optimizers.base import Search, minimized
+from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.vibration.costs.base import in_chunks
+from identify.vibration.costs.frf_least_squares import LOG_FLOOR
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import Problem
+
+_FARTHEST = 10.0
+"""Logarithms beyond which nothing more is said: mistakes of units may be a factor of ten thousand."""
+_STILL = 1e-8
+"""Times the largest FRF that a point has which does not move but for rounding."""
+_SCALES, _SLOPES = tuple(np.linspace(-3.0, 3.0, 9)), (-1.0, 0.0, 1.0)
+"""Logarithms of factors of all stiffnesses, and of the first against the last, that are tried first: drives
+of arms from 5 to 500 kg."""
+ROUGH = 1.0
+"""RMS of logarithms, in tenths, up to which a set-up is right."""
+SLIGHT = np.log(1.25)
+"""Logarithm of a common factor that calibrations may have."""
+_QUICK = GaussNewton(evaluations=14, tolerance=2e-3)
+_TOWARDS = 6
+"""Evaluations on magnitudes alone, whose valley is wider still."""
+
+
+class LogShape(ProductObjective):
+    """RMS of weighted logarithms of predicted over measured FRFs, up to one common factor; phases: whether
+    they count, or magnitudes alone.
+    """
+
+    def __init__(self, problem: Problem, *, phases: bool = True) -> None:
+        self.targets = problem.targets().frf + problem.targets("validate").frf
+        self._seen = [_seen(target, problem.initial) for target in self.targets]
+        self._phases = 1j if phases else 0.0
+        self._weights = [
+            _weights(target, seen) for target, seen in zip(self.targets, self._seen, strict=True)
+        ]
+        self.count = sum(2 * weight.size for weight in self._weights)
+        self._square = sum(float(np.sum(weight**2)) for weight in self._weights)
+        if not self._square:
+            raise InputError("points", "no channel that the model moves", "points on links that move")
+
+    def costs(self, candidates: Array) -> Array:
+        """(m,) with the best factor for each."""
+        squares, pull = np.full(len(candidates), np.inf), np.zeros(len(candidates))
+        with np.errstate(all="ignore"):
+            for part in in_chunks(self.targets, candidates):
+                squares[part] = 0.0
+                for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
+                    logs = self._logs(target, seen, target.predict_pairs(candidates[part]))
+                    squares[part] += np.sum(weight**2 * np.abs(logs) ** 2, axis=(1, 2))
+                    pull[part] += np.sum(weight**2 * logs.real, axis=(1, 2))
+        total = squares - pull**2 / self._square
+        return np.sqrt(np.where(np.isfinite(total), np.maximum(total, 0.0), np.inf) / self.count)
+
+    def product(self, values: Array, free: Index) -> Array:
+        """[J r]'[J r] with the factor eliminated."""
+        size = len(free) + 1
+        total, along = np.zeros((size, size)), np.zeros(size)
+        with np.errstate(all="ignore"):
+            for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
+                h, gradient = target.gradient_pairs(values, free)
+                slope = gradient[:, seen] / h[:, seen, None]
+                logs = self._logs(target, seen, h)[..., None]
+                slope = np.where(np.abs(logs.real) < _FARTHEST, slope, 0.0)
+                rows = (np.concatenate([slope, logs], axis=-1) * weight[..., None]).reshape(-1, size)
+                total += rows.real.T @ rows.real
+                if self._phases:
+                    total += rows.imag.T @ rows.imag
+                along += weight.ravel() @ rows.real
+        return np.asarray(total - np.outer(along, along) / self._square)
+
+    def squares(self, values: Array, level: float = 0.0) -> list[Array]:
+        """Squares by FRF (pairs,) of each set, less what a common factor exp(level) explains; zero for FRFs
+        that the model does not move.
+        """
+        found = []
+        for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
+            logs = self._logs(target, seen, target.predict_pairs(values)) + level
+            own = np.zeros(len(target.pairs[0]))
+            own[seen] = np.sum(weight**2 * np.abs(logs) ** 2, axis=0)
+            found.append(own)
+        return found
+
+    def level(self, values: Array) -> float:
+        """ln of the factor that the measured FRFs have beyond the model, at values (parameters,)."""
+        pull = 0.0
+        for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
+            logs = self._logs(target, seen, target.predict_pairs(values))
+            pull += float(np.sum(weight**2 * logs.real))
+        return -pull / self._square
+
+    def _logs(self, target: FrfTarget, seen: Index, h: Complex) -> Complex:
+        """Of predicted over measured."""
+        logs = logarithm(h[..., seen] / target.measured[:, seen])
+        return np.asarray(np.clip(logs.real, -_FARTHEST, _FARTHEST) + self._phases * logs.imag, dtype=complex)
+
+
+def _seen(target: FrfTarget, values: Array) -> Index:
+    """Numbers of the FRFs that the model moves by more than rounding, at values (parameters,)."""
+    size = np.abs(target.predict_pairs(values)).max(axis=0)
+    return np.flatnonzero(size > _STILL * size.max(initial=0.0))
+
+
+def _weights(target: FrfTarget, seen: Index) -> Array:
+    return np.asarray(1.0 / np.hypot(LOG_FLOOR, target.sigma[:, seen] / np.abs(target.measured[:, seen])))
+
+
+@dataclass(frozen=True)
+class Score:
+    """A variant that was fitted quickly: values (parameters,), RMS of logarithms in tenths, and the logarithm
+    of the factor that the measured FRFs have.
+    """
+
+    problem: Problem
+    values: Array
+    cost: float
+    level: float
+
+    def squares(self, *, levelled: bool) -> list[Array]:
+        """By FRF (pairs,) of each set, in tenths of a logarithm; levelled: beside the common factor."""
+        return LogShape(self.problem).squares(self.values, self.level if levelled else 0.0)
+
+
+def cost_at(problem: Problem, values: Array) -> float:
+    """The cost at values (parameters,), without a fit."""
+    return float(LogShape(problem).costs(values[None])[0])
+
+
+def scored(problem: Problem, start: Array | None = None, optimizer: GaussNewton = _QUICK) -> Score:
+    """A variant, fitted from the best scale of its start values by magnitudes, or from `start` (parameters,)
+    if that is better.
+    """
+    scale, shape = Scale(problem.parameters), LogShape(problem)
+    magnitudes = LogShape(problem, phases=False)
+    given = [] if start is None else [scale.to_x(start)]
+    near: list[Sequence[float]] = [] if start is None else [_SCALES[::2], (0.0,)]
+    starts = np.clip([*given, *_scaled(problem, scale, *near)], *scale.bounds())
+    costs = magnitudes.costs(np.array([scale.to_values(x) for x in starts]))
+    x = starts[int(np.argmin(costs))]
+    if start is None or costs[0] > costs.min():
+        x = _led(magnitudes, scale, x, GaussNewton(evaluations=_TOWARDS, tolerance=2e-3))
+    values = scale.to_values(_led(shape, scale, x, optimizer))
+    return Score(problem, values, float(shape.costs(values[None])[0]), shape.level(values))
+
+
+def _led(objective: LogShape, scale: Scale, x: Array, optimizer: GaussNewton) -> Array:
+    search = Search(objective, scale, 10 * optimizer.evaluations)
+    minimized(optimizer, search, x, np.random.default_rng(0))
+    return x if search.best_x is None else search.best_x
+
+
+def _scaled(
+    problem: Problem, scale: Scale, scales: Sequence[float] = _SCALES, slopes: Sequence[float] = _SLOPES
+) -> list[Array]:
+    """Start values (free,) with stiffnesses a factor larger, which may fall or rise along the arm; dampers by
+    its root.
+    """
+    whole, slope = np.zeros((2, len(scale.free)))
+    joints = max(len(problem.robot.joints), 2)
+    for place, number in enumerate(scale.free):
+        name = problem.parameters[number].name
+        power = {"stiffness": 1.0, "damping": 0.5}.get(name.rpartition(".")[2], 0.0)
+        power *= problem.parameters[number].log
+        digits = name.partition(".")[0].removeprefix("joint")
+        along = 2 * (int(digits) - 1) / (joints - 1) - 1 if digits.isdigit() else 0.0
+        whole[place], slope[place] = power, power * along
+    first = scale.to_x(problem.initial)
+    return [first + one * whole + other * slope for one in scales for other in slopes]

@@ -1,0 +1,32 @@
+"""A diagnosis in sentences."""
+
+from __future__ import annotations
+
+from identify.core.text import capital, listed
+from identify.setup.diagnosis import Diagnosis, Mistake
+from identify.setup.edits import in_words
+
+_SURE = 0.9999
+
+
+def sentences(found: Diagnosis, config: str) -> list[str]:
+    """One for each mistake, and what puts all right."""
+    return [*(_sentence(one) for one in found.mistakes), _remedy(found, config)]
+
+
+def _sentence(one: Mistake) -> str:
+    text = f"{capital(one.sentence)}"
+    if one.otherwise:
+        text += (
+            f"; as well, {listed(list(one.otherwise))} would explain it, and only a look at the test tells"
+        )
+    return f"{text}."
+
+
+def _remedy(found: Diagnosis, config: str) -> str:
+    sure = "more than 99.99 %" if found.probability > _SURE else f"{found.probability:.1%}"
+    return (
+        f"{'That brings' if len(found.mistakes) == 1 else 'Together they bring'} the gap from"
+        f" {found.gap_before:.3g} to {found.gap_after:.3g} (probability {sure}): change"
+        f" {in_words(found.edits)}, or let `identify check {config} --apply` write the corrected study."
+    )

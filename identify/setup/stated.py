@@ -1,0 +1,142 @@
+"""A study with its data in memory, at few lines, which can be built again with some keys changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from identify.core.errors import InputError, InputErrors
+from identify.core.yaml_input import parse_yaml, plain
+from identify.measured.frf_set import FrfSet
+from identify.measured.source import read_source
+from identify.robot.description import Robot
+from identify.robot.points import Point, check_links
+from identify.robot.read import read_robot
+from identify.setup.edits import Change, OnLink, edited
+from identify.vibration.given import Given, along_links, given_of, in_band, posture_of
+from identify.vibration.problem import Problem, assembled
+from identify.vibration.study import MeasurementSettings, Study, StudyFile
+
+LINES = 20
+"""Lines of each measurement that are looked at: some for each mode of a band."""
+_GLANCED, _GLANCED_SETS = 20, 2
+"""Lines, of the band and of that in rad/s, and measurements at a first look."""
+_SETS = 3
+"""Measurements that are looked at."""
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A study as stated.
+
+    data: of its file, plain; sets: its FRFs by number of measurement, as their files have them, with their
+    noise and few lines; records: length of the records behind them, s; robots: those read so far, by what the
+    study says of them.
+    """
+
+    file: StudyFile
+    data: Any
+    points: Mapping[int, Point]
+    sets: Mapping[int, FrfSet]
+    records: Mapping[int, float | None]
+    robots: dict[str, Robot] = field(default_factory=dict, repr=False)
+
+    @property
+    def study(self) -> Study:
+        """Its settings."""
+        return self.file.study
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as the study describes it."""
+        key = self.study.robot.model_dump_json()
+        if key not in self.robots:
+            self.robots[key] = read_robot(self.study.robot, self.file.path.parent)
+        return self.robots[key]
+
+    @property
+    def measured(self) -> list[MeasurementSettings]:
+        """The settings of the measurements that are looked at."""
+        return [self.study.measurements[number] for number in self.sets]
+
+    def changed(self, edits: Sequence[Change]) -> Stated:
+        """The study with some keys changed; InputErrors where it is then none."""
+        data = edited(self.data, edits)
+        try:
+            study = Study.model_validate(data).model_copy(update={"uncertainty": None, "modal_choices": None})
+        except ValidationError as error:
+            raise InputErrors([InputError("study", str(error))]) from error
+        points = dict(self.points)
+        for edit in edits:
+            if isinstance(edit, OnLink):
+                points[edit.node] = replace(points[edit.node], link=edit.link)
+        return replace(self, file=self.file.model_copy(update={"study": study}), data=data, points=points)
+
+    def glanced(self) -> Stated:
+        """The same at fewer lines of fewer measurements, for a first look at many variants."""
+        some = dict(list(self.sets.items())[:_GLANCED_SETS])
+        return replace(self, sets={number: _thinned(data, _GLANCED) for number, data in some.items()})
+
+    def problem(self) -> Problem:
+        """The study with its few lines, ready to be fitted; InputError as `load_problem`."""
+        check_links(self.points, self.robot)
+        return assembled(self.file, self.robot, dict(self.points), list(self._given()))
+
+    def _given(self) -> Iterator[Given]:
+        for number, data in self.sets.items():
+            settings = self.study.measurements[number]
+            right = settings.correct.applied(data, f"measurement {number}")
+            right = in_band(right.chosen(settings.outputs, settings.inputs, ""), self.study.band_hz, "")
+            posture = posture_of(self.study, settings, self.robot, number)
+            given = Given(f"{number}", settings, posture, right)
+            yield along_links(given, self.robot, self.points)
+
+
+def stated(problem: Problem) -> Stated:
+    """What a study states; InputError where it has no FRFs with known noise."""
+    file = problem.file
+    sets: dict[int, FrfSet] = {}
+    records: dict[int, float | None] = {}
+    for number, m in enumerate(problem.measurements):
+        if m.settings.file is None or m.given.noise is None or not isinstance(m.given.data, FrfSet):
+            continue
+        if len(sets) == _SETS:
+            break
+        sets[number], records[number] = _few(file, m.given), m.given.record
+    if not sets:
+        raise InputError("measurements", "no FRFs with known noise", "FRFs, and their noise")
+    data = plain(parse_yaml(file.text, str(file.path)))
+    for key, value in file.overrides.items():
+        data[key] = value
+    study = file.study.model_copy(update={"uncertainty": None})
+    return Stated(file.model_copy(update={"study": study}), data, problem.points, sets, records)
+
+
+def _thinned(data: FrfSet, lines: int) -> FrfSet:
+    """So many lines of a set, evenly."""
+    some = np.unique(np.linspace(0, len(data.frequency_hz) - 1, lines).astype(int))
+    return data.lines(np.isin(np.arange(len(data.frequency_hz)), some))
+
+
+def _few(file: StudyFile, given: Given) -> FrfSet:
+    """A measurement as its file has it, with its noise, at a few lines of the band, and of it in rad/s."""
+    settings = given.settings
+    paths = [file.resolve(path) for path in (settings.source, *settings.repeats)]
+    raw = read_source(paths, settings, settings.estimate)
+    band = file.study.band_hz or (float(raw.frequency_hz[0]), float(raw.frequency_hz[-1]))
+    keep = np.zeros(len(raw.frequency_hz), dtype=bool)
+    for factor in (1.0, 2 * np.pi):
+        inside = np.flatnonzero(
+            (raw.frequency_hz >= factor * band[0])
+            & (raw.frequency_hz <= factor * band[1])
+            & (raw.frequency_hz > 0)
+        )
+        if len(inside):
+            keep[np.unique(inside[np.linspace(0, len(inside) - 1, LINES).astype(int)])] = True
+    whole = given_of(settings, given.name, given.posture, raw.lines(raw.frequency_hz > 0)).data
+    assert isinstance(whole, FrfSet)
+    return whole.lines(keep[raw.frequency_hz > 0])

@@ -1,0 +1,71 @@
+"""The hammer test of `data/arm_hammer_test`, as somebody states it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from identify.core.yaml_input import yaml_text
+from identify.measured.correction import Correction
+from identify.measured.frf_records import FrfFileOptions
+from identify.measured.frf_set import FrfSet
+from identify.measured.loaders import load_frf_set
+from identify.measured.uff.write import write_uff58
+from identify.setup.stated import Stated, stated
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
+
+DATA = Path(__file__).parents[2] / "data" / "arm_hammer_test"
+POSTURES = [[13.4, 10.2, -1.9, 8.0, 50.0, 8.4], [-13.7, 31.0, -3.2, -22.9, 38.2, -26.6]]
+FILES = ("posture1.uff", "posture3.uff")
+
+
+def config(**keys: Any) -> dict[str, Any]:
+    """The study of two postures, with these keys in place of what it has."""
+    measurements = [
+        {"file": str(DATA / file), "posture_deg": posture, "averages": 4, "window_decay_per_s": 1.226}
+        for file, posture in zip(FILES, POSTURES, strict=True)
+    ]
+    return {
+        "schema": "identify/1",
+        "name": "arm",
+        "robot": {"urdf": str(DATA / "robot.urdf")},
+        "points": str(DATA / "points.csv"),
+        "measurements": measurements,
+        "band_hz": [3, 80],
+        "starts": 2,
+        **keys,
+    }
+
+
+def each(**keys: Any) -> list[dict[str, Any]]:
+    """The measurements, with these keys in each."""
+    return [{**one, **keys} for one in config()["measurements"]]
+
+
+def misread(folder: Path, wrong: Correction) -> list[dict[str, Any]]:
+    """The measurements with files of their own, which say something else of the same FRFs."""
+    found = each()
+    for one in found:
+        data = load_frf_set(Path(one["file"]), FrfFileOptions())
+        path = folder / Path(one["file"]).name
+        write_uff58(path, wrong.applied(data, path.name))
+        one["file"] = str(path)
+    return found
+
+
+def frfs() -> FrfSet:
+    """The FRFs of the first posture."""
+    return load_frf_set(DATA / FILES[0], FrfFileOptions())
+
+
+def written(folder: Path, data: dict[str, Any]) -> Path:
+    """The study as a file."""
+    path = folder / "arm.yaml"
+    path.write_text(yaml_text(data))
+    return path
+
+
+def of(folder: Path, data: dict[str, Any]) -> Stated:
+    """The study, ready to be asked."""
+    return stated(load_problem(read_study(written(folder, data))))

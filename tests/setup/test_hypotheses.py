@@ -1,0 +1,112 @@
+"""Each of the commonest mistakes has a hypothesis that puts it right, and the right study needs none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.measured.correction import Correction
+from identify.setup.bounds import sag, too_stiff
+from identify.setup.constants import nearest
+from identify.setup.kinds.readout import radians_per_second
+from identify.setup.registry import KINDS
+from identify.setup.score import Score, scored
+from identify.setup.stated import Stated
+from tests.setup import studies
+
+
+def _moved(number: int, by: float) -> list[dict[str, Any]]:
+    measurements = studies.each()
+    for one in measurements:
+        one["posture_deg"] = [a + by * (n == number - 1) for n, a in enumerate(one["posture_deg"])]
+    return measurements
+
+
+def _angles(change: Any) -> list[dict[str, Any]]:
+    return [{**one, "posture_deg": change(one["posture_deg"])} for one in studies.each()]
+
+
+def _mixed() -> list[dict[str, Any]]:
+    first, second = studies.each()
+    return [{**first, "posture_deg": second["posture_deg"]}, {**second, "posture_deg": first["posture_deg"]}]
+
+
+NODES: dict[str, float | str] = {
+    f"{one}:+{axis}": f"{other}:+{axis}" for one, other in ((4, 9), (9, 4)) for axis in "XYZ"
+}
+TOLD: dict[str, tuple[list[dict[str, Any]], str, str]] = {
+    "order reversed": (_angles(lambda a: a[::-1]), "joint-order", "last joint"),
+    "one sign": (_angles(lambda a: [a[0], -a[1], *a[2:]]), "joint-sign", "joint 2"),
+    "offset of 90": (_moved(2, -90), "joint-zero", "joint 2 of the robot file is at 90"),
+    "postures mixed up": (_mixed(), "postures", "mixed up"),
+    "radians": (_angles(lambda a: np.radians(a).tolist()), "radians", "radians"),
+    "from the ground": (_angles(lambda a: [*a[:2], a[2] + a[1], *a[3:]]), "from-ground", "from link 2"),
+}
+"""What is stated of the measurements, and the code and words of the hypothesis."""
+READ: dict[str, tuple[Correction, str, str]] = {
+    "points exchanged": (Correction(outputs=NODES), "points-exchanged", "4 and 9"),
+    "sign of a channel": (Correction(outputs={"9:+Y": -1.0}), "sensor-sign", "9:+Y"),
+    "cube": (Correction(outputs={"9:+X": "9:+Y", "9:+Y": "9:-X"}), "sensor-turned", "point 9"),
+    "force by ten": (Correction(inputs={"14:+Y": 10.0}), "size", "14:+Y"),
+    "velocities": (Correction(quantity="mobility"), "quantity", "accelerations"),
+}
+"""What the files make of the FRFs."""
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory: pytest.TempPathFactory) -> tuple[Stated, Score]:
+    one = studies.of(tmp_path_factory.mktemp("right"), studies.config())
+    return one, scored(one.problem())
+
+
+def test_the_right_study_explains_its_data(right: tuple[Stated, Score]) -> None:
+    assert right[1].cost < 1.0
+    assert abs(right[1].level) < 0.05
+    assert not too_stiff(right[1])
+
+
+@pytest.mark.parametrize("name", [*TOLD, *READ])
+def test_a_mistake_has_its_hypothesis(name: str, tmp_path: Path, right: tuple[Stated, Score]) -> None:
+    if name in TOLD:
+        measurements, code, words = TOLD[name]
+    else:
+        correction, code, words = READ[name]
+        measurements = studies.misread(tmp_path, correction)
+    wrong = studies.of(tmp_path, studies.config(measurements=measurements))
+    plain = scored(wrong.problem())
+    assert plain.cost > 1.2 * right[1].cost
+    found = [one for one in KINDS[_HOLDING.get(code, code)](wrong, plain) if one.code == code]
+    named = [one for one in found if words in one.sentence]
+    assert named, [one.sentence for one in found]
+    problems = [wrong.changed(one.edits).problem() for one in named]
+    cost = min(scored(problem, start).cost for problem in problems for start in (None, plain.values))
+    assert cost == pytest.approx(right[1].cost, rel=0.05)
+
+
+_HOLDING = {"sensor-sign": "sensor-turned", "size": "sizes"}
+"""The kind that yields hypotheses of other codes."""
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1 / 9.80665, "in g where"), (10.0, "by ten"), (1000.0, "mm"), (4.448, "lbf"), (2.2046, "pounds")],
+)
+def test_a_common_factor_is_read_off(
+    factor: float, words: str, tmp_path: Path, right: tuple[Stated, Score]
+) -> None:
+    """g labelled m/s^2, the hammer's sensitivity, mm/s^2, lbf, and a robot in pounds."""
+    wrong = studies.of(tmp_path, studies.config(measurements=studies.each(correct={"factor": factor})))
+    plain = scored(wrong.problem())
+    assert plain.cost == pytest.approx(right[1].cost, rel=0.05), "a factor hides no other mistake"
+    assert words in " ".join(nearest(np.exp(plain.level)).reasons)
+
+
+def test_frequencies_in_rad_per_s_are_seen_by_the_drives(tmp_path: Path) -> None:
+    """Accelerances are the same functions of scaled frequencies, so only the size of stiffnesses tells."""
+    right = studies.of(tmp_path, studies.config(measurements=studies.each(correct={"frequency": "rad/s"})))
+    stiff, true = scored(right.problem()), scored(studies.of(tmp_path, studies.config()).problem())
+    assert sag(stiff) > sag(true)  # what was read as rad/s is lower by 2 pi
+    assert not list(radians_per_second(right, stiff)), "it is stated already"
