@@ -49,7 +49,7 @@ def _read_twice(measurement: Any, node: int) -> Any:
 
 def test_three_effects_are_found_together(tmp_path: Path) -> None:
     with one_thread():
-        named, _ = explain(problem_of(tmp_path, "base_rocking+tilt_j2+radial_j3", 5))
+        named = explain(problem_of(tmp_path, "base_rocking+tilt_j2+radial_j3", 5)).named
     assert {one.effect.sentence() for one in named} == {
         "compliance of the base (rx, ry)",
         "tilt compliance of joint 2 (rx, ry)",
@@ -63,7 +63,7 @@ def test_three_effects_are_found_together(tmp_path: Path) -> None:
 )
 def test_a_whole_sensor_is_named_and_a_right_one_is_not(tmp_path: Path, doubled: int, said: set[str]) -> None:
     with one_thread():
-        named, _ = explain(problem_of(tmp_path, "none", 4, doubled))
+        named = explain(problem_of(tmp_path, "none", 4, doubled)).named
     assert {one.effect.sentence() for one in named} == said
     for one in named:
         assert list(one.values.values()) == pytest.approx([2.0], rel=0.01)
