@@ -5,7 +5,7 @@ engineer would say.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from identify.core.text import capital, listed
 from identify.core.thresholds import CONVINCING, MISSING, QUIET
@@ -24,6 +24,8 @@ def gaps(gap: float, elsewhere: float) -> str:
     return f"{gap:.2f}" + ("" if math.isnan(elsewhere) else f" ({elsewhere:.2f} on data not fitted)")
 
 
+_FAR = 5.0
+"""A stiffness of a drive this many times off its start has made up for something."""
 _DOUBTFUL = ("not determined", *BOUNDS)
 
 
@@ -136,8 +138,8 @@ def verdict(found: Discovery) -> tuple[str, ...]:
     if not found.added:
         return (
             (
-                f"The gap is {before}, and nothing in the catalogue explains it: something else is missing,"
-                " or wrong in the data."
+                f"The gap is {before}, and nothing in the catalogue, alone or with others, explains it:"
+                " something else is missing, or wrong in the data."
             ),
         )
     names = listed([option.effect.sentence() for option in found.added])
@@ -147,7 +149,26 @@ def verdict(found: Discovery) -> tuple[str, ...]:
     )
     if final.gap <= QUIET:
         return closed, *(_may_hide(final.gap) or ("What is left is noise.",))
-    return closed, "What is left is more than noise, and nothing in the catalogue explains most of it."
+    return closed, *_not_settled(found)
+
+
+def _not_settled(found: Discovery) -> Iterator[str]:
+    """What a model is worth that leaves more than noise: what it predicts, and which drives paid for it."""
+    final = found.final
+    if final.gap <= MISSING:
+        yield "What is left is more than noise, and nothing in the catalogue explains most of it."
+        return
+    unseen = "" if math.isnan(final.gap_validation) else ", as data that were not fitted show"
+    yield (
+        f"This model is predictive{unseen}; its physics is not settled: what is left is {final.gap:.1f} times"
+        " noise and not random, so that log odds rank effects but are no probabilities, and intervals are too"
+        " narrow."
+    )
+    starts = {p.name: p.initial for p in found.problem.parameters if p.name.endswith(".rz.stiffness")}
+    far = [n for n, k in starts.items() if not 1 / _FAR < final.values.get(n, k) / k < _FAR]
+    if far:
+        many = "stiffnesses" if len(far) > 1 else "stiffness"
+        yield f"Do not rely on the {many} {listed(far)}: more than {_FAR:.0f} times from where it was stated."
 
 
 def _may_hide(gap: float) -> tuple[str, ...]:

@@ -293,7 +293,7 @@ class TestSentences:
     def test_something_the_catalogue_does_not_have(self) -> None:
         trial = _trial(50000, 25000, 12)
         assert (
-            "nothing in the catalogue explains it"
+            "nothing in the catalogue, alone or with others, explains it"
             in told.verdict(Discovery(NO_PROBLEM, trial, trial, (), (self._step(trial),)))[0]
         )
 
