@@ -25,12 +25,14 @@ from identify.discovery.sparse.unknowns import Unknowns
 from identify.measured.frf_set import POWER
 from identify.model.effects.base import EFFECTS, Effect
 from identify.model.system import System
-from identify.vibration.costs.information import over_noise, rows_of
+from identify.vibration.costs.information import Rows, each_set, over_noise, rows_of
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
-_FREQUENCIES, _DAMPINGS = 32, (0.3, 1.0, 3.0)
-"""At which a body on a spring is tried over the band; multiples of an effect's own damping."""
+_FREQUENCIES, _DAMPED = 32, 2.0
+"""At which a body on a spring is tried over the band, with so many times its own damping, so that no peak
+falls between two.
+"""
 _RANK = 1e-9
 
 
@@ -52,23 +54,40 @@ def candidates(problem: Problem, unknowns: Unknowns, x: Array) -> list[Candidate
     fit = Penalised(unknowns, price=0.0)
     moving = fit.present(x)
     product = fit.product(x, moving)
+    sets = each_set(partial(_looked_at, unknowns=unknowns, x=x), fit.targets)
+    fitted = [n for n, m in enumerate(problem.measurements) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()
     for some, model in _models(problem, _instances(problem)):
         shapes = [_shapes(model, number) for number in range(-len(some), 0)]
-        work = partial(_crossed, shapes=shapes, unknowns=unknowns, x=x)
-        parts = each(work, _pairs(unknowns.problem, model))
+        systems = [model.measurements[n].system for n in fitted]
+        parts = each(partial(_crossed, shapes=shapes), list(zip(sets, systems, strict=True)))
         crossed, own, pull = (np.sum(one, axis=0) for one in zip(*parts, strict=True))
         found += _best(some, shapes, model, (crossed, own, pull), fit, product, moving)
     return sorted(found, key=lambda one: -one.gain)
 
 
-def _pairs(problem: Problem, model: Problem) -> list[tuple[FrfTarget, System]]:
-    """Each FRF set with the system that has the effects that are asked for."""
-    return [
-        (m.target, more.system)
-        for m, more in zip(problem.measurements, model.measurements, strict=True)
-        if isinstance(m.target, FrfTarget) and m.settings.use == "fit"
-    ]
+@dataclass(frozen=True)
+class _Set:
+    """An FRF set about a point of the search: what it says of the free unknowns (numbers; slope: d value /
+    d x), and S G (lines, outputs, n) and G B (lines, n, inputs) at s (lines,), at values of the parameters.
+    """
+
+    target: FrfTarget
+    rows: Rows
+    free: Index
+    slope: Array
+    values: Array
+    s: Complex
+    ends: tuple[Complex, Complex]
+
+
+def _looked_at(target: FrfTarget, unknowns: Unknowns, x: Array) -> _Set:
+    values, free = unknowns.to_values(x), unknowns.free
+    there, own = target.at(values)
+    response = there.response(own)
+    slope = np.where(unknowns.log, values[free], 1.0)
+    rows = rows_of(target, values, free, over_noise)
+    return _Set(target, rows, free, slope, own, there.s_at(own), (response.to_out, response.motion(0)))
 
 
 def _models(problem: Problem, kinds: Iterator[list[Effect]]) -> Iterator[tuple[Sequence[Effect], Problem]]:
@@ -120,12 +139,16 @@ def _shapes(model: Problem, which: int) -> _Shape:
     damped = np.array([".damping" in p.name for p in own])
     stiff = np.array([".stiffness" in p.name for p in own])
     masses = np.array([p.name.endswith(".mass") for p in own])
-    rows = [np.where(damped, start * factor, start) for factor in _DAMPINGS]
+    rows = [start]
     if stiff.any() and masses.any():
         low, high = _band(model)
         usual = np.sqrt(start[stiff][0] / start[masses][0]) / (2 * np.pi)
         faster = np.geomspace(low, high, _FREQUENCIES) / usual
-        rows = [np.where(stiff, row * f**2, np.where(damped, row * f, row)) for row in rows for f in faster]
+        rows = [
+            np.where(stiff, row * f**2, np.where(damped, _DAMPED * row * f, row))
+            for row in rows
+            for f in faster
+        ]
     return _Shape(numbers, np.array(rows))
 
 
@@ -134,30 +157,20 @@ def _band(model: Problem) -> tuple[float, float]:
     return min(one[0] for one in lines), max(one[-1] for one in lines)
 
 
-def _crossed(
-    pair: tuple[FrfTarget, System], shapes: Sequence[_Shape], unknowns: Unknowns, x: Array
-) -> tuple[Array, Array, Array]:
+def _crossed(pair: tuple[_Set, System], shapes: Sequence[_Shape]) -> tuple[Array, Array, Array]:
     """Of every start of every shape (k,): J'd (f, k), d'd and d'r, d what it changes in units of noise."""
-    target, system = pair
-    values, free = unknowns.to_values(x), unknowns.free
-    with np.errstate(all="ignore"):
-        rows = rows_of(target, values, free, over_noise)
-        there, own = target.at(values)
-        response, s = there.response(own), there.s_at(own)
-    slope = np.where(unknowns.log, values[free], 1.0)
+    one, system = pair
+    target, rows = one.target, one.rows
     place = [system.coordinates.index(name) for name in target.system.coordinates]
-    out, moved = response.to_out, response.motion(0)
-    crossed, squares, pulled = list[Array](), list[float](), list[float]()
+    power = -(one.s ** POWER[target.data.quantity])[:, None, None, None]
+    crossed, squares, pulled = list[Array](), list[Array](), list[Array]()
     for shape in shapes:
-        for change in _changes(system, shape, place, s, (out, moved)):
-            column = target.read(
-                -(s ** POWER[target.data.quantity])[:, None, None, None] * change[..., None], own
-            )
-            d = column[..., 0] * rows.weight
-            crossed.append(slope * rows.pull(d, free))
-            squares.append(float(np.sum(np.abs(d) ** 2)))
-            pulled.append(float(np.real(np.vdot(d, rows.residual))))
-    return np.array(crossed).T, np.array(squares), np.array(pulled)
+        changes = np.stack(list(_changes(system, shape, place, one.s, one.ends)), axis=-1)
+        d = np.moveaxis(target.read(power * changes, one.values), -1, 0) * rows.weight
+        crossed.append(one.slope * rows.pull(d, one.free))
+        squares.append(np.sum(np.abs(d) ** 2, axis=(1, 2, 3)))
+        pulled.append(np.real(np.sum(np.conj(d) * rows.residual, axis=(1, 2, 3))))
+    return np.concatenate(crossed).T, np.concatenate(squares), np.concatenate(pulled)
 
 
 def _changes(
@@ -227,8 +240,12 @@ def _best(
 
 
 def _most(model: Problem, shape: _Shape) -> Array:
-    """(m,): how many times each start may be taken before a parameter is at its bound."""
-    upper = np.array([model.parameters[n].upper for n in shape.numbers])
+    """(m,): how many times each start may be taken before a parameter is at its bound, or a body has half the
+    mass of the moving arm.
+    """
+    arm = 0.5 * sum(link.mass for link in model.robot.links[1:])
+    own = [model.parameters[n] for n in shape.numbers]
+    upper = np.array([min(p.upper, arm) if p.unit == "kg" else p.upper for p in own])
     with np.errstate(all="ignore"):
         times = np.where(shape.starts > 0, upper / shape.starts, np.inf)
     return np.asarray(times.min(axis=1))

@@ -96,6 +96,7 @@ def report(result: DiscoveryResult) -> Report:
     ratios = ratio_parts(runs, table, f"the {next(iter(runs.runs))}")
     step_data = {"steps": [_step_data(step) for _, step in story], "convincing": CONVINCING}
     sections = [
+        _path(result),
         *([Section("added", "What was added", added)] if several else []),
         *curve.section(result),
         Section("steps", "Step by step", steps, data=step_data, scripts=_SCRIPTS),
@@ -178,10 +179,18 @@ def _options(number_of: int, step: StepResult) -> list[Part]:
     return parts
 
 
-def _gap(result: DiscoveryResult, shown: list[Shared], several: bool) -> Section:
-    """Before and after: the fall of the gap, and the gap by measurement, band and channel, and frequency."""
-    note, with_frf = f"{_FALLS} Other data: {result.elsewhere}.", [one for one in shown if one.frfs]
+def _path(result: DiscoveryResult) -> Section:
+    """How each addition makes the gap shrink, and where it was and is on the robot."""
+    note = f"{_FALLS} Other data: {result.elsewhere}."
     falls = partial(figure.falls, waterfall(result))
+    parts = [Drawing("falls-plot", falls, note, lambda: [_fall_table(result)], note), *_robot(result)]
+    data = {"falls": _fall_data(result), "robot": _robot_data(result)}
+    return Section("path", "How the gap shrinks", parts, "Path", data)
+
+
+def _gap(result: DiscoveryResult, shown: list[Shared], several: bool) -> Section:
+    """Before and after: the gap by measurement, band and channel, and frequency."""
+    with_frf = [one for one in shown if one.frfs]
     maps: list[Part] = []
     for row, (title, _) in enumerate(gap_maps(result)):
         caption = f"Gap by band and channel, {title}. {_MAP}"
@@ -192,9 +201,7 @@ def _gap(result: DiscoveryResult, shown: list[Shared], several: bool) -> Section
             )
         )
     parts = [
-        Drawing("falls-plot", falls, note, lambda: [_fall_table(result)], note),
         Tabular(tables.gap_table(shown), heading=True),
-        *_robot(result),
         Heading("By band and channel", on=PAGE),
         *maps,
         Text(_MAP, "note", PAGE),
@@ -205,9 +212,7 @@ def _gap(result: DiscoveryResult, shown: list[Shared], several: bool) -> Section
     title = "Before and after" if several else "The gap that is left"
     data = {
         **residual_data(with_frf),
-        "falls": _fall_data(result),
         "maps": _map_data(result),
-        "robot": _robot_data(result),
     }
     return Section("gap", title, parts, "Before and after", data)
 

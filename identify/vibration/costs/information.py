@@ -107,12 +107,14 @@ class Rows:
         return self.slopes.nbytes + sum(block.slopes.nbytes for block in (*self.every, *self.own))
 
     def pull(self, residual: Complex, free: Index) -> Array:
-        """(free,): J'r with other residuals r (lines, outputs, inputs)."""
+        """(..., free): J'r with other residuals r (..., lines, outputs, inputs)."""
         column = _columns(free)
-        load, pull = np.asarray(np.conj(residual) * self.weight, dtype=complex), np.zeros(len(free))
-        pull[: self.slopes.shape[-1]] = _contracted(load, self.slopes)
+        load = np.asarray(np.conj(residual) * self.weight, dtype=complex)
+        pull = np.zeros((*residual.shape[:-3], len(free)))
+        pull[..., : self.slopes.shape[-1]] = _contracted(load, self.slopes)
         for block in (*self.every, *self.own):
-            np.add.at(pull, _places(block, column), _contracted(load[:, block.channels], block.slopes))
+            some = _contracted(load[..., block.channels, :], block.slopes)
+            np.add.at(pull.T, _places(block, column), some.T)
         return pull
 
     def product(self, free: Index) -> Array:
@@ -173,10 +175,11 @@ def _weighted(block: Block, channels: Index, weight: Complex | Array) -> Array:
 
 
 def _contracted(load: Complex, slopes: Complex) -> Array:
-    """(k,): real part of the sums of loads (lines, channels, inputs) times slopes (lines, channels, inputs,
-    k).
+    """(..., k): real part of the sums of loads (..., lines, channels, inputs) times slopes (lines, channels,
+    inputs, k).
     """
-    return np.asarray((load.reshape(-1) @ slopes.reshape(-1, slopes.shape[-1])).real)
+    flat = load.reshape(*load.shape[:-3], -1)
+    return np.asarray((flat @ slopes.reshape(-1, slopes.shape[-1])).real)
 
 
 def _columns(free: Index) -> dict[int, int]:
