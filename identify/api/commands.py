@@ -88,14 +88,15 @@ def discover(
     starts: int | None = None,
     workers: int | None = None,
     as_stated: bool = False,
+    time_s: float | None = None,
     resume: bool = False,
     report: bool = False,
     quiet: bool = True,
 ) -> Result:
     """Find what is missing from the model of a study; writes the better study beside the result.  as_stated:
-    even where a mistake of the set-up explains the gap.
+    even where a mistake of the set-up explains the gap; time_s: after which nothing new is begun.
     """
-    options = DiscoverOptions(_path(out), starts, workers, as_stated, report, resume)
+    options = DiscoverOptions(_path(out), starts, workers, as_stated, time_s, report, resume)
     return _reported(run("discover", Path(config), options, quiet), report)
 
 

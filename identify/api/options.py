@@ -94,6 +94,15 @@ class DiscoverOptions:
     as_stated: Annotated[
         bool, typer.Option("--as-stated", help="search even where a mistake of the set-up explains the gap")
     ] = False
+    time_s: Annotated[
+        float | None,
+        typer.Option(
+            "--time",
+            min=0,
+            metavar="SECONDS",
+            help="begin nothing new after this; what is found is the result",
+        ),
+    ] = None
     report: Report = True
     resume: KeepTried = False
     quiet: Quiet = False

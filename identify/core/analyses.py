@@ -102,7 +102,7 @@ ANALYSES = (
             "discover": Run(
                 "identify.discovery.run:run_discover",
                 ("starts",),
-                ("workers", "resume", "as_stated"),
+                ("workers", "resume", "as_stated", "time_s"),
                 _STORY,
             )
         },

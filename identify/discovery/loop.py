@@ -84,7 +84,7 @@ def _found(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Tria
     bench.go_on_from(first)
     study = bench.problem
     together = at_once(bench, first, story)
-    if together is not None and _settles(together):
+    if together is not None and (_settles(together) or story.late):
         return together, False
     steps, story.steps, problem = story.steps, [], bench.problem
     if problem is not study:

@@ -5,6 +5,7 @@ config.
 from __future__ import annotations
 
 import json
+import math
 import os
 import time
 from collections.abc import Mapping
@@ -52,6 +53,8 @@ from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
 
+_SHORT = "the time that was given was over before all was looked at: what was found until then is the result"
+
 
 def run_discover(
     config: Path,
@@ -62,15 +65,18 @@ def run_discover(
     workers: int | None = None,
     resume: bool = False,
     as_stated: bool = False,
+    time_s: float | None = None,
 ) -> tuple[DiscoveryResult, list[Path]]:
     """Find what is missing from the study in `config`; the result and the paths written: result file, then
     the new config, if any; workers: processes, by default one per core; as_stated: whether it goes on where
-    a mistake of the set-up explains the gap, which else is an InputError.
+    a mistake of the set-up explains the gap, which else is an InputError; time_s: after which no further
+    stage is begun, so that the best model so far is the result.
 
     While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
     is not run again by it.
     """
     began = time.perf_counter()
+    progress.until = math.inf if time_s is None else time.monotonic() + time_s
     file, note = with_likelihood(override(read_study(config), overrides))
     path = out or Path("reports") / f"{file.study.name}_discovery.h5"
     study = path.with_suffix(".yaml")
@@ -83,7 +89,7 @@ def run_discover(
     with one_thread(), nullcontext() if resume else several(count, *NEEDED) as begun:
         problem = load_problem(file)
         check_data(problem)
-        key = run_key(provenance_of(file), file)
+        key = run_key(provenance_of(file), file, () if time_s is None else (f"time {time_s}",))
 
         def compute(part: PartFile) -> DiscoveryResult:
             if not as_stated:
@@ -91,9 +97,10 @@ def run_discover(
             with Workers(problem, count, Memory(part), begun) as at_work:
                 at_work.seconds["reading"] = time.perf_counter() - began
                 found = discover(problem, at_work, progress)
+                ended = _SHORT if progress.late else ""
                 searched = time.perf_counter()
                 result = _result(at_work, found, key, path, began)
-                result = replace(result, notes=(*filter(None, [note]), *result.notes))
+                result = replace(result, notes=(*filter(None, [note, ended]), *result.notes))
                 at_work.seconds["measured curves and result"] = time.perf_counter() - searched
             progress.say(spent(at_work.seconds, time.perf_counter() - began))
             return result

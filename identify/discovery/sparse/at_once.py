@@ -32,7 +32,7 @@ def at_once(bench: ImpactWorkbench, first: Trial, story: Story) -> Found | None:
         return None
     problem = with_effects(thinned(bench.problem), first.task.effects, first.values)
     unseen = partial(_unseen, bench.problem) if bench.problem.validated else None
-    found = explain(_from_the_study(problem, bench.problem), story.say, unseen)
+    found = explain(_from_the_study(problem, bench.problem), story, unseen)
     named, values = found.named, found.values
     if not named:
         return None

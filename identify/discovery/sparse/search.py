@@ -27,6 +27,7 @@ from identify.discovery.sparse.evidence import Support, eliminated, floor_of, in
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
+from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
@@ -91,12 +92,13 @@ class Explained:
     problem: Problem
 
 
-def explain(problem: Problem, say: Say = lambda sentence: None, unseen: Unseen | None = None) -> Explained:
+def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None = None) -> Explained:
     """What is missing from the model of a problem (few lines suffice).
 
     unseen: the gap of a problem's effects and values on data that are not fitted.
     """
-    every, structure = tuple(springs_and_instruments(problem)), tuple(springs(problem))
+    story, every = story or Story(), tuple(springs_and_instruments(problem))
+    say = story.say
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated, and move with all else
     fits = list[Found]()
     if not stated:
@@ -106,40 +108,49 @@ def explain(problem: Problem, say: Say = lambda sentence: None, unseen: Unseen |
             if few[0].gap < CLOSED and len(few[1]) <= _FEW:
                 return _said(*few)
     fits.append(dense_fit(problem, every, usual=True))
-    if _open(fits) and not stated:
+    if _open(fits) and not stated and not story.late:
         fits.append(dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True))
-    if _open(fits):  # free sensors make up for shapes that are not there yet, and would keep them out
-        bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-        more = _further(dense_fit(bending, structure, usual=True), say)
-        fits.append(more)
-        if more.gap >= CLOSED:
-            instruments = tuple(one for one in every if one not in structure)
-            fits.append(_with(more, (*more.effects, *instruments), {}))
+    if _open(fits) and not story.late:
+        fits += _structure_first(problem, every, story)
     best = min(fits, key=_objective)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
     return _said(*pruned(best, say, unseen))
+
+
+def _structure_first(problem: Problem, every: Sequence[Effect], story: Story) -> Iterator[Found]:
+    """The structure alone, with the forms of links uncertain, and, where that leaves something open, with
+    the instruments: free sensors make up for shapes that are not there yet, and would keep them out.
+    """
+    stated = bool(problem.nuisances.entries)
+    bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
+    structure = tuple(springs(problem))
+    found = _further(dense_fit(bending, structure, usual=True), story)
+    yield found
+    if found.gap >= CLOSED:
+        instruments = tuple(one for one in every if one not in structure)
+        yield _with(found, (*found.effects, *instruments), {})
 
 
 def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(found: Found, say: Say) -> Found:
+def _further(found: Found, story: Story) -> Found:
     """The fit with what the dense model has no amplitude for: drives that relax, links that bend by parts,
     and all that the dictionary has, one by one, as long as each pays for its parameters.
     """
     price = 0.5 * float(np.log(Penalised(found.unknowns).count))
     for _ in range(_MOST_ENTERED):
+        if found.gap < CLOSED or story.late:
+            break
         trials = sorted(_trials(found), key=lambda one: -one[0])[:_TRIED]
         fitted = [_with(found, one[1], one[2]) for one in trials if one[0] > _PAYS * price]
         best = min(fitted, key=_objective, default=found)
         if found.objective - best.objective < price * max(len(best.x) - len(found.x), _PAYS):
             break
         new = next((one for one in best.effects if one not in found.effects), best.effects[-1])
-        say(f"With {new.sentence()}: gap {best.gap:.2f}.")
+        story.say(f"With {new.sentence()}: gap {best.gap:.2f}.")
         found = best
-        if found.gap < CLOSED:
-            break
     return found
 
 

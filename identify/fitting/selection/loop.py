@@ -46,7 +46,7 @@ def select(bench: Workbench[E, M], story: Story | None = None) -> Selection[E, M
         first, _ = prune(bench, first, story)
     state: _State[E, M] = _State(first, first)
     patience, banned = policy.patience, list[E]()
-    while len(state.options) < policy.most:
+    while len(state.options) < policy.most and not story.late:
         step = turn(bench, state.present, story, banned)
         story.steps.append(step)
         if step.best is None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import math
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
@@ -70,12 +72,19 @@ class Step(Generic[E, M]):
 @dataclass
 class Story:
     """Who is told of the progress: `say` gets a sentence at each turn, `done` the number of finished attempts
-    and of all in a step; steps: every step so far.
+    and of all in a step; steps: every step so far; until: when no further stage is begun, s of the monotonic
+    clock.
     """
 
     say: Callable[[str], None] = lambda sentence: None
     done: Callable[[int, int], None] = lambda number, total: None
     steps: list[Step[Any, Any]] = field(default_factory=list)
+    until: float = math.inf
+
+    @property
+    def late(self) -> bool:
+        """Whether the time that was given is over: what has been found so far is the result."""
+        return time.monotonic() > self.until
 
     def one_more(self) -> Callable[[], None]:
         """What tells of one more attempt each time it is called, of nobody knows how many."""

@@ -4,6 +4,7 @@ no code with the fit.
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,11 @@ import pytest
 
 from identify.core.threads import one_thread
 from identify.discovery.records import timed
-from identify.discovery.sparse.search import explain
+from identify.discovery.sparse.dense import springs
+from identify.discovery.sparse.dictionary import candidates
+from identify.discovery.sparse.search import dense_fit, explain
 from identify.discovery.thinned import thinned
+from identify.fitting.selection.workbench import Story
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 from tests.generator.cases import hide
@@ -67,3 +71,34 @@ def test_a_whole_sensor_is_named_and_a_right_one_is_not(tmp_path: Path, doubled:
     assert {one.effect.sentence() for one in named} == said
     for one in named:
         assert list(one.values.values()) == pytest.approx([2.0], rel=0.01)
+
+
+def test_a_resonator_is_found_by_its_score_before_it_is_fitted(tmp_path: Path) -> None:
+    """No spring stands for it; the axis and the link are those that gain most at amplitude zero."""
+    with one_thread():
+        problem = problem_of(tmp_path, "absorber_l3", 4)
+        found = dense_fit(problem, tuple(springs(problem)), usual=False)
+        best, *_ = candidates(found.problem, found.unknowns, found.x)
+    hidden = truth_of(tmp_path)
+    assert (
+        best.effect.sentence()
+        == f"appended resonator (mass, centre, inertia) on link3 along {hidden['axis']}"
+    )
+    k, m = (best.values[f"link3.resonator_{hidden['axis']}.{what}"] for what in ("stiffness", "mass"))
+    assert np.sqrt(k / m) / (2 * np.pi) == pytest.approx(hidden["frequency_hz"], rel=0.1)
+
+
+def test_after_the_time_that_was_given_nothing_new_is_begun(tmp_path: Path) -> None:
+    said = list[str]()
+    with one_thread():
+        story = Story(said.append, until=0.0)
+        found = explain(problem_of(tmp_path, "absorber_l3", 4), story)
+    assert story.late
+    assert not any(one.startswith("With ") for one in said)
+    assert not any(one.effect.kind == "appended-resonator" for one in found.named)
+
+
+def truth_of(folder: Path) -> dict[str, Any]:
+    """What was hidden in the test."""
+    [hidden] = json.loads((folder / "test.truth.json").read_text())["effects"]
+    return dict(hidden)
