@@ -107,8 +107,8 @@ def _settles(together: Selection[Effect, Trial]) -> bool:
     dense model does not have.
     """
     kinds = [one.effect.kind for one in together.options]
-    doubtful = kinds.count("added-mass") + sum(kind in _SHAPES for kind in kinds)
-    few = closed(together.final) and doubtful < _SEVERAL
+    shapes = any(kind in _SHAPES for kind in kinds) and len(kinds) > 1
+    few = closed(together.final) and not shapes and kinds.count("added-mass") < _SEVERAL
     return few or len(kinds) > _MANY
 
 

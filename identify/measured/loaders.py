@@ -95,7 +95,10 @@ def _records(path: Path, options: FrfFileOptions) -> tuple[FrfRecords, str]:
         found = "frequencies of a file that says them itself"
         raise InputError(f"{path}, key frequency_step_hz", found, "a text file or arrays", "leave it out")
     with blamed(reader):
-        return reader(path, options_for(path, options)), sha256
+        found = reader(path, options_for(path, options))
+        if not isinstance(found, FrfRecords):
+            raise TypeError(f"it gives {type(found).__name__}, not FrfRecords")
+    return found, sha256
 
 
 def load_time_history(path: Path, units: Units | None = None, format: str | None = None) -> TimeHistory:

@@ -50,7 +50,7 @@ def test_the_modes_of_the_fitted_frfs_have_the_modal_masses_of_the_shapes(
     result: Result, tmp_path: Path, posture: str
 ) -> None:
     """By `identify modes`, whose shapes have modal masses of 1 kg, as those of the file: to five digits where
-    no records ended before the robot stood still.
+    no records ended before the robot stood still; their end is no mode's, and moves what is found.
     """
     run_export(result("plain"), Wanted("uff", [posture], band_hz=(3.0, 80.0)), tmp_path / "arm.uff")
     measured = posture == "posture1"
@@ -62,13 +62,15 @@ def test_the_modes_of_the_fitted_frfs_have_the_modal_masses_of_the_shapes(
     assert shapes.shapes is not None and len(modes.modes.frequency_hz) >= 5
     for row, frequency in enumerate(modes.modes.frequency_hz):
         mode = int(np.argmin(np.abs(shapes.frequency_hz - frequency)))
-        assert shapes.frequency_hz[mode] == pytest.approx(frequency, rel=1e-4)
-        assert shapes.damping_ratio[mode] == pytest.approx(modes.modes.damping_ratio[row], rel=1e-3)
+        assert shapes.frequency_hz[mode] == pytest.approx(frequency, rel=1e-3 if measured else 1e-4)
+        assert shapes.damping_ratio[mode] == pytest.approx(
+            modes.modes.damping_ratio[row], rel=0.05 if measured else 1e-3
+        )
         columns = [modes.modes.channels.index(str(channel)) for channel in shapes.channels]
         own, other = modes.modes.shapes[row][columns], shapes.shapes[mode]
         own = own * np.sign((own * other.conj()).sum().real)
         size = np.abs(other).max()
-        np.testing.assert_allclose(own, other, rtol=0, atol=(0.01 if measured else 1e-5) * size)
+        np.testing.assert_allclose(own, other, rtol=0, atol=(0.03 if measured else 1e-5) * size)
 
 
 def test_pyuff_reads_shapes_with_modal_a_and_the_geometry(result: Result, universal: list[Path]) -> None:

@@ -75,8 +75,9 @@ def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Eff
     """A link that bends by parts: all of it as its middle, and what its ends have more."""
     found = {name: value for name, value in values.items() if ".part_" not in name}
     places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
+    softest = max(values[f"{place}.part_{n}.compliance"] for place in places for n in (1, 2, 3))
     for place in places:
-        parts = _stiffnesses([f"{place}.part_{n}" for n in (1, 2, 3)], values)
+        parts = _stiffnesses([f"{place}.part_{n}" for n in (1, 2, 3)], values, softest)
         near, middle, far = (parts[f"{place}.part_{n}.stiffness"] for n in (1, 2, 3))
         found |= {f"{place}.stiffness": middle, f"{place}.damping": parts[f"{place}.part_2.damping"]}
         found |= {f"{place}.near_stiffness": near - middle, f"{place}.far_stiffness": far - middle}
@@ -86,9 +87,12 @@ def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Eff
     return effect.model_copy(update={"shrink": False, **more}), found
 
 
-def _stiffnesses(places: Sequence[str], values: Mapping[str, float]) -> dict[str, float]:
+def _stiffnesses(
+    places: Sequence[str], values: Mapping[str, float], softest: float | None = None
+) -> dict[str, float]:
+    """Those that are rigid begin so many times as stiff as the softest."""
     found = dict[str, float]()
-    softest = max(values[f"{place}.compliance"] for place in places)
+    softest = softest or max(values[f"{place}.compliance"] for place in places)
     for place in places:
         compliance = max(values[f"{place}.compliance"], softest / _RIGID)
         found[f"{place}.stiffness"] = 1 / compliance

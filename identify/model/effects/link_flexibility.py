@@ -30,6 +30,8 @@ _REACH = 10.0
 _STIFFNESSES = ("bending_1", "bending_2", "torsion")
 _AT_END = MOMENTS[:4]
 """Of a body at the end: its mass and first moments."""
+_ROUNDING = 1e-9
+"""Share of the largest eigenvalue of a part's compliance below which it is rounding."""
 _SHORT = 0.05
 """Links shorter than this share of the arm are stubs, not beams: no place for discovery."""
 
@@ -229,7 +231,7 @@ class LinkFlexibility(Effect):
                 place = (
                     f"{self.link}.{name}.part_{number}",
                     "N m^2",
-                    np.linalg.pinv(whole @ part @ whole, hermitian=True),
+                    np.linalg.pinv(whole @ part @ whole, rcond=_ROUNDING, hermitian=True),
                 )
                 found += compliance_terms([place], moved[[plane]], values[plane], dampers[plane], keys[plane])
         return found
