@@ -41,25 +41,26 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", help="only these")
     parser.add_argument("--uncertainty", choices=("careful", "typical"), help="stated in every study")
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--time", type=float, default=np.inf, help="s after which nothing new is begun")
     given = parser.parse_args()
     names = given.cases or sorted(
         p.name.removesuffix(".heldout.npz") for p in given.folder.glob("*.heldout.npz")
     )
     scores = {}
     for name in names:
-        scores[name] = score(given.folder / name, given.workers, given.uncertainty)
+        scores[name] = score(given.folder / name, given.workers, given.uncertainty, given.time)
         print(json.dumps({name: scores[name]}, indent=1), flush=True)
         if given.json:
             given.json.write_text(json.dumps(scores, indent=1))
 
 
-def score(case: Path, workers: int, uncertainty: str | None) -> dict[str, Any]:
+def score(case: Path, workers: int, uncertainty: str | None, limit: float) -> dict[str, Any]:
     """One case: gaps, errors at unseen postures, drives in their intervals, what was named, seconds."""
     truth = json.loads(case.with_name(f"{case.name}.truth.json").read_text())
     extra = f"uncertainty: {uncertainty}" if uncertainty else ""
     with tempfile.TemporaryDirectory() as folder:
         config = config_of(case, Path(folder), extra=extra)
-        began, story = time.perf_counter(), Story()
+        began, story = time.perf_counter(), Story(until=time.monotonic() + limit)
         problem = load_problem(read_study(config))
         with Workers(problem, workers) as at_work:
             found = discover(problem, at_work, story)
@@ -95,7 +96,7 @@ def unseen(case: Path, config: Path, found: Discovery) -> dict[str, Any]:
         mass, damping, stiffness = there.system.matrices(own)
         true = heldout[f"H{number}"]
         h = _accelerance(there, (mass, damping, stiffness), heldout["f"])
-        areas.append(float(np.median(np.sum(np.abs(h - true), axis=0) / np.sum(np.abs(true), axis=0))))
+        areas.append(float(np.nanmedian(np.sum(np.abs(h - true), axis=0) / np.sum(np.abs(true), axis=0))))
         found_hz = complex_modes(mass, damping, stiffness).frequency_hz[:_FIRST]
         frequencies.append(float(np.max(np.abs(found_hz / heldout[f"modes{number}"][0][:_FIRST] - 1))))
     return {
