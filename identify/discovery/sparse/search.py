@@ -276,8 +276,8 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     by unit; how much the residuals' correlation inflates variances.
 
     Where a gap stays, units go the least supported first, a quarter of them at most before all others are
-    fitted again: what is weak beside another may be strong without it.  There odds mean
-    little, and of all models on the way the one that predicts unseen data best is kept.
+    fitted again: what is weak beside another may be strong without it.  Of all models on the way whose
+    units have evidence the one that predicts unseen data best is then kept.
     """
     local = Penalised(found.unknowns).local(found.x)
     asked, x = found.unknowns, found.x
@@ -306,9 +306,10 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
 def _predictive(
     path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen
 ) -> tuple[Found, dict[str, Support]]:
-    """Of models from large to small the smallest that predicts unseen data as well as any, within what is
-    material.
+    """Of models from large to small, all of whose units have evidence, the smallest that predicts unseen data
+    as well as any, within what is material.
     """
+    path = [one for one in path[:-1] if all(s.log_odds > 0 for s in one[1].values())] + [path[-1]]
     gaps = [unseen(found.study, found.effects, found.values) for found, _ in path]
     well = [n for n, gap in enumerate(gaps) if gap <= (1 + MATERIAL) * min(gaps)]
     return path[max(well)]
