@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.thresholds import MATERIAL
+from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse import names
 from identify.discovery.sparse.bounded import bounded_step
@@ -276,8 +276,8 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     by unit; how much the residuals' correlation inflates variances.
 
     Where a gap stays, units go the least supported first, a quarter of them at most before all others are
-    fitted again: what is weak beside another may be strong without it.  Of all models on the way whose
-    units have evidence the one that predicts unseen data best is then kept.
+    fitted again: what is weak beside another may be strong without it.  Of all models on the way the likeliest
+    is then kept.
     """
     local = Penalised(found.unknowns).local(found.x)
     asked, x = found.unknowns, found.x
@@ -299,20 +299,26 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     if not seen:
         path.append((refitted(found, []), {}))
     if unseen is not None and path[-1][0].gap >= CLOSED:
-        return *_predictive(path, unseen), inflated
+        return *_predictive(path, unseen, inflated), inflated
     return *path[-1], inflated
 
 
 def _predictive(
-    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen
+    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen, inflated: float
 ) -> tuple[Found, dict[str, Support]]:
-    """Of models from large to small, all of whose units have evidence, the smallest that predicts unseen data
-    as well as any, within what is material.
+    """Of models from large to small the likeliest, by BIC with the inflation of the largest: what is judged
+    against a gap that grows as units go would let all of them go.  Of those not less likely, beyond what
+    convinces, the one that predicts unseen data best.
     """
-    path = [one for one in path[:-1] if all(s.log_odds > 0 for s in one[1].values())] + [path[-1]]
-    gaps = [unseen(found.study, found.effects, found.values) for found, _ in path]
-    well = [n for n, gap in enumerate(gaps) if gap <= (1 + MATERIAL) * min(gaps)]
-    return path[max(well)]
+
+    def cost(one: tuple[Found, dict[str, Support]]) -> float:
+        count = max(Penalised(one[0].unknowns).count / inflated, 2.0)
+        numbers = sum(len(unit.all) for unit in one[0].unknowns.units)
+        return float(count * np.log(max(one[0].gap, 1.0)) + 0.5 * np.log(count) * numbers)
+
+    costs = [cost(one) for one in path]
+    likely = [one for one, own in zip(path, costs, strict=True) if own < min(costs) + CONVINCING]
+    return min(likely, key=lambda one: unseen(one[0].study, one[0].effects, one[0].values))
 
 
 def refitted(found: Found, units: Sequence[Unit]) -> Found:
