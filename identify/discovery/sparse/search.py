@@ -276,8 +276,8 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     by unit; how much the residuals' correlation inflates variances.
 
     Where a gap stays, units go the least supported first, a quarter of them at most before all others are
-    fitted again: what is weak beside another may be strong without it.  Of all models on the way the likeliest
-    is then kept.
+    fitted again: what is weak beside another may be strong without it.  Of all models on the way the
+    likeliest is then kept.
     """
     local = Penalised(found.unknowns).local(found.x)
     asked, x = found.unknowns, found.x
