@@ -78,6 +78,12 @@ class FrfSet:
             self, frequency_hz=self.frequency_hz[keep], frf=self.frf[keep], coherence=coherence, noise=noise
         )
 
+    def evenly(self, count: int) -> FrfSet:
+        """So many of its lines, spread evenly, both ends among them; all where there are no more."""
+        keep = np.zeros(len(self.frequency_hz), dtype=bool)
+        keep[np.linspace(0, len(keep) - 1, count).astype(int)] = True
+        return self.lines(keep)
+
     def band(self, low_hz: float, high_hz: float) -> FrfSet:
         """The lines with low <= f <= high."""
         return self.lines((self.frequency_hz >= low_hz) & (self.frequency_hz <= high_hz))

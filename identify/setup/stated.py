@@ -12,12 +12,11 @@ from pydantic import ValidationError
 from identify.core.errors import InputError, InputErrors
 from identify.core.yaml_input import parse_yaml, plain
 from identify.measured.frf_set import FrfSet
-from identify.measured.source import read_source
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links
 from identify.robot.read import read_robot
 from identify.setup.edits import Change, OnLink, edited
-from identify.vibration.given import Given, along_links, given_of, in_band, posture_of
+from identify.vibration.given import Given, along_links, given_of, in_band, posture_of, read_as_they_are
 from identify.vibration.problem import Problem, assembled
 from identify.vibration.study import MeasurementSettings, Study, StudyFile
 
@@ -79,7 +78,7 @@ class Stated:
     def glanced(self) -> Stated:
         """The same at fewer lines of fewer measurements, for a first look at many variants."""
         some = dict(list(self.sets.items())[:_GLANCED_SETS])
-        return replace(self, sets={number: _thinned(data, _GLANCED) for number, data in some.items()})
+        return replace(self, sets={number: data.evenly(_GLANCED) for number, data in some.items()})
 
     def problem(self) -> Problem:
         """The study with its few lines, ready to be fitted; InputError as `load_problem`."""
@@ -116,17 +115,10 @@ def stated(problem: Problem) -> Stated:
     return Stated(file.model_copy(update={"study": study}), data, problem.points, sets, records)
 
 
-def _thinned(data: FrfSet, lines: int) -> FrfSet:
-    """So many lines of a set, evenly."""
-    some = np.unique(np.linspace(0, len(data.frequency_hz) - 1, lines).astype(int))
-    return data.lines(np.isin(np.arange(len(data.frequency_hz)), some))
-
-
 def _few(file: StudyFile, given: Given) -> FrfSet:
     """A measurement as its file has it, with its noise, at a few lines of the band, and of it in rad/s."""
     settings = given.settings
-    paths = [file.resolve(path) for path in (settings.source, *settings.repeats)]
-    raw = read_source(paths, settings, settings.estimate)
+    raw = read_as_they_are(file, settings)
     band = file.study.band_hz or (float(raw.frequency_hz[0]), float(raw.frequency_hz[-1]))
     keep = np.zeros(len(raw.frequency_hz), dtype=bool)
     for factor in (1.0, 2 * np.pi):
@@ -136,7 +128,7 @@ def _few(file: StudyFile, given: Given) -> FrfSet:
             & (raw.frequency_hz > 0)
         )
         if len(inside):
-            keep[np.unique(inside[np.linspace(0, len(inside) - 1, LINES).astype(int)])] = True
+            keep[inside[np.linspace(0, len(inside) - 1, LINES).astype(int)]] = True
     whole = given_of(settings, given.name, given.posture, raw.lines(raw.frequency_hz > 0)).data
     assert isinstance(whole, FrfSet)
     return whole.lines(keep[raw.frequency_hz > 0])

@@ -155,11 +155,15 @@ def _impact(data: FrfSet, settings: MeasurementSettings) -> Impact | None:
 
 
 def read_frfs(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
-    """The FRFs of a measurement as its file and its repeats give them."""
+    """The FRFs of a measurement as its files and its repeats give them, put right where the study says so."""
+    return settings.correct.applied(read_as_they_are(file, settings), file.resolve(settings.source).name)
+
+
+def read_as_they_are(file: StudyFile, settings: MeasurementSettings) -> FrfSet:
+    """The same without what the study corrects."""
     own = [file.resolve(path) for path in settings.sources]
     repeats = [file.resolve(path) for path in settings.repeats]
-    data = read_source([own[0] if len(own) == 1 else own, *repeats], settings, settings.estimate)
-    return settings.correct.applied(data, own[0].name)
+    return read_source([own[0] if len(own) == 1 else own, *repeats], settings, settings.estimate)
 
 
 def in_band(data: FrfSet, band: tuple[float, float] | None, name: str) -> FrfSet:

@@ -16,6 +16,7 @@ from identify.core.errors import InputError
 from identify.measured.correction import Correction
 from identify.measured.finding import STUDY
 from identify.measured.frf_set import FrfSet
+from identify.measured.uff.write import write_uff58
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 from identify.setup.apply import write_corrected
@@ -79,6 +80,18 @@ def test_points_on_other_links_go_into_a_file_of_their_own(tmp_path: Path) -> No
     assert (tmp_path / "points.csv").read_text() == text
     with pytest.raises(InputError, match="the file exists"):
         write_corrected(read_study(path), [], [])
+
+
+def test_all_files_of_a_measurement_are_looked_at(tmp_path: Path) -> None:
+    whole, files = studies.frfs(), []
+    channels = [str(channel) for channel in whole.outputs]
+    for name, some in (("a", channels[:3]), ("b", channels[3:])):
+        write_uff58(tmp_path / f"{name}.uff", whole.chosen(some, None, name))
+        files.append(str(tmp_path / f"{name}.uff"))
+    first, *rest = studies.each()
+    seen = studies.of(tmp_path, studies.config(measurements=[{**first, "file": files}, *rest]))
+    assert seen.sets[0].outputs == whole.outputs
+    assert np.abs(seen.sets[0].frf).shape[1:] == whole.frf.shape[1:]
 
 
 def test_edits_in_words() -> None:
